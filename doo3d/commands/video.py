@@ -23,8 +23,9 @@ def video(
     codec: Annotated[
         str | None,
         typer.Option(
-            metavar="vp09|mp4v|avc1",
-            help="VP9, MPEG-4, or H.264 if OpenCV has it. Default: VP9 in a .webm, which browsers play, else MPEG-4.",
+            metavar="vp08|vp09|mp4v|avc1",
+            help="VP8, VP9 (half the size, three times as slow), MPEG-4, or H.264 if OpenCV has it. Default: VP8 in a .webm, "
+            "which browsers play, else MPEG-4.",
         ),
     ] = None,
     skip_failed: Annotated[bool, typer.Option("--skip-failed", help="Omit failed frames instead of showing the reason.")] = False,
