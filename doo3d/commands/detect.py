@@ -53,8 +53,13 @@ def detect(
     end: EndOption = None,
     frames: FramesOption = None,
     workers: Annotated[
-        int, typer.Option(min=0, help="Worker processes, each with one frame at a time; 0: this process alone.")
-    ] = 0,
+        str,
+        typer.Option(
+            metavar="N|auto",
+            help="Worker processes, each with one frame at a time; 0: this process alone; auto: as many as processors, memory "
+            "and the number of frames allow.",
+        ),
+    ] = "0",
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")
     ] = None,
@@ -98,7 +103,7 @@ def detect(
       doo3d detect sample_clouds/crossing -o out
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
-      doo3d detect capture -o out --workers 4
+      doo3d detect capture -o out --workers auto
       doo3d detect capture -o out --pictures failed
       doo3d detect capture -o out --pose 0.4,0,0.7,1,0,0,0
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
@@ -109,9 +114,11 @@ def detect(
     130: interrupted with Ctrl-C.
     """
     from ..runs.local_executor import local_workers
+    from ..runs.worker_count import AUTO, worker_count
 
     # the workers load the method while this process opens the capture
-    own_workers = local_workers(workers, time_limit) if workers and not scheduler else nullcontext()
+    known = 0 if workers == AUTO else worker_count(workers, 0)
+    own_workers = local_workers(known, time_limit) if known and not scheduler else nullcontext()
     with interruptible() as interruption, own_workers as executor:
         from ..runs.threads import single_thread
 
@@ -140,7 +147,7 @@ def detect(
 
         options = RunOptions(
             reading=read_options,
-            workers=workers,
+            workers=0 if scheduler and workers == AUTO else worker_count(workers, len(names)),
             scheduler=scheduler,
             executor=executor,
             restart=restart,

@@ -23,6 +23,7 @@ from .run import run as run_capture
 from .run_options import RunOptions
 from .sequence_run import run_sequence
 from .time_limit import DEFAULT_SECONDS
+from .worker_count import AUTO, worker_count
 
 MAX_WORKERS = 1024
 """Worker processes of one machine: more than any has processors."""
@@ -41,7 +42,7 @@ def run(
     start: int | str | None = None,
     end: int | str | None = None,
     frames: str | Sequence[int] | None = None,
-    workers: int = 0,
+    workers: int | str = 0,
     scheduler: str | None = None,
     fuse_views: bool = False,
     sequence: bool = False,
@@ -79,7 +80,8 @@ def run(
         the frames to use, as `doo3d detect --help` says: every Nth; first and last as a number from 0, -1 the last, or as a time
         such as "12.5s"; a list such as "3,7,10-20" or [3, 7].
     workers
-        number of worker processes; 0 works in this process alone. Workers do not import the calling script.
+        number of worker processes; 0 works in this process alone, "auto" takes as many as processors, memory and the number of
+        frames allow. Workers do not import the calling script.
     scheduler
         address of a dask scheduler, whose workers to use instead.
     fuse_views
@@ -131,8 +133,9 @@ def run(
         fuse_views, sequence, restart, retry_failed, force = (flag(value, name) for name, value in switches.items())
         if time_limit is not None and not number(time_limit, "time_limit") > 0:
             raise ConfigError(f"time_limit={time_limit}: expected seconds above 0, or None", code="value-out-of-bounds")
-        if not 0 <= (workers := whole(workers, "workers")) <= MAX_WORKERS:
+        if not isinstance(workers, str) and not 0 <= (workers := whole(workers, "workers")) <= MAX_WORKERS:
             raise ConfigError(f"workers={str(workers)[:20]}: expected 0 to {MAX_WORKERS}", code="value-out-of-bounds")
+        worker_count(workers, 0)
         if not isinstance(scheduler, str | None):
             raise refused(scheduler, "scheduler", "an address, such as tcp://host:8786")
         drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"))
@@ -147,7 +150,7 @@ def run(
             chosen = fused_capture(chosen, settings)
         options = RunOptions(
             reading=opened.options,
-            workers=workers,
+            workers=0 if scheduler and workers == AUTO else worker_count(workers, len(chosen)),
             scheduler=scheduler,
             restart=restart,
             force=force,
