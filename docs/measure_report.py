@@ -55,7 +55,7 @@ def write_run(folder: Path, frames: int) -> Path:
         first, name = manifest["frames"][i % len(journal)], f"{i:06d}"
         for part, suffix in (("color", "jpg"), ("depth", "png")):
             os.symlink((SAMPLE / part / f"{first['name']}.{suffix}").resolve(), capture / part / f"{name}.{suffix}")
-        os.symlink(folder / "first" / f"{first['name']}.png", out / f"{name}.png")
+        os.symlink(folder / "first" / f"{first['name']}.jpg", out / f"{name}.jpg")
         detection = json.loads((folder / "first" / f"{first['name']}.json").read_text())
         (out / f"{name}.json").write_text(json.dumps(detection | {"frame": name}))
         entries.append(first | {"name": name})

@@ -136,7 +136,7 @@ def doo3d(
       doo3d export out --to mjcf                       for a simulator, a tracker, ...: export --list
       doo3d bench                                      milliseconds a frame on this machine
 
-    Each frame gives OUT/<frame>.json (the chains) and OUT/<frame>.png (the chains over the image).
+    Each frame gives OUT/<frame>.json (the chains) and OUT/<frame>.jpg (the chains over the image).
     """
 
 

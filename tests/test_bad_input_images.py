@@ -50,7 +50,7 @@ def found(doo3d):
         results = [json.loads(Path(f"found/{name}.json").read_text()) for name in names]
         assert [len(result["chains"]) for result in results] == [1] * len(names)
         assert all((result["mode"], result["units"]) == ("2d", "px") for result in results)
-        assert all(Path(f"found/{name}.png").exists() for name in names)
+        assert all(Path(f"found/{name}.jpg").exists() for name in names)
         return results
 
     return run

@@ -75,4 +75,4 @@ def test_from_the_shell(doo3d, tmp_path):
         document = json.loads((tmp_path / "found" / f"{name}.json").read_text())
         (chain,) = document["chains"]
         check(np.array(chain["joints"]), chain["segment_length"], cloud_of(frame(name)))
-        assert (tmp_path / "found" / f"{name}.png").stat().st_size > 1000
+        assert (tmp_path / "found" / f"{name}.jpg").stat().st_size > 1000

@@ -20,7 +20,7 @@ WEBP_QUALITY = 62
 
 def panels(capture: str, results: Path, frame: str, width: int, height: int) -> np.ndarray:
     """Return the camera's image of a frame beside the picture that the detection made of it, (H, W, 3) RGB."""
-    files = SAMPLES / capture / "color" / f"{frame}.jpg", results / f"{frame}.png"
+    files = SAMPLES / capture / "color" / f"{frame}.jpg", results / f"{frame}.jpg"
     return beside(*(fit(cv2.imread(str(file))[:, :, ::-1], width, height) for file in files))
 
 

@@ -100,7 +100,7 @@ def _print_cases(config: Config, runs: int, stages: bool, large: bool, only: str
 def _print_scaling(config: Config, runs: int, plot: Path | None) -> None:
     """Print a table for each respect in which frames grow, and draw the plot if a file is given."""
     from ..inspection.scaling import HEADING, SIZES, UNITS, ScalePoint, growth, time_sizes
-    from ..viz.png import encode_image
+    from ..viz.encoding import encode_image
     from ..viz.scaling_plot import draw_scaling
 
     series: dict[str, list[ScalePoint]] = {}

@@ -78,7 +78,7 @@ def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[
     from ..outputs.ply import encode_points
     from ..types import Image
     from ..viz.backdrop import backdrop_of, planar_backdrop
-    from ..viz.png import encode_image
+    from ..viz.encoding import encode_image
     from ..viz.stage_products import draw_product
 
     data, stages = run_with_stages(entry, config)

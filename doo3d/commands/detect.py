@@ -53,8 +53,13 @@ def detect(
     end: EndOption = None,
     frames: FramesOption = None,
     workers: Annotated[
-        int, typer.Option(min=0, help="Worker processes, each with one frame at a time; 0: this process alone.")
-    ] = 0,
+        str,
+        typer.Option(
+            metavar="N|auto",
+            help="Worker processes, each with one frame at a time; 0: this process alone; auto: as many as processors, memory "
+            "and the number of frames allow.",
+        ),
+    ] = "0",
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler, such as tcp://host:8786.")
     ] = None,
@@ -74,12 +79,23 @@ def detect(
     time_limit: Annotated[
         float, typer.Option(metavar="SECONDS", min=0.1, help="Time after which a frame fails and its worker is replaced.")
     ] = 60.0,
+    pictures: Annotated[
+        str,
+        typer.Option(
+            metavar="all|failed|none|every:N",
+            help="Frames that get a picture. failed: those without a chain, with one whose confidence is below 0.5, or with a "
+            "note; every:10: the first and every tenth after it. Missing pictures of finished frames are drawn from the results.",
+        ),
+    ] = "all",
+    picture_format: Annotated[
+        str, typer.Option(metavar="jpg|png", help="Format of the pictures; PNG takes ten times as long to write.")
+    ] = "jpg",
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
     """Find the chains in every frame of INPUT and write them to OUT.
 
-    Writes OUT/<frame>.json (the chains) and OUT/<frame>.png (a picture) per frame, OUT/config.yaml and OUT/manifest.json. Prints
+    Writes OUT/<frame>.json (the chains) and OUT/<frame>.jpg (a picture) per frame, OUT/config.yaml and OUT/manifest.json. Prints
     a line per frame. Interrupted runs resume: repeat the same command.
 
     \b
@@ -87,7 +103,8 @@ def detect(
       doo3d detect sample_clouds/crossing -o out
       doo3d detect capture -o out -c mine.yaml --set merge.chains=2 --set fit.segment_length=0.005
       doo3d detect sample_clouds/photos -o out -c image
-      doo3d detect capture -o out --workers 4
+      doo3d detect capture -o out --workers auto
+      doo3d detect capture -o out --pictures failed
       doo3d detect capture -o out --pose 0.4,0,0.7,1,0,0,0
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
@@ -97,9 +114,11 @@ def detect(
     130: interrupted with Ctrl-C.
     """
     from ..runs.local_executor import local_workers
+    from ..runs.worker_count import AUTO, worker_count
 
     # the workers load the method while this process opens the capture
-    own_workers = local_workers(workers, time_limit) if workers and not scheduler else nullcontext()
+    known = 0 if workers == AUTO else worker_count(workers, 0)
+    own_workers = local_workers(known, time_limit) if known and not scheduler else nullcontext()
     with interruptible() as interruption, own_workers as executor:
         from ..runs.threads import single_thread
 
@@ -123,17 +142,19 @@ def detect(
         debugged = debug_frames(opened, debug_frame)
         names = [entry.name for entry in opened.frames]
         width = max(map(len, names), default=0)
+        from ..runs.pictures import Pictures
         from ..runs.run_options import RunOptions
 
         options = RunOptions(
             reading=read_options,
-            workers=workers,
+            workers=0 if scheduler and workers == AUTO else worker_count(workers, len(names)),
             scheduler=scheduler,
             executor=executor,
             restart=restart,
             force=force,
             retry_failed=retry_failed,
             time_limit=time_limit,
+            pictures=Pictures.of(pictures, picture_format),
         )
         if sequence:
             from ..runs.sequence_run import run_sequence

@@ -30,6 +30,9 @@ def report(
     Example:
       doo3d detect sample_clouds/crossing -o out && doo3d report out
     """
+    from ..runs.threads import single_thread
+
+    single_thread()
     from ..outputs.products import Products
     from ..outputs.run_reader import open_results
     from ..viz.report import report_page

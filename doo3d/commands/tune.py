@@ -70,7 +70,7 @@ def tune(
     from ..config.documentation import annotated_yaml
     from ..tuning import tune as propose
     from ..viz.backdrop import backdrop_of
-    from ..viz.png import encode_image
+    from ..viz.encoding import encode_image
     from ..viz.tuning_preview import draw_tuning
 
     data = entry.load().data

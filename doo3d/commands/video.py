@@ -23,8 +23,9 @@ def video(
     codec: Annotated[
         str | None,
         typer.Option(
-            metavar="vp09|mp4v|avc1",
-            help="VP9, MPEG-4, or H.264 if OpenCV has it. Default: VP9 in a .webm, which browsers play, else MPEG-4.",
+            metavar="vp08|vp09|mp4v|avc1",
+            help="VP8, VP9 (half the size, three times as slow), MPEG-4, or H.264 if OpenCV has it. Default: VP8 in a .webm, "
+            "which browsers play, else MPEG-4.",
         ),
     ] = None,
     skip_failed: Annotated[bool, typer.Option("--skip-failed", help="Omit failed frames instead of showing the reason.")] = False,
@@ -49,5 +50,6 @@ def video(
     written = write_video(opened, out, fps, codec, skip_failed, with_progress)
     Products(results).add([out])
     failed = f" ({written.failed} failed, {'left out' if skip_failed else 'shown as such'})" if written.failed else ""
+    failed += f" ({written.undrawn} without a picture left out)" if written.undrawn else ""
     frames = f"{written.frames} frame{'' if written.frames == 1 else 's'}"
     typer.echo(f"{frames}{failed}, {written.fps:g} per second, {written.size[0]}x{written.size[1]} -> {out}")

@@ -17,9 +17,9 @@ from ..pipeline import as_mode_data, run_with_stages
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
 from ..types.display import objects_text
 from ..viz import draw
+from ..viz.encoding import encode_image
 from ..viz.overlay import caption_lines
 from ..viz.palette import chain_style
-from ..viz.png import encode_image
 from ..viz.stage_products import Product
 from .explain import explain_stages
 from .local_viewer import LocalViewer, start_viewer

@@ -358,6 +358,17 @@ def best_plane(points: Floats, normals: Floats, offsets: Floats, distance: float
     p on a plane have normal @ p = offset. distance : m.
     """
 
+def blend_layer(picture: Array, layer: Array) -> None:
+    """Blend a transparent layer over a picture in place.
+
+    Parameters
+    ----------
+    picture
+        (H, W, 3) uint8 RGB. Changed in place
+    layer
+        (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity
+    """
+
 def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     """Return the first row, the row after the last, the first column and the column after the last that hold True; else four 0.
 
@@ -1172,6 +1183,26 @@ def off_edge_share(mask: Bools, color: Array, reach: int) -> float:
     Returns
     -------
     0 to 1; 0 if no pixel is looked at.
+    """
+
+def paint_strokes(layer: Array, points: Floats, stops: Ints, colors: Array, blunt: Bools) -> None:
+    """Draw antialiased strokes on a transparent layer in place, one after the other; each replaces what is below it.
+
+    A stroke is a polyline with a half-width at each point, which changes linearly from one to the next; a single point is a disc.
+    Pixel (column, row) has its center at (x, y) = (column, row), and is covered by the part of it that the stroke reaches across.
+
+    Parameters
+    ----------
+    layer
+        (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity. Changed in place
+    points
+        (P, 3) px, the points of all strokes: x, y and half-width
+    stops
+        (S,) int64, the end of each of S strokes in `points`, exclusive; the first begins at 0, others where the last one ended
+    colors
+        (S, 4) uint8, the color of each stroke, premultiplied RGBA
+    blunt
+        (S,), whether a stroke is cut off at its first and its last point; otherwise its ends are round
     """
 
 def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:

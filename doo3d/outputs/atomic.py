@@ -5,19 +5,23 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from ..errors import InputError
 
 PREFIX = ".doo3d-"  # of the names of temporary files; a killed run may leave one behind
 
+FLUSHED_AT_A_TIME = 16
+"""Files for which `flush_to_disk` waits together: with so many, one takes 0.3 ms instead of 4."""
 
-def write_bytes(path: Path, data: bytes) -> None:
+
+def write_bytes(path: Path, data: bytes, flushed: bool = True) -> None:
     """Write a file so that it is either complete or not there, even if the process is killed.
 
     The data are written under a temporary name in the same folder, flushed to the disk, and renamed to `path`. An existing file
-    is replaced.
+    is replaced. With `flushed` false, a power failure may leave an incomplete file; call `flush_to_disk` in the end.
 
     Raises
     ------
@@ -29,12 +33,33 @@ def write_bytes(path: Path, data: bytes) -> None:
         with temporary.open("xb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            if flushed:
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
+
+
+def flush_to_disk(paths: Iterable[Path]) -> None:
+    """Flush the content of files to the disk, those that still exist.
+
+    Many at a time: a file system writes what they wait for at once.
+
+    Raises
+    ------
+    OSError
+        the disk is full or fails.
+    """
+    with ThreadPoolExecutor(FLUSHED_AT_A_TIME) as threads:
+        for _ in threads.map(_flush, paths):
+            pass
+
+
+def _flush(path: Path) -> None:
+    with contextlib.suppress(FileNotFoundError), path.open("r+b") as file:
+        os.fsync(file.fileno())
 
 
 def write_text(path: Path, text: str) -> None:

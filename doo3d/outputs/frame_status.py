@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from ..errors import InputError
 from ..guard.image_size import announced_size
 from ..guard.limits import current_limits
 from ..types import Array
-from . import JOURNAL, MANIFEST, SUFFIXES
+from . import JOURNAL, MANIFEST, PICTURES, SUFFIXES
 from .journal import Journal
 from .run_reader import Results
 
@@ -35,7 +36,7 @@ class FrameStatus:
     stages
         name of a processing stage -> time that it took, s; empty if unknown.
     picture
-        path of the frame's picture with the chains drawn. A failed frame has no such file.
+        path of the frame's picture with the chains drawn; None if none was drawn. A failed frame has none.
     """
 
     name: str
@@ -43,7 +44,7 @@ class FrameStatus:
     timestamp: float | None
     seconds: float | None
     stages: dict[str, float]
-    picture: Path
+    picture: Path | None
 
 
 def frame_statuses(results: Results) -> list[FrameStatus]:
@@ -74,12 +75,29 @@ def _status(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> FrameS
         timestamp=None if stamp is None else float(stamp),
         seconds=None if seconds is None else float(seconds),
         stages={str(stage): float(duration) for stage, duration in (line.get("stages") or {}).items()},
-        picture=folder / f"{frame['name']}{SUFFIXES['overlay']}",
+        picture=None if (kind := picture_kind(frame)) is None else folder / f"{frame['name']}{SUFFIXES[kind]}",
     )
 
 
-def read_picture(path: Path) -> Array | None:
-    """Return the image in a file as (H, W, 3) uint8 BGR; None if the file is missing or not an image."""
+def picture_kind(frame: Mapping[str, Any]) -> str | None:
+    """Return the kind of the picture of a frame, "jpg" or "png"; None if none was drawn.
+
+    `frame` is its entry in the manifest or its line in the journal. Those of earlier versions do not say: each had a PNG.
+
+    Raises
+    ------
+    ValueError : the entry names another kind.
+    """
+    kind = frame.get("picture", "png" if frame["status"] == "ok" else None)
+    if kind not in (None, *PICTURES):
+        raise ValueError(f"picture {kind!r}")
+    return None if kind is None else str(kind)
+
+
+def read_picture(path: Path | None) -> Array | None:
+    """Return the image in a file as (H, W, 3) uint8 BGR; None if the file is missing or not an image, or without a path."""
+    if path is None:
+        return None
     try:
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError:

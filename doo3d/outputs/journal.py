@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..guard.parsing import is_plain
+from . import PICTURES
 from .atomic import write_bytes
 from .detection_json import finite
 
@@ -109,6 +110,7 @@ def is_frame_line(values: dict[str, Any]) -> bool:
         and all(isinstance(values.get(key), str | None) for key in ("error", "code"))
         and all(_is_number(values.get(key)) for key in ("timestamp", "seconds", "occluded"))
         and values.get("seconds") is not None
+        and values.get("picture") in (None, *PICTURES)
         and all(isinstance(values.get(key), list) and all(map(_is_number, values[key])) for key in ("lengths", "radii"))
         and isinstance(values.get("notes"), list)
         and all(isinstance(note, str) for note in values["notes"])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from . import STRANDS, SUFFIXES
+from . import PICTURES, STRANDS, SUFFIXES
 
 Line = dict[str, Any]
 """A line of a run's journal: the record of a frame."""
@@ -73,7 +73,7 @@ def _is_complete(folder: Path, line: Line) -> bool:
     checks = line.get("files")
     paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in (*SUFFIXES.values(), STRANDS)}
     if not isinstance(checks, dict):  # the journal of an early version
-        return all(paths[suffix].exists() for suffix in SUFFIXES.values())
+        return paths[SUFFIXES["json"]].exists() and any(paths[SUFFIXES[kind]].exists() for kind in PICTURES)
     paths = {suffix: path for suffix, path in paths.items() if suffix in checks}
     try:
         return file_checks({suffix: path.read_bytes() for suffix, path in paths.items()}) == checks

@@ -9,8 +9,8 @@ from typing import Any
 
 from ..config import Config
 from ..errors import InputError
-from . import CONFIG, JOURNAL, MANIFEST
-from .atomic import PREFIX, write_bytes, write_text
+from . import CONFIG, JOURNAL, MANIFEST, PICTURES, SUFFIXES
+from .atomic import PREFIX, flush_to_disk, write_bytes, write_text
 from .detection_json import dumps
 from .folder_checks import check_writable, lies_in_input, remove_files
 from .input_state import InputState
@@ -25,11 +25,11 @@ from .torn_manifest import TORN_NOTE, is_torn, restored_manifest, run_digests
 class ResultsFolder:
     """The folder that a run writes its results to, frame after frame; an interrupted run resumes from it.
 
-    It holds `<frame>.json` and `<frame>.png` for each frame, `config.yaml`, `manifest.json` (input, versions, and outcome of each
-    frame) and `progress.jsonl`, the journal with one line per finished frame. A frame counts as finished once its line is in the
-    journal, which is written after its files. All files but the journal are the same, byte for byte, for the same input and
-    configuration. Only one process writes to the folder: it is locked until `close`, or the end of a `with` block, which removes
-    the lock, and the folder if it was made for this run and nothing was written.
+    It holds `<frame>.json` and, if it is wanted, `<frame>.jpg` for each frame, `config.yaml`, `manifest.json` (input, versions,
+    outcome of each frame) and `progress.jsonl`, the journal with one line per finished frame. A frame is finished once its line
+    is in the journal, which is written after its files. All files but the journal are the same, byte for byte, for the same
+    input and configuration. Only one process writes to the folder: it is locked until `close`, or the end of a `with` block,
+    which removes the lock, and the folder if it was made for this run and nothing was written.
 
     Parameters
     ----------
@@ -87,6 +87,7 @@ class ResultsFolder:
         self._run = run_digests(self._identity)
         self._journal = Journal(path / JOURNAL)
         self._early_failures: list[Line] = []
+        self._unflushed: list[Path] = []
         self._started = self._repeats = False
         check_writable(path)
         if lies_in_input(path, Path(source["path"])):
@@ -179,7 +180,7 @@ class ResultsFolder:
         line
             the frame's line in the journal: a dict with at least "name" and "status".
         files
-            suffix of a file -> content, such as {".json": b"...", ".png": b"..."}; None for a frame that failed.
+            suffix of a file -> content, such as {".json": b"...", ".jpg": b"..."}; None for a frame that failed.
 
         Raises
         ------
@@ -196,7 +197,10 @@ class ResultsFolder:
                 line = line | {"inputs": self._inputs.of_frame(name)}
             else:
                 for suffix, content in files.items():
-                    write_bytes(self.file(name, suffix), content)
+                    self._write(self.file(name, suffix), content)
+                for path in (self.file(name, SUFFIXES[kind]) for kind in PICTURES if SUFFIXES[kind] not in files):
+                    if path.exists():  # of an earlier run
+                        path.unlink()
                 line = line | {"files": file_checks(files)}
             self._journal.add(line | {"run": self._run})
             self._lock.touch()
@@ -218,6 +222,34 @@ class ResultsFolder:
         except OSError as error:
             raise self._unwritable(error) from None
 
+    def amend(self, name: str, line: dict[str, Any], files: dict[str, bytes]) -> None:
+        """Write further files of a frame in `done` or `later`, then its line in the journal once more.
+
+        Parameters
+        ----------
+        name
+            name of the frame.
+        line
+            the frame's line in the journal, as for `add`.
+        files
+            suffix of a file -> content, such as {".jpg": b"..."}.
+
+        Raises
+        ------
+        InputError
+            the disk is full or the folder may not be written to.
+        """
+        lines = self.done if name in self.done else self.later
+        try:
+            self._start()
+            for suffix, content in files.items():
+                self._write(self.file(name, suffix), content)
+            lines[name] = lines[name] | line | {"files": lines[name].get("files", {}) | file_checks(files)}
+            self._journal.add(lines[name])
+        except OSError as error:
+            raise self._unwritable(error) from None
+        self._repeats = True
+
     def finish(self, values: dict[str, Any]) -> None:
         """Write the manifest of the finished run, and `config.yaml`.
 
@@ -235,6 +267,7 @@ class ResultsFolder:
         try:
             if self._repeats:
                 self._tidy_journal()
+            flush_to_disk(self._unflushed)
             write_text(self.path / CONFIG, self._config.to_yaml())
             write_text(self.path / MANIFEST, text)
         except OSError as error:
@@ -251,6 +284,14 @@ class ResultsFolder:
         with contextlib.suppress(OSError):
             for name in (JOURNAL, CONFIG, MANIFEST):
                 (self.path / name).unlink(missing_ok=True)
+
+    def _write(self, path: Path, content: bytes) -> None:
+        """Write a file of a frame; it is flushed to the disk by `finish`.
+
+        After a power failure before that, the check in the journal tells an incomplete file, and its frame is done again.
+        """
+        write_bytes(path, content, False)
+        self._unflushed.append(path)
 
     def _remove_created(self) -> None:
         """Remove the folders that were made for this run, as far as they are empty."""

@@ -14,14 +14,16 @@ from ..inputs import Capture, ReadOptions, open_capture
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
 from ..sequence.fused_capture import fused_capture
-from ..types.arguments import each, file_path, flag, number, refused, whole
+from ..types.arguments import each, file_path, flag, number, refused, text, whole
 from .frame_record import FrameRecord
 from .option_checks import check_one_mode, check_pose_use
+from .pictures import Pictures
 from .run import RunSummary
 from .run import run as run_capture
 from .run_options import RunOptions
 from .sequence_run import run_sequence
 from .time_limit import DEFAULT_SECONDS
+from .worker_count import AUTO, worker_count
 
 MAX_WORKERS = 1024
 """Worker processes of one machine: more than any has processors."""
@@ -40,13 +42,15 @@ def run(
     start: int | str | None = None,
     end: int | str | None = None,
     frames: str | Sequence[int] | None = None,
-    workers: int = 0,
+    workers: int | str = 0,
     scheduler: str | None = None,
     fuse_views: bool = False,
     sequence: bool = False,
     restart: bool = False,
     retry_failed: bool = False,
     time_limit: float | None = DEFAULT_SECONDS,
+    pictures: str = "all",
+    picture_format: str = "jpg",
     force: bool = False,
     progress: Callable[[FrameRecord], None] | None = None,
 ) -> RunSummary:
@@ -60,7 +64,7 @@ def run(
     capture
         path of a capture, or a capture as `open_capture` returns it, or a slice of one.
     out
-        folder for `<frame>.json`, `<frame>.png`, `config.yaml` and `manifest.json`; made if missing.
+        folder for `<frame>.json`, `<frame>.jpg`, `config.yaml` and `manifest.json`; made if missing.
     config
         the settings, as `detect` takes them.
     mask
@@ -76,7 +80,8 @@ def run(
         the frames to use, as `doo3d detect --help` says: every Nth; first and last as a number from 0, -1 the last, or as a time
         such as "12.5s"; a list such as "3,7,10-20" or [3, 7].
     workers
-        number of worker processes; 0 works in this process alone. Workers do not import the calling script.
+        number of worker processes; 0 works in this process alone, "auto" takes as many as processors, memory and the number of
+        frames allow. Workers do not import the calling script.
     scheduler
         address of a dask scheduler, whose workers to use instead.
     fuse_views
@@ -89,6 +94,12 @@ def run(
         do frames again that failed in an earlier run.
     time_limit
         s after which a frame fails; None for no limit.
+    pictures
+        frames that get a picture: "all"; "failed", those without a chain, with a chain whose confidence is below 0.5, or with a
+        note; "none"; or "every:10", the first and every tenth after it. Pictures that are missing of frames that an earlier run
+        finished are drawn from its results.
+    picture_format
+        "jpg" or "png", which takes ten times as long to write.
     force
         write into `out` even if it holds something else.
     progress
@@ -122,10 +133,12 @@ def run(
         fuse_views, sequence, restart, retry_failed, force = (flag(value, name) for name, value in switches.items())
         if time_limit is not None and not number(time_limit, "time_limit") > 0:
             raise ConfigError(f"time_limit={time_limit}: expected seconds above 0, or None", code="value-out-of-bounds")
-        if not 0 <= (workers := whole(workers, "workers")) <= MAX_WORKERS:
+        if not isinstance(workers, str) and not 0 <= (workers := whole(workers, "workers")) <= MAX_WORKERS:
             raise ConfigError(f"workers={str(workers)[:20]}: expected 0 to {MAX_WORKERS}", code="value-out-of-bounds")
+        worker_count(workers, 0)
         if not isinstance(scheduler, str | None):
             raise refused(scheduler, "scheduler", "an address, such as tcp://host:8786")
+        drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"))
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
         opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera))
@@ -137,12 +150,13 @@ def run(
             chosen = fused_capture(chosen, settings)
         options = RunOptions(
             reading=opened.options,
-            workers=workers,
+            workers=0 if scheduler and workers == AUTO else worker_count(workers, len(chosen)),
             scheduler=scheduler,
             restart=restart,
             force=force,
             retry_failed=retry_failed,
             time_limit=time_limit,
+            pictures=drawn,
         )
         if sequence:
             summary = run_sequence(chosen, folder, settings, remarks.of_pass, options)

@@ -61,11 +61,14 @@ class Executor(Protocol):
         largest number of jobs that may be submitted but not yet written; it limits the memory of a run.
     max_frames_per_job
         largest number of frames in one job.
+    works_here
+        whether a job is done by the thread that asks for its result, rather than by workers meanwhile.
     """
 
     workers: int
     max_jobs: int
     max_frames_per_job: int
+    works_here: bool
 
     def submit(self, function: Callable[..., Any], calls: Sequence[Call], affinity: Future | None = None) -> Future:
         """Submit a job: `function(cache, *call)` for each call, in order, where `cache` is the FrameCache of the doing process.

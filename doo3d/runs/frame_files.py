@@ -5,30 +5,38 @@ To add a file, write a function like `detection_json.encode`, and add a line to 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-from ..outputs import SUFFIXES, detection_json
+from ..outputs import PICTURES, SUFFIXES, detection_json
 from ..types import Cloud, Detection, Frame, Image
-from ..viz import png
+from ..viz import encoding
 
 Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
-ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "overlay": png.encode}
+ENCODERS: dict[str, Encoder] = {
+    "json": detection_json.encode,
+    "jpg": encoding.encode_jpeg,
+    "png": encoding.encode_png,
+}
 """Kind of file (a key of SUFFIXES) -> its encoder."""
 
 
-def encode_frame(detection: Detection, data: Frame | Cloud | Image) -> dict[str, bytes]:
-    """Return the content of the files of one frame, its JSON result and its picture; nothing is written to disk.
+def encode_frame(
+    detection: Detection, data: Frame | Cloud | Image, kinds: Iterable[str] = ("json", PICTURES[0])
+) -> dict[str, bytes]:
+    """Return the content of the files of one frame, such as its JSON result and its picture; nothing is written to disk.
 
-    `data` is the input of the detection, which is the background of the picture.
+    Parameters
+    ----------
+    detection
+        the chains of the frame.
+    data
+        the input of the detection, which is the background of the picture.
+    kinds
+        which files, keys of ENCODERS.
 
     Returns
     -------
-    File name suffix -> content of the file, such as {".json": b"...", ".png": b"..."}.
+    File name suffix -> content of the file, such as {".json": b"...", ".jpg": b"..."}.
     """
-    return {SUFFIXES[kind]: encode(detection, data) for kind, encode in ENCODERS.items()}
-
-
-def encode_result(detection: Detection) -> dict[str, bytes]:
-    """Return the content of the JSON result of one frame alone, as `encode_frame` does."""
-    return {SUFFIXES["json"]: detection_json.encode(detection)}
+    return {SUFFIXES[kind]: ENCODERS[kind](detection, data) for kind in kinds}

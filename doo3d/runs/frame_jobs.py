@@ -16,9 +16,10 @@ from ..pipeline import detect
 from ..types import Detection
 from .capture_checks import chain_evidence, frame_evidence
 from .frame_cache import FrameCache
-from .frame_files import encode_frame, encode_result
+from .frame_files import encode_frame
 from .frame_record import OK, FrameRecord
 from .methods import Method, detect_alone
+from .pictures import ALL_PICTURES, Pictures
 
 
 @dataclass(frozen=True)
@@ -35,15 +36,12 @@ class DetectedFrame:
         key of the frame's data in the FrameCache of the process that did the detection; empty if the frame failed.
     files
         suffix -> content of files of the frame besides its JSON result and its picture.
-    has_picture
-        whether a picture is drawn.
     """
 
     record: FrameRecord
     detection: Detection | None = None
     cache_key: str = ""
     files: dict[str, bytes] = field(default_factory=dict)
-    has_picture: bool = True
 
 
 def detect_frame(
@@ -80,14 +78,16 @@ def detect_frame(
     except Exception as error:
         seconds = time.perf_counter() - start
         return DetectedFrame(replace(record, error=describe_error(error), code=error_code(error), seconds=seconds))
-    key = cache.add(loaded.data) if found.has_picture else ""
+    key = cache.add(loaded.data)
     stages = {"read": read_seconds, **detection.seconds}
     seconds = time.perf_counter() - start
     record = replace(record, status=OK, seconds=seconds, notes=detection.notes, stages=stages, evidence=evidence)
-    return DetectedFrame(record, replace(detection, seconds={}), key, found.files, found.has_picture)
+    return DetectedFrame(record, replace(detection, seconds={}), key, found.files)
 
 
-def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) -> tuple[FrameRecord, dict[str, bytes] | None]:
+def render_frame(
+    cache: FrameCache, frame: FrameRef, detected: DetectedFrame, pictures: Pictures = ALL_PICTURES
+) -> tuple[FrameRecord, dict[str, bytes] | None]:
     """Return the complete record of a detected frame and the content of its files; nothing is written to disk.
 
     Parameters
@@ -98,40 +98,72 @@ def render_frame(cache: FrameCache, frame: FrameRef, detected: DetectedFrame) ->
         reference to the frame.
     detected
         the result of `detect_frame`, with a detection; its chains may have been given ids or been reversed by tracking.
+    pictures
+        whether a picture is drawn, from `Pictures.at`.
 
     Returns
     -------
     record : the complete record; its status is "failed" if an error occurred. No exception is raised.
-    files : file name suffix (".json", ".png") -> content; None if an error occurred.
+    files : file name suffix (".json", ".jpg") -> content; None if an error occurred.
     """
     assert detected.detection is not None
     start = time.perf_counter()
+    record = _with_chains(detected.record, detected.detection)
+    picture = pictures.kind if pictures.wants(record) else None
     try:
-        evidence = detected.record.evidence
-        if detected.has_picture:
-            data = cache.take(detected.cache_key) or frame.load().data
-            files = encode_frame(detected.detection, data)
-            evidence = evidence | chain_evidence(detected.detection, data)
-        else:
-            files = encode_result(detected.detection)
-        files |= detected.files
+        data = cache.take(detected.cache_key) or frame.load().data
+        files = encode_frame(detected.detection, data, ("json", *([picture] if picture else []))) | detected.files
+        evidence = record.evidence | chain_evidence(detected.detection, data)
     except Exception as error:
         record = FrameRecord.failed(frame, describe_error(error), error_code(error))
         return replace(record, seconds=detected.record.seconds + time.perf_counter() - start), None
-    chains = detected.detection.chains
-    segments = sum(len(chain.occluded) for chain in chains)
     seconds = time.perf_counter() - start
     record = replace(
-        detected.record,
-        seconds=detected.record.seconds + seconds,
-        stages=detected.record.stages | {"draw": seconds},
+        record,
+        seconds=record.seconds + seconds,
+        stages=record.stages | {"draw": seconds},
+        evidence=evidence,
+        picture=picture,
+    )
+    return record, files
+
+
+def draw_frame(cache: FrameCache, frame: FrameRef, detection: Detection, picture: str) -> tuple[dict[str, bytes], str | None]:
+    """Return the picture of a frame that an earlier run has finished without one.
+
+    Parameters
+    ----------
+    cache
+        FrameCache of the process that does this job; not used.
+    frame
+        reference to the frame, which is read from disk.
+    detection
+        the chains in the results of the frame.
+    picture
+        kind of the picture, such as "jpg".
+
+    Returns
+    -------
+    files : file name suffix -> content; empty if an error occurred. No exception is raised.
+    error : the error's message; None if there was none.
+    """
+    try:
+        return encode_frame(detection, frame.load().data, [picture]), None
+    except Exception as error:
+        return {}, describe_error(error)
+
+
+def _with_chains(record: FrameRecord, detection: Detection) -> FrameRecord:
+    """Return the record of a frame with the numbers of its chains."""
+    chains = detection.chains
+    segments = sum(len(chain.occluded) for chain in chains)
+    return replace(
+        record,
         lengths=tuple(chain.length for chain in chains),
         radii=tuple(chain.radius for chain in chains),
         confidences=tuple(chain.confidence for chain in chains),
         occluded=sum(int(chain.occluded.sum()) for chain in chains) / segments if segments else None,
-        objects=len(detected.detection.objects) if detected.detection.objects else None,
-        junctions=len(detected.detection.junctions) if detected.detection.objects else None,
-        units="m" if detected.detection.mode == "3d" else "px",
-        evidence=evidence,
+        objects=len(detection.objects) if detection.objects else None,
+        junctions=len(detection.junctions) if detection.objects else None,
+        units="m" if detection.mode == "3d" else "px",
     )
-    return record, files

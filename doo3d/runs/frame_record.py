@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from ..inputs import FrameRef
+from ..outputs.frame_status import picture_kind
 
 OK, FAILED = "ok", "failed"
 
@@ -43,6 +44,8 @@ class FrameRecord:
     code
         stable code of the error, such as "mask-shape"; "unexpected" for a fault in doo3d. None if the status is "ok", or if
         the journal is of an early version.
+    picture
+        kind of its picture, "jpg" or "png"; None if none was drawn.
     stages
         name of a step -> time that it took, s. The steps are "read", each stage of the detection, and "draw".
     evidence
@@ -64,6 +67,7 @@ class FrameRecord:
     notes: tuple[str, ...] = ()
     error: str | None = None
     code: str | None = None
+    picture: str | None = None
     stages: dict[str, float] = field(default_factory=dict)
     evidence: dict[str, Any] = field(default_factory=dict)
 
@@ -91,6 +95,7 @@ class FrameRecord:
             "confidences": list(self.confidences),
             "occluded": self.occluded,
             "units": self.units,
+            "picture": self.picture,
             "error": self.error,
             "code": self.code,
         }
@@ -116,4 +121,5 @@ class FrameRecord:
             for key in ("lengths", "radii", "confidences")
         }
         evidence = known.get("evidence") if isinstance(known.get("evidence"), dict) else {}
-        return FrameRecord(**known | numbers | {"notes": tuple(values["notes"]), "evidence": evidence})
+        others = {"notes": tuple(values["notes"]), "evidence": evidence, "picture": picture_kind(values)}
+        return FrameRecord(**known | numbers | others)

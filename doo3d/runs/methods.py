@@ -24,13 +24,10 @@ class Found:
         the chains.
     files
         suffix -> content of files of the frame besides its JSON result and its picture.
-    has_picture
-        whether a picture is to be drawn.
     """
 
     detection: Detection
     files: dict[str, bytes] = field(default_factory=dict)
-    has_picture: bool = True
 
 
 Method = Callable[[FrameData, FrameRef, Config], Found]
@@ -50,7 +47,7 @@ def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
 
     assert isinstance(loaded.data, Frame | Cloud)
     observation = observe_frame(loaded.data, config, loaded.mask_for(config))
-    return Found(observation.detection, {STRANDS: encode_strands(observation)}, has_picture=False)
+    return Found(observation.detection, {STRANDS: encode_strands(observation)})
 
 
 @dataclass(frozen=True)

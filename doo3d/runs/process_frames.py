@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from .executor import Executor, Future, WorkerLost
 from .frame_jobs import DetectedFrame, detect_frame, render_frame
 from .frame_record import FrameRecord
 from .methods import Method, detect_alone
+from .pictures import ALL_PICTURES, Pictures
 
 JOB_SECONDS = 0.6
 """s that detecting and rendering the frames of a job take together: long beside what a job costs (7 ms with dask), short beside
@@ -25,6 +26,10 @@ RECENT_FRAMES = 32
 
 LAST_JOBS_PER_WORKER = 4
 """Jobs that the remaining frames are divided into at least, per worker, so that all workers end at about the same time."""
+
+
+EVERYTHING: Mapping[str, Pictures] = {}
+"""No frame is named, so a picture is drawn of each."""
 
 
 class JobSize:
@@ -66,6 +71,7 @@ def process_frames(
     tracker: Tracker | None,
     method: Method = detect_alone,
     thorough: frozenset[str] = frozenset(),
+    pictures: Mapping[str, Pictures] = EVERYTHING,
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame, in order, with at most `executor.max_jobs` jobs in progress.
 
@@ -86,6 +92,8 @@ def process_frames(
         how the chains of a frame are found.
     thorough
         names of the frames to look at thoroughly; see `detect_frame`.
+    pictures
+        name of a frame -> whether a picture is drawn, see `Pictures.at`; one is drawn of frames that are not named.
     """
     size = JobSize(executor.workers, executor.max_frames_per_job)
     detecting: deque[tuple[Sequence[FrameRef], Future]] = deque()
@@ -97,12 +105,19 @@ def process_frames(
             calls = [(frame, config, method, frame.name in thorough) for frame in group]
             detecting.append((group, executor.submit(detect_frame, calls)))
             submitted += len(group)
-        if detecting and (not rendering or detecting[0][1].done()):
-            rendering.append(_Rendering(*detecting.popleft(), executor, tracker))
-        elif rendering:
+        has_work = bool(detecting) and (executor.works_here or detecting[0][1].done())
+        if (rendering and not has_work) or (rendering and executor.works_here and rendering[0].done()):
             for record, files in rendering.popleft().results():
                 size.add(record.seconds)
                 yield record, files
+        elif detecting:
+            try:
+                rendering.append(_Rendering(*detecting.popleft(), executor, tracker, pictures))
+            except KeyboardInterrupt:
+                if executor.works_here:  # the frames before are as good as done
+                    for detected in rendering:
+                        yield from detected.results()
+                raise
         else:
             return
 
@@ -120,13 +135,27 @@ class _Rendering:
         renders them.
     tracker
         tracks their chains; None: they are not tracked.
+    pictures
+        whether pictures are drawn, by the names of the frames.
     """
 
-    def __init__(self, frames: Sequence[FrameRef], job: Future, executor: Executor, tracker: Tracker | None) -> None:
+    def __init__(
+        self,
+        frames: Sequence[FrameRef],
+        job: Future,
+        executor: Executor,
+        tracker: Tracker | None,
+        pictures: Mapping[str, Pictures],
+    ) -> None:
         self._frames = frames
         self._detected = [_tracked(frame, value, tracker) for frame, value in zip(frames, job.result(), strict=True)]
-        calls = [call for call in zip(frames, self._detected, strict=True) if call[1].detection is not None]
+        pairs = zip(frames, self._detected, strict=True)
+        calls = [(frame, each, pictures.get(frame.name, ALL_PICTURES)) for frame, each in pairs if each.detection is not None]
         self._job = executor.submit(render_frame, calls, job) if calls else None
+
+    def done(self) -> bool:
+        """Return whether the files are made."""
+        return self._job is None or self._job.done()
 
     def results(self) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
         """Wait for the files, and yield the record and the files of each frame; a frame that failed has no files."""

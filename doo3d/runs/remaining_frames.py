@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 
@@ -11,14 +11,15 @@ import numpy as np
 from ..config import Config
 from ..inputs import FrameRef
 from ..outputs import SUFFIXES
-from ..outputs.run_folder import ResultsFolder
 from ..outputs.run_reader import read_detection
 from ..sequence.tracking import Tracker
 from ..types import Detection
 from .executor import Executor
 from .frame_record import OK, FrameRecord
+from .frame_writer import FrameWriter
 from .methods import Method, detect_alone
-from .process_frames import process_frames
+from .pictures import Pictures
+from .process_frames import EVERYTHING, process_frames
 
 
 def remaining_frames(
@@ -26,9 +27,10 @@ def remaining_frames(
     config: Config,
     executor: Executor,
     tracker: Tracker | None,
-    folder: ResultsFolder,
+    writer: FrameWriter,
     method: Method = detect_alone,
     thorough: frozenset[str] = frozenset(),
+    pictures: Mapping[str, Pictures] = EVERYTHING,
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame that is to be done, in order; the others are confirmed in the folder.
 
@@ -46,17 +48,19 @@ def remaining_frames(
         does the jobs.
     tracker
         gives chains their ids, in its state after `folder.done`; None for frames that are not a sequence.
-    folder
-        the folder of the run.
+    writer
+        the writer of the run, which writes what is yielded before the next frame is asked for.
     method
         how the chains of a frame are found.
     thorough
         names of the frames to look at thoroughly; see `detect_frame`.
+    pictures
+        whether pictures are drawn; see `process_frames`.
     """
-    position = 0
+    folder, position = writer.folder, 0
     while position < len(frames):
         group = list(takewhile(lambda frame: frame.name not in folder.later, frames[position:]))
-        yield from process_frames(group, config, executor, tracker, method, thorough)
+        yield from process_frames(group, config, executor, tracker, method, thorough, pictures)
         position += len(group)
         while position < len(frames) and frames[position].name in folder.later:
             name = frames[position].name
@@ -64,9 +68,9 @@ def remaining_frames(
                 state, same = tracker.state, _keeps_ids(tracker, folder.file(name, SUFFIXES["json"]))
                 if not same:
                     later = Tracker(config.tracking, state)
-                    yield from process_frames(frames[position:], config, executor, later, method, thorough)
+                    yield from process_frames(frames[position:], config, executor, later, method, thorough, pictures)
                     return
-            folder.keep(name)
+            writer.keep(name)
             position += 1
 
 

@@ -82,11 +82,14 @@ class RetryingExecutor(ABC):
         largest number of jobs that may be submitted but not yet written: 3 per worker.
     max_frames_per_job
         largest number of frames in one job: 64.
+    works_here
+        False: workers do the jobs.
     """
 
     workers: int
     max_jobs: int = field(init=False)
     max_frames_per_job: int = field(init=False, default=MAX_FRAMES_PER_JOB)
+    works_here: bool = field(init=False, default=False)
     _pending: list[WorkerJob] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:

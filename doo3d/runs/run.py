@@ -1,13 +1,13 @@
 """One run: every frame of a capture through the method; results and manifest into a folder.
 
-Frames are worked on by this process or by workers, and written by this process, in order. A frame that fails does not stop
-the run. Interrupted runs resume: call `run` again with the same arguments.
+Frames are worked on by this process or by workers, and written by a thread of this process, in order. A frame that fails does
+not stop the run. Interrupted runs resume: call `run` again with the same arguments.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,9 @@ from ..types.display import Displayed, counted
 from .capture_checks import capture_notes, run_notes, thorough_frames
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
+from .frame_writer import MAX_WAITING, FrameWriter
 from .methods import Method, detect_alone
+from .missing_pictures import draw_missing
 from .remaining_frames import remaining_frames
 from .run_options import RunOptions
 from .select_executor import select_executor
@@ -125,7 +127,7 @@ def run(
     capture
         the capture, as returned by `open_capture`.
     out
-        folder for `<frame>.json`, `<frame>.png`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
+        folder for `<frame>.json`, `<frame>.jpg`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
         Frames that an earlier run with the same arguments finished there are not done again.
     config
         configuration of the detection.
@@ -163,12 +165,23 @@ def run(
             options.resumed(list(records.values()))
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
         tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
-        with _executor(options if frames else replace(options, executor=SerialExecutor())) as chosen:
-            thorough = thorough_frames(names)
-            for record, files in remaining_frames(frames, config, chosen, tracker, folder, method, thorough):
-                folder.add(record.name, record.to_journal(), files)
-                records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
-                options.report(record)
+        with _executor(options, len(frames)) as chosen:
+            thorough, pictures = thorough_frames(names), options.pictures.of_frames(names)
+            for record in draw_missing(capture.frames, pictures, records, chosen, folder, options.note):
+                records[record.name] = record
+            with FrameWriter(folder) as writer:
+
+                def report(max_waiting: int) -> None:
+                    for record in writer.written(max_waiting):
+                        records[record.name] = replace(record, stages={})  # kept for every frame of the capture, hence small
+                        options.report(record)
+
+                try:
+                    for frame in remaining_frames(frames, config, chosen, tracker, writer, method, thorough, pictures):
+                        writer.add(*frame)
+                        report(MAX_WAITING)
+                finally:
+                    report(0)
         summary = RunSummary(tuple(records[name] for name in names))
         if summary.succeeded:
             entries = [record.to_dict() for record in summary.records]
@@ -199,10 +212,12 @@ def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions
     )
 
 
-def _executor(options: RunOptions) -> AbstractContextManager[Executor]:
-    """Return the given executor, or a new one for the workers or the scheduler, for a `with` block."""
+def _executor(options: RunOptions, frames: int) -> AbstractContextManager[Executor]:
+    """Return the given executor, or a new one for the workers or the scheduler, for a `with` block with so many frames to do."""
     if options.executor is not None:
         return nullcontext(options.executor)
+    if not frames:
+        return closing(SerialExecutor())
     return select_executor(options.workers, options.scheduler, options.time_limit)
 
 

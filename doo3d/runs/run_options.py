@@ -9,6 +9,7 @@ from typing import Protocol
 from ..inputs import ReadOptions
 from .executor import Executor
 from .frame_record import FrameRecord
+from .pictures import ALL_PICTURES, Pictures
 from .time_limit import DEFAULT_SECONDS
 
 
@@ -51,6 +52,8 @@ class RunOptions:
     time_limit
         s that a frame may take, reading and rendering included; then it fails, and a worker that was busy with it is replaced.
         None for no limit. Without effect on the workers of a scheduler and on a given executor.
+    pictures
+        which frames get a picture. Pictures that are missing of frames that an earlier run finished are drawn from its results.
     report, resumed, note
         called as the members of `Progress`.
     """
@@ -63,6 +66,7 @@ class RunOptions:
     force: bool = False
     retry_failed: bool = False
     time_limit: float | None = DEFAULT_SECONDS
+    pictures: Pictures = ALL_PICTURES
     report: Callable[[FrameRecord], None] = lambda record: None
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None
     note: Callable[[str], None] = lambda sentence: None

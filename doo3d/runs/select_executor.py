@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 from ..errors import InputError
 from .executor import Executor
@@ -46,4 +46,5 @@ def select_executor(workers: int = 0, scheduler: str | None = None, time_limit: 
         with local_workers(workers, time_limit) as executor:
             yield executor
     else:
-        yield SerialExecutor(time_limit)
+        with closing(SerialExecutor(time_limit)) as executor:
+            yield executor

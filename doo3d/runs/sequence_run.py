@@ -19,6 +19,7 @@ from ..sequence.given_length import length_notes
 from ..sequence.objects import find_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
+from .pictures import NO_PICTURES
 from .run import DEFAULTS, RunSummary, open_folder, run
 from .run_options import Progress, RunOptions
 
@@ -68,7 +69,7 @@ def run_sequence(
             capture,
             folder,
             config,
-            options.with_progress(reporter),
+            replace(options.with_progress(reporter), pictures=NO_PICTURES),
             method=first_pass,
             extra={"sequence": "first pass"},
         )

@@ -135,13 +135,7 @@ class ChainRibbon:
             self._paint_joints(canvas, run)
 
     def _paint_ribbon(self, canvas: Canvas, run: slice, margin: float, color: Rgb, alpha: float) -> None:
-        points, half_width = self.points[run], self.half_width[run] + margin
-        normals = _unit_normals(np.diff(points, axis=0))
-        for i, normal in enumerate(normals):
-            a, b = normal * half_width[i], normal * half_width[i + 1]
-            canvas.polygon(np.array([points[i] + a, points[i + 1] + b, points[i + 1] - b, points[i] - a]), color, alpha)
-        for point, radius in zip(points[1:-1], half_width[1:-1], strict=True):
-            canvas.disc(point, radius, color, alpha)
+        canvas.ribbon(self.points[run], self.half_width[run] + margin, color, alpha)
 
     def _paint_center_line(self, canvas: Canvas, run: slice) -> None:
         points, kind = self.points[run], self.kinds[run.start]
@@ -174,8 +168,7 @@ class ChainRibbon:
         radius = min(1.4 * self.unit, 0.12 * spacing)
         if radius < 0.5 * self.unit or self.kinds[run.start] != SEEN:
             return
-        for point in points:
-            canvas.disc(point, radius, LIGHT, 1.0)
+        canvas.discs(points, radius, LIGHT, 1.0)
 
     def paint_bridge_edges(self, canvas: Canvas, chosen: Bools) -> None:
         """Draw a white line along both sides of the chosen segments, as of a bridge on a map: they pass over another chain.
@@ -212,11 +205,6 @@ class ChainRibbon:
             canvas.disc(first, 8.2 * u, DARK, 0.85)
             canvas.disc(first, 7.0 * u, LIGHT, 1.0)
             canvas.disc(first, 5.6 * u, self.color, 1.0)
-
-
-def _unit_normals(steps: Floats) -> Floats:
-    normals = np.column_stack((-steps[:, 1], steps[:, 0]))
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9))
 
 
 def _dashes(points: Floats, dash: float, gap: float) -> list[Floats]:

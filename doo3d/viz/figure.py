@@ -224,7 +224,7 @@ def _place_on_image(drawn: Any, data: Frame | Cloud | Image | Array | None) -> N
     image = data.color if isinstance(data, Frame | Image) else data if isinstance(data, np.ndarray) else None
     if image is None:
         return
-    from .png import encode_image  # cv2 takes long to import
+    from .encoding import encode_image  # cv2 takes long to import
 
     height, width = image.shape[:2]
     source = "data:image/png;base64," + base64.b64encode(encode_image(image)).decode("ascii")

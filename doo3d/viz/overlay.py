@@ -67,7 +67,8 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     for index in reversed(range(len(strands))):
         strands[index].paint_ends(canvas, ((index, 0) not in joined, (index, 1) not in joined))
     _paint_junctions(canvas, detection, backdrop, unit)
-    picture = _caption(canvas.blend_over(backdrop.image), canvas, detection)
+    picture = canvas.blend_over(backdrop.image)
+    _caption(picture, canvas, detection)
     if len(strands) > 1:
         for index, (number, strand) in enumerate(zip(chain_numbers(detection), strands, strict=True)):
             _label(picture, str(number), strand.points[len(strand.points) // 2 if (index, 0) in joined else 0], unit)
@@ -123,8 +124,8 @@ def _line(chain: Chain, in_metres: bool) -> str:
     return "".join([text, *(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share), *doubt])
 
 
-def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
-    """Return the image with a panel that describes the chains, in the corner where it covers the least of them."""
+def _caption(picture: Array, drawn: Canvas, detection: Detection) -> None:
+    """Draw a panel that describes the chains, in the corner where it covers the least of them."""
     lines = caption_lines(detection) or ["nothing found"]
     if len(lines) > 1:
         lines = [f"{number}   {line}" for number, line in zip(chain_numbers(detection), lines, strict=True)]
@@ -132,18 +133,20 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
     if len(lines) > _MAX_CAPTION_LINES:
         lines = [*lines[: _MAX_CAPTION_LINES - 1], f"and {len(lines) - _MAX_CAPTION_LINES + 1} more"]
     lines = [*head, *lines]
-    height, width = image.shape[:2]
+    height, width = picture.shape[:2]
     size = max(0.36, 0.42 * float(np.sqrt(height * width)) / UNIT_PX)
     (_, letter_height), _ = cv2.getTextSize("0", _FONT, size, 1)
     text_width = max(cv2.getTextSize(line, _FONT, size, 1)[0][0] for line in lines)
     pad, row = letter_height, round(2.1 * letter_height)
     panel = (text_width + 4 * pad, row * len(lines) + pad)
     if panel[0] > width or panel[1] > height:
-        return image
-    left, top = _free_corner(drawn.layer[:, :, 3] > 0, panel, margin=pad)
-    canvas = Canvas(height, width)
-    canvas.box((left, top), (left + panel[0], top + panel[1]), DARK, 0.72)
-    picture, colors = canvas.blend_over(image), [style.color for style in chain_styles(detection)]
+        return
+    left, top = _free_corner(drawn.layer[:, :, 3], panel, margin=pad)
+    covered = picture[top : top + panel[1] + 1, left : left + panel[0] + 1]
+    canvas = Canvas(*covered.shape[:2])
+    canvas.box((0, 0), panel, DARK, 0.72)
+    covered[:] = canvas.blend_over(covered)
+    colors = [style.color for style in chain_styles(detection)]
     thickness = max(1, round(size * 1.3))
     for i, line in enumerate(lines):
         base = top + pad // 2 + row * i + (row + letter_height) // 2
@@ -152,7 +155,6 @@ def _caption(image: Array, drawn: Canvas, detection: Detection) -> Array:
             cv2.rectangle(picture, (left + pad, base - letter_height), (left + 2 * pad, base), colors[i - len(head)], -1)
             text_at += 2 * pad
         cv2.putText(picture, line, (text_at, base), _FONT, size, LIGHT, thickness, cv2.LINE_AA)
-    return picture
 
 
 def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int, int]:
@@ -161,7 +163,7 @@ def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int
     Parameters
     ----------
     drawn
-        (H, W) bool.
+        (H, W), above 0 where something is drawn.
     panel
         (width, height) px.
     margin
@@ -171,4 +173,4 @@ def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int
     right, bottom = max(width - panel[0] - margin, 0), max(height - panel[1] - margin, 0)
     margin = min(margin, right, bottom)
     corners = [(margin, margin), (right, margin), (margin, bottom), (right, bottom)]
-    return min(corners, key=lambda at: int(drawn[at[1] : at[1] + panel[1], at[0] : at[0] + panel[0]].sum()))
+    return min(corners, key=lambda at: int(np.count_nonzero(drawn[at[1] : at[1] + panel[1], at[0] : at[0] + panel[0]])))

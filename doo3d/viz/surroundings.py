@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from ..inputs import FrameData
 from ..types import Array, Bools, Cloud, Detection, Floats, Frame
 
-MAX_READ_POINTS, MAX_TESTED_POINTS = 300_000, 60_000  # of a frame, and of the box around its chains
+MAX_READ_POINTS, MAX_TESTED_POINTS = 150_000, 40_000  # of a frame, and of the box around its chains
 SURROUNDINGS_MARGIN = 0.2  # of the diagonal of the chains' box
 OBJECT_RADII = 1.3  # radii from the axis within which a point is on the object
 
@@ -82,6 +82,8 @@ def _pose_of(frame: FrameData, detection: Detection) -> Floats | None:
 
 
 def _moved(points: Floats, pose: Floats) -> Floats:
+    if np.array_equal(pose, np.eye(4)):
+        return points
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 
@@ -89,9 +91,9 @@ def _sample_points(frame: FrameData, pose: Floats, rng: np.random.Generator) -> 
     """Return points in the coordinates of the chains, (N, 3) m, with their colors, (N, 3) uint8 RGB; None for an image."""
     data = frame.data
     if isinstance(data, Frame):
-        v, u = np.nonzero(data.depth)
-        chosen = _random_choice(rng, len(v))
-        v, u = v[chosen], u[chosen]
+        step = max(1, round(data.depth.size / MAX_READ_POINTS))  # pixels along the rows
+        first = int(rng.integers(step))
+        v, u = np.divmod(first + step * np.flatnonzero(data.depth.ravel()[first::step]), data.depth.shape[1])
         points = data.camera.unproject(np.column_stack((u, v)), data.depth[v, u])
         colors = None if data.color is None else data.color[v, u]
     elif isinstance(data, Cloud):

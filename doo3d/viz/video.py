@@ -18,9 +18,9 @@ from ..outputs.run_reader import Results
 from ..types import Array
 from .palette import DARK, LIGHT, Rgb
 
-CODECS = ("mp4v", "avc1", "vp09")
+CODECS = ("mp4v", "avc1", "vp08", "vp09")
 WEBM = ".webm"
-_FOURCC_IN_WEBM = "VP90"  # of vp09
+_FOURCC_IN_WEBM = {"vp08": "VP80", "vp09": "VP90"}
 _TRACK_UID = b"\x73\xc5\x88"  # in WebM: begins an id of 8 bytes, which OpenCV's FFmpeg draws at random
 _WEBM_HEAD_BYTES = 4096
 DEFAULT_FPS = 10.0  # without timestamps
@@ -40,6 +40,8 @@ class Video:
         number of frames in the video.
     failed
         number of failed frames of the run, whether the video shows or skips them.
+    undrawn
+        number of frames of which no picture was drawn, which the video skips.
     fps
         frames per second.
     size
@@ -48,6 +50,7 @@ class Video:
 
     frames: int
     failed: int
+    undrawn: int
     fps: float
     size: tuple[int, int]
 
@@ -63,7 +66,8 @@ def write_video(
     """Write the pictures of a run as a video; an existing file is replaced.
 
     The video has the size of the first picture, rounded down to even numbers. Pictures of another size are scaled to fit, with
-    black bars. A failed frame is shown as a dark picture with the frame's name and the reason.
+    black bars. A failed frame is shown as a dark picture with the frame's name and the reason. Frames without a picture are
+    left out.
 
     Parameters
     ----------
@@ -75,8 +79,8 @@ def write_video(
         frames per second, above 0; None takes the rate from the median step of the frames' timestamps (at least 1, at most 60),
         or 10 without timestamps.
     codec
-        "mp4v" (MPEG-4), "vp09" (VP9, which browsers play, slower to encode), or "avc1" (H.264, which not every OpenCV encodes).
-        WebM holds VP9 only. None takes VP9 for WebM, MPEG-4 for MP4.
+        "mp4v" (MPEG-4), "vp08" or "vp09" (VP8 and VP9, which browsers play; VP9 has half the size and takes three times as long),
+        or "avc1" (H.264, which not every OpenCV encodes). WebM holds VP8 and VP9 only. None takes VP8 for WebM, MPEG-4 for MP4.
     skip_failed
         True leaves failed frames out of the video.
     with_progress
@@ -85,7 +89,7 @@ def write_video(
     Returns
     -------
     Video
-        numbers of frames and of failed frames, rate and size of the video.
+        numbers of frames, of failed ones and of those without a picture, rate and size of the video.
 
     Raises
     ------
@@ -94,17 +98,21 @@ def write_video(
         available, or the file cannot be written.
     """
     suffix = WEBM if path.suffix.lower() == WEBM else ".mp4"
-    codec = codec or ("vp09" if suffix == WEBM else "mp4v")
+    codec = codec or ("vp08" if suffix == WEBM else "mp4v")
     if codec not in CODECS:
         raise InputError(f"codec {codec}: unknown, choose one of {', '.join(CODECS)}", code="choice-unknown")
-    if suffix == WEBM and codec != "vp09":
+    if suffix == WEBM and codec not in _FOURCC_IN_WEBM:
         raise InputError(
-            f"{path}: WebM cannot hold {codec}; give a name that ends in .mp4, or --codec vp09", code="options-conflict"
+            f"{path}: WebM cannot hold {codec}; give a name that ends in .mp4, or --codec vp08", code="options-conflict"
         )
     if fps is not None and not (np.isfinite(fps) and fps > 0):
         raise InputError(f"fps {fps}: expected a number above zero", code="value-out-of-bounds")
     statuses = frame_statuses(results)
-    frames = [frame for frame in statuses if not (skip_failed and frame.error is not None)]
+    frames = [frame for frame in statuses if frame.picture is not None or (frame.error is not None and not skip_failed)]
+    undrawn = sum(frame.picture is None and frame.error is None for frame in statuses)
+    if undrawn and all(frame.picture is None for frame in frames):
+        remedy = "repeat the doo3d detect command with --pictures all"
+        raise InputError(f"{results.path}: holds no pictures to show, none were drawn", code="picture-missing", remedy=remedy)
     if not frames:
         raise InputError(f"{results.path}: holds no frame to show", code="results-empty")
     fps = fps or _rate([frame.timestamp for frame in statuses])
@@ -116,7 +124,7 @@ def write_video(
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-    return Video(len(frames), sum(frame.error is not None for frame in statuses), fps, size)
+    return Video(len(frames), sum(frame.error is not None for frame in statuses), undrawn, fps, size)
 
 
 def _write(
@@ -129,7 +137,7 @@ def _write(
 ) -> None:
     with path.open("wb"):
         pass  # raises OSError in a read-only folder, where OpenCV fails silently
-    fourcc = _FOURCC_IN_WEBM if path.suffix == WEBM else codec
+    fourcc = _FOURCC_IN_WEBM[codec] if path.suffix == WEBM else codec
     with capture_native_output():  # a remark on the letters that name the codec
         writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), fps, size)
     try:

@@ -12,6 +12,7 @@ import io
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ METHODS = ("write", "flush", "truncate")
 """Methods of open files that are operations."""
 
 KILLS = ("before", "torn", "after")
+LOCK = threading.Lock()  # files are written by more than one thread
 ERRORS = ("ENOSPC", "EACCES", "EIO")
 
 
@@ -43,11 +45,13 @@ class Fault:
 
     def __call__(self, operation: Callable[..., Any], *args: Any, torn: Callable[[], Any] | None = None, **options: Any) -> Any:
         """Do an operation, or what is asked for instead."""
-        self.count += 1
-        here = self.count == self.at or (self.lasting and self.count > self.at > 0)
+        with LOCK:
+            self.count += 1
+            number = self.count
+        here = number == self.at or (self.lasting and number > self.at > 0)
         if here and self.kind in ERRORS:
-            number = getattr(errno, self.kind)
-            raise OSError(number, os.strerror(number))
+            reason = getattr(errno, self.kind)
+            raise OSError(reason, os.strerror(reason))
         if here and self.kind in KILLS:
             if self.kind == "torn" and torn is not None:
                 torn()

@@ -245,7 +245,7 @@ def _texts(folder: Path) -> dict[str, Path]:
     """Write the files that have a reader of their own: results, a configuration, poses, cameras, truths."""
     from doo3d import Camera, Frame, detect, load_config
     from doo3d.outputs.detection_json import dumps
-    from doo3d.viz.png import encode
+    from doo3d.viz.encoding import encode_png
 
     color, depth, mask = scene()
     frame = Frame(color[..., ::-1], (depth / 1000).astype(np.float32), Camera(*PINHOLE, WIDTH, HEIGHT), "a")
@@ -253,7 +253,7 @@ def _texts(folder: Path) -> dict[str, Path]:
     out = folder / "results"
     out.mkdir()
     (out / "a.json").write_text(dumps(detection.to_dict()))
-    (out / "a.png").write_bytes(encode(detection, frame))
+    (out / "a.png").write_bytes(encode_png(detection, frame))
     frames = [{"name": "a", "status": "ok", "source": "a", "timestamp": 1.0, "seconds": 0.1}]
     source = {"path": str(folder / "open3d"), "format": "folder", "reading": {"depth_scale": 1000}}
     manifest = {"schema": "doo3d/manifest/1", "finished": True, "versions": {"doo3d": "0"}, "input": source, "frames": frames}

@@ -33,13 +33,13 @@ def test_one_line_per_frame_and_the_files(doo3d, capture):
     assert last == "2 frames, 2 chains -> results"
     assert err.splitlines() == []
     assert sorted(os.listdir("results")) == [
-        *("000000.json", "000000.png", "000001.json", "000001.png"),
+        *("000000.jpg", "000000.json", "000001.jpg", "000001.json"),
         *("config.yaml", "manifest.json", "progress.jsonl"),
     ]
     found = json.loads(Path("results/000000.json").read_text())
     assert found["schema"] == "doo3d/detection/2"
     assert found["chains"][0]["radius"] == pytest.approx(0.005, abs=0.0015)
-    assert cv2.imread("results/000000.png").shape == (240, 320, 3)
+    assert cv2.imread("results/000000.jpg").shape == (240, 320, 3)
 
 
 def test_settings_reach_the_detection(doo3d, capture):
@@ -64,7 +64,7 @@ def test_a_cloud(doo3d):
     code, out, _ = doo3d("detect", "scan one.npz")
     assert code == 0
     assert out.startswith("scan one   1 chain   0.")
-    assert Path("out/scan one.png").exists()
+    assert Path("out/scan one.jpg").exists()
 
 
 def test_one_bad_frame(doo3d, capture):

@@ -90,7 +90,7 @@ def test_first_run_nothing_left_and_resumed(place, mode):
         assert first.code == 0
         assert BAR in first.written
         assert words(first.screen.text) == expected
-        for remove, sentence in ((None, "4 frames are finished already, nothing is left"), ("000002.png", "resuming after them")):
+        for remove, sentence in ((None, "4 frames are finished already, nothing is left"), ("000002.jpg", "resuming after them")):
             if remove:
                 (place / "out" / remove).unlink()
             again = detect(place, *options, columns=columns)

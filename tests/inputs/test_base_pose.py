@@ -134,7 +134,7 @@ def test_results_report_and_exports_are_in_the_base_frame(doo3d, capture, tmp_pa
     np.testing.assert_allclose(base.plane.normal, (0, 0, 1), atol=0.01)
     assert base.plane.height == pytest.approx(0, abs=NEAR_M)
     np.testing.assert_allclose(base.in_camera().chains[0].joints, own.chains[0].joints, atol=1e-12)
-    assert (tmp_path / "camera" / "000000.png").read_bytes() == (tmp_path / "base" / "000000.png").read_bytes()
+    assert (tmp_path / "camera" / "000000.jpg").read_bytes() == (tmp_path / "base" / "000000.jpg").read_bytes()
     manifest = json.loads((tmp_path / "base" / "manifest.json").read_text())
     assert manifest["input"]["pose"] == POSE.tolist()
     assert doo3d("export", "base", "--to", "npz")[0] == 0

@@ -23,6 +23,7 @@ CALLS = {
     "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
+    "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
     "classify_positions": (
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
@@ -83,6 +84,9 @@ CALLS = {
     "neighbor_table": (COORDS,),
     "neighborhood_spreads": (POINTS, POINTS[:2], 0.02),
     "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
+    "paint_strokes": (
+        np.zeros((3, 3, 4), np.uint8), np.ones((2, 3)), np.array([1, 2]), np.ones((2, 4), np.uint8), np.zeros(2, bool),
+    ),
     "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
     "polyline_crossings": (
         np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),

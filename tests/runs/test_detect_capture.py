@@ -14,7 +14,7 @@ def test_run_writes_what_the_command_writes(capture, doo3d, tmp_path):
     assert doo3d("detect", path, "-o", "shell", "--set", "merge.chains=1")[0] == 0
     assert seen == ["000000", "000001"]
     assert str(summary) == "RunSummary(2 frames, 2 chains)"
-    for name in ("manifest.json", "config.yaml", "000001.png"):
+    for name in ("manifest.json", "config.yaml", "000001.jpg"):
         assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "shell" / name).read_bytes()
     assert api.run(api.open_capture(path), tmp_path / "python", {"merge.chains": 1}).counts() == summary.counts()
     page = api.report(tmp_path / "python")

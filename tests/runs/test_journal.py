@@ -65,7 +65,7 @@ def test_lines_that_are_no_objects_end_the_journal(made, line):
     assert files_of(out) == files
 
 
-@pytest.mark.parametrize("name", ["000000.png", "000001.json", "000002.png"])
+@pytest.mark.parametrize("name", ["000000.jpg", "000001.json", "000002.jpg"])
 @pytest.mark.parametrize("how", ["flipped", "cut", "emptied", "longer"])
 def test_a_damaged_product_is_made_again(made, name, how):
     folder, out, files = made
@@ -84,7 +84,7 @@ def test_a_journal_of_an_early_version_is_gone_on_with(made):
         del line["files"]
     (out / "progress.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert done_again(folder, out) == []
-    (out / "000002.png").unlink()
+    (out / "000002.jpg").unlink()
     assert done_again(folder, out) == ["000002"]
     assert files_of(out) == files
 
@@ -96,7 +96,7 @@ def test_a_link_in_place_of_the_journal_is_not_written_through(made, tmp_path):
     (out / "progress.jsonl").rename(victim)
     content = victim.read_bytes()
     (out / "progress.jsonl").symlink_to(victim)
-    (out / "000002.png").unlink()
+    (out / "000002.jpg").unlink()
     assert done_again(folder, out) == ["000002"]
     assert victim.read_bytes() == content
     assert not (out / "progress.jsonl").is_symlink()

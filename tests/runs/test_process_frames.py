@@ -52,7 +52,7 @@ def test_jobs_become_smaller_towards_the_end(workers):
 class Shuffled:
     """An executor whose jobs are done in another order than they came in; frames named in `lost` kill their worker."""
 
-    workers, max_frames_per_job = 2, 64
+    workers, max_frames_per_job, works_here = 2, 64, False
 
     def __init__(self, max_jobs, lost=()):
         self.max_jobs, self.lost = max_jobs, lost
@@ -95,7 +95,7 @@ def test_frames_come_back_in_order_from_jobs_of_several():
     executor = Shuffled(max_jobs=6)
     made = processed(executor)
     assert [record.name for record, _ in made] == [f"{i:03d}" for i in range(50)]
-    assert all(files.keys() == {".json", ".png"} for _, files in made)
+    assert all(files.keys() == {".json", ".jpg"} for _, files in made)
     assert executor.most <= 6
     assert executor.open == 0
     for name in ("detect_frame", "render_frame"):

@@ -92,7 +92,7 @@ def test_a_frame_whose_file_is_gone_is_made_again(capture, tmp_path):
     folder, out = capture(frames=3), tmp_path / "out"
     batch.run(open_capture(folder), out, Config())
     expected = files_of(out)
-    (out / "000001.png").unlink()
+    (out / "000001.jpg").unlink()
     batch.run(open_capture(folder), out, Config())
     assert files_of(out) == expected
 

@@ -32,7 +32,7 @@ def swaying(tmp_path):
 
 
 def contents(out):
-    return {file.name: file.read_bytes() for file in out.iterdir() if file.suffix in (".json", ".png")}
+    return {file.name: file.read_bytes() for file in out.iterdir() if file.suffix in (".json", ".jpg")}
 
 
 def test_every_frame_has_the_whole_rope(doo3d, swaying, tmp_path):

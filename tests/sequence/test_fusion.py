@@ -239,7 +239,7 @@ def test_from_the_shell(tmp_path, doo3d):
     code, out, _ = doo3d("detect", capture, "-o", "out", "--fuse-views")
     assert code == 0, out
     assert "static   1 chain" in out
-    assert sorted(path.name for path in Path("out").glob("static.*")) == ["static.json", "static.png"]
+    assert sorted(path.name for path in Path("out").glob("static.*")) == ["static.jpg", "static.json"]
     found = json.loads(Path("out/static.json").read_text())
     assert found["coordinates"] == "the world frame of the camera's poses"
     assert found["notes"] == ["4 frames are fused"]

@@ -43,7 +43,7 @@ def page(tmp_path_factory) -> Path:
         if not bad:
             values = json.loads((folder / f"made/{i % 2:06d}.json").read_text())
             (out / f"{name}.json").write_text(json.dumps(values | {"frame": name}))
-            shutil.copy(folder / f"made/{i % 2:06d}.png", out / f"{name}.png")
+            shutil.copy(folder / f"made/{i % 2:06d}.jpg", out / f"{name}.jpg")
     (out / "manifest.json").write_text(json.dumps(manifest | {"frames": frames, "notes": [NOTE, 7]}))
     (out / "progress.jsonl").write_text("".join(json.dumps(line) + "\n" for line in journal))
     path = folder / "report.html"

@@ -69,7 +69,7 @@ def copied(run: Path, folder: Path, times: int = 1, **change) -> Path:
                 [*values["chains"], values["chains"][0] | {"confidence": 0.128, "id": 7}] if i == 0 else values["chains"]
             )
             (folder / f"{name}.json").write_text(json.dumps(values))
-            os.link(run / f"{frame['name']}.png", folder / f"{name}.png")
+            os.link(run / f"{frame['name']}.jpg", folder / f"{name}.jpg")
             frames.append(frame | {"name": name})
     frames.append({"name": "bad", "status": "failed", "error": HOSTILE_REASON, "timestamp": None})
     (folder / "manifest.json").write_text(json.dumps(manifest | {"frames": frames} | change))
@@ -91,7 +91,7 @@ def test_the_page_holds_the_detections(which, request):
             assert [each == "1" for each in packed["filled"]] == chain.depth_filled.tolist()
         picture = cv2.imdecode(np.frombuffer(base64.b64decode(frame["picture"]), np.uint8), cv2.IMREAD_COLOR)
         assert 100 < picture.shape[1] <= 720
-        full = cv2.imread(str(results.path / f"{frame['name']}.png"))
+        full = cv2.imread(str(results.path / f"{frame['name']}.jpg"))
         assert (frame["height"], frame["width"]) == full.shape[:2]
         assert frame["seconds"] > 0
 
@@ -255,7 +255,7 @@ def sequence(run, tmp_path) -> Path:
         moved = chain | {"id": 0, "joints": joints, "from_time": [hidden and k > 0 for hidden in chain["occluded"]]}
         frame = {"frame": f"{k:03d}", "timestamp": 5 + k / 20, "chains": [moved] if k < 39 else [], "crossings": []}
         (folder / f"{k:03d}.json").write_text(json.dumps(values | frame))
-        os.link(run / f"{manifest['frames'][0]['name']}.png", folder / f"{k:03d}.png")
+        os.link(run / f"{manifest['frames'][0]['name']}.jpg", folder / f"{k:03d}.jpg")
         frames.append(manifest["frames"][0] | {"name": f"{k:03d}", "timestamp": 5 + k / 20})
     (folder / "manifest.json").write_text(json.dumps(manifest | {"frames": frames}))
     return folder

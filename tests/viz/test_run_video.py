@@ -44,7 +44,9 @@ def like(pixel: np.ndarray, color: tuple[int, int, int]) -> bool:
     return bool(np.abs(pixel.astype(int) - color).max() < 16)
 
 
-@pytest.mark.parametrize(("codec", "suffix"), [("mp4v", ".mp4"), ("vp09", ".mp4"), (None, ".mp4"), (None, ".webm")])
+@pytest.mark.parametrize(
+    ("codec", "suffix"), [("mp4v", ".mp4"), ("vp09", ".mp4"), (None, ".mp4"), (None, ".webm"), ("vp09", ".webm")]
+)
 def test_every_frame_in_order(tmp_path, codec, suffix, capfd):
     first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
     opened = open_results(results(tmp_path / "out", [(320, 240)] * 3))

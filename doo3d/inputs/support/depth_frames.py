@@ -15,6 +15,7 @@ from ...types import Array, Camera, Floats
 from .calibration import Pinhole as Pinhole
 
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
+_UNIT_STEP, _MIN_UNIT_SAMPLE = 16, 200  # px of the grid whose median is looked at first, and measured pixels that it must have
 _MAX_ROTATION_ERROR = 1e-2  # of the entries of R Rᵀ - 1: matrices in text files are rounded
 _MAX_LETTERS = 100  # of a wrong value that an error shows
 _MAX_POSE_BYTES = 1 << 12  # a 4x4 matrix as text
@@ -57,14 +58,27 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
     scale
         units per metre with which the file was read, named in the error.
     """
-    with np.errstate(invalid="ignore"):
-        measured = depth[np.isfinite(depth) & (depth > 0)]
-    if measured.size and not _MIN_MEDIAN_DEPTH_M <= (median := float(np.median(measured))) <= _MAX_MEDIAN_DEPTH_M:
+    sample = _measured(depth[::_UNIT_STEP, ::_UNIT_STEP])
+    if sample.size >= _MIN_UNIT_SAMPLE and _is_plausible(float(np.median(sample))):
+        return
+    measured = _measured(depth)
+    if measured.size and not _is_plausible(median := float(np.median(measured))):
         raise InputError(
             f"{path}: the median depth is {median:.3g} m with depth_scale={scale:g} (units per metre), which is implausible: "
             "give the right scale, such as --input-option depth_scale=1000 for millimetres",
             code="depth-unit",
         )
+
+
+def _measured(depth: Array) -> Array:
+    """Return the depths that are measured, (N,) m."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(depth[np.isfinite(depth) & (depth > 0)])
+
+
+def _is_plausible(median: float) -> bool:
+    """Return whether a median depth, m, can be that of a depth camera's image."""
+    return _MIN_MEDIAN_DEPTH_M <= median <= _MAX_MEDIAN_DEPTH_M
 
 
 def check_depth_scale(value: Any, where: str, meaning: str) -> float:

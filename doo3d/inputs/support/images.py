@@ -58,7 +58,8 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
             "or 32-bit float metres (TIFF): is it a preview of the depth?",
             code="depth-type",
         )
-    image = np.where(image == _SATURATED, 0, image).astype(image.dtype) if image.dtype == np.uint16 else image
+    if image.dtype == np.uint16 and image.max() == _SATURATED:
+        image = np.where(image == _SATURATED, 0, image).astype(image.dtype)
     return to_metres(image, scale, array_scale or 1.0)
 
 

@@ -5,10 +5,17 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass
 from io import StringIO
+from typing import IO, Any
+
+_ONE_AT_A_TIME = threading.RLock()  # there is one stderr in a process
+_beside: list[
+    IO[str]
+] = []  # files on stderr as it was, the last one on the present one; never closed, since others may hold them
 
 
 @dataclass
@@ -18,22 +25,55 @@ class NativeOutput:
     text: str = ""
 
 
+class _OfThisThread(StringIO):
+    """What takes the place of stdout: it holds what this thread writes; what other threads write goes on to stdout."""
+
+    def __init__(self, stdout: Any) -> None:
+        super().__init__()
+        self._stdout, self._thread = stdout, threading.get_ident()
+
+    def write(self, text: str) -> int:
+        """Write a text here, or to stdout."""
+        if threading.get_ident() == self._thread:
+            return super().write(text)
+        return int(self._stdout.write(text))
+
+    def __getattribute__(self, name: str) -> Any:
+        """Return an attribute of stdout for other threads, such as `isatty`."""
+        if name in ("write", "_stdout", "_thread", "__class__") or threading.get_ident() == self._thread:
+            return super().__getattribute__(name)
+        return getattr(self._stdout, name)
+
+
 @contextmanager
 def capture_native_output() -> Iterator[NativeOutput]:
     """Capture what C libraries write to stderr (file descriptor 2) and Python to stdout inside a `with` block.
 
-    Yields a NativeOutput; its `text` is filled when the block ends. The redirection affects the whole process: keep the block to
-    one call of a library.
+    Yields a NativeOutput; its `text` is filled when the block ends. Other threads go on writing with Python; what their libraries
+    write to stderr is captured as well: keep the block to one call of a library.
     """
-    captured, out = NativeOutput(), StringIO()
-    sys.stderr.flush()
-    with tempfile.TemporaryFile() as file, redirect_stdout(out):
+    captured, out = NativeOutput(), _OfThisThread(sys.stdout)
+    with _ONE_AT_A_TIME, tempfile.TemporaryFile() as file:
+        sys.stderr.flush()
         saved = os.dup(2)
         try:
-            os.dup2(file.fileno(), 2)
-            yield captured
+            with redirect_stdout(out), _stderr_beside(saved):
+                os.dup2(file.fileno(), 2)
+                try:
+                    yield captured
+                finally:
+                    os.dup2(saved, 2)
         finally:
-            os.dup2(saved, 2)
             os.close(saved)
             file.seek(0)
             captured.text = (file.read().decode(errors="replace") + out.getvalue()).strip()
+
+
+def _stderr_beside(saved: int) -> Any:
+    """Return a context in which Python's stderr stays where it is, if it is the process's; `saved` is a copy of the latter."""
+    with suppress(OSError, ValueError, AttributeError):
+        if sys.stderr.fileno() == 2:
+            if not (_beside and os.path.sameopenfile(_beside[-1].fileno(), saved)):
+                _beside.append(open(os.dup(saved), "w", buffering=1, encoding=sys.stderr.encoding, errors=sys.stderr.errors))
+            return redirect_stderr(_beside[-1])
+    return nullcontext()

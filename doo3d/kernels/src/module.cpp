@@ -38,6 +38,7 @@ void bind_skeleton_graph(nb::module_&);
 void bind_strand_depth(nb::module_&);
 void bind_strand_sides(nb::module_&);
 void bind_strands_beside(nb::module_&);
+void bind_strokes(nb::module_&);
 void bind_surface_ahead(nb::module_&);
 void bind_surface_color(nb::module_&);
 void bind_thinning(nb::module_&);
@@ -85,6 +86,7 @@ NB_MODULE(_native, m) {
     bind_strand_depth(m);
     bind_strand_sides(m);
     bind_strands_beside(m);
+    bind_strokes(m);
     bind_surface_ahead(m);
     bind_surface_color(m);
     bind_thinning(m);

@@ -92,7 +92,7 @@ function card(frame, number) {
     image.dataset.frame = number;
     thumbnailLoader.observe(image);
   } else {
-    make("div", frame.error ?? "no picture", button, "none");
+    make("div", frame.error ?? (frame.file === null ? "no picture was drawn" : "the picture is missing"), button, "none");
   }
   make("span", frame.name, button);
   const summary = frame.error === null ? [chainsText(frame), ...frame.chains.slice(0, 2).map((chain) => lengthText(chain.length))] : ["failed"];

@@ -7,6 +7,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -60,7 +61,13 @@ def report_page(results: Results, folder: Path | None = None, clouds: bool = Tru
     frames = frame_statuses(results)
     source_points = _CapturePoints(results, len(frames)) if clouds else None
     thumbnail_bytes = min(int(MAX_PICTURE_BYTES * BASE64_RATIO / max(len(frames), 1)), MAX_THUMBNAIL_BYTES)
-    packed = [_frame_data(frame, results, source_points, thumbnail_bytes) for frame in with_progress(frames)]
+    pictures = ThreadPoolExecutor(1)  # packed beside the points of the capture
+    try:
+        packs = pictures.map(lambda frame: _packed_picture(frame, thumbnail_bytes), frames)
+        pairs = zip(with_progress(frames), packs, strict=True)
+        packed = [_frame_data(frame, results, source_points) | picture for frame, picture in pairs]
+    finally:
+        pictures.shutdown(cancel_futures=True)
     source = results.manifest.get("input", {})
     manifest_notes = results.manifest.get("notes")
     values = {
@@ -93,8 +100,16 @@ def _in_script(text: str) -> str:
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | None, thumbnail_bytes: int) -> dict[str, Any]:
-    """Return the data of one frame for the page.
+def _packed_picture(frame: FrameStatus, thumbnail_bytes: int) -> dict[str, Any]:
+    """Return the picture of a frame for the page, of so many bytes at most; empty without one."""
+    picture = None if frame.error is not None else read_picture(frame.picture)
+    return (
+        {} if picture is None else dict(zip(("picture", "width", "height"), pack_picture(picture, thumbnail_bytes), strict=True))
+    )
+
+
+def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | None) -> dict[str, Any]:
+    """Return the data of one frame for the page, without its picture.
 
     Parameters
     ----------
@@ -104,8 +119,6 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
         of the run.
     points
         of the capture; None: without.
-    thumbnail_bytes
-        of the picture, at most.
     """
     values: dict[str, Any] = {
         "name": frame.name,
@@ -113,6 +126,7 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
         "time": frame.timestamp,
         "seconds": frame.seconds,
         "stages": frame.stages,
+        **({"file": frame.picture and frame.picture.name} if frame.error is None else {}),
     }
     if frame.error is not None:
         return values
@@ -137,8 +151,6 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
         ],
         **_trees(detection),
     }
-    if (picture := read_picture(frame.picture)) is not None:
-        values["picture"], values["width"], values["height"] = pack_picture(picture, thumbnail_bytes)
     if points is not None and detection.mode == "3d":
         values["cloud"] = points.packed(frame.name, detection)
     return values

@@ -247,11 +247,12 @@ function show(number) {
   by("previous").disabled = at <= 0;
   by("next").disabled = at < 0 || at >= order.length - 1;
   by("full").hidden = !frame.picture;
+  by("undrawn").hidden = frame.file !== null;
   by("full").removeAttribute("href");
   if (frame.picture) {
     by("picture").src = pictureOf(frame);
     by("picture").alt = `The picture of ${frame.name}: ${chainsText(frame)} over the image`;
-    if (data.pictures !== null) by("full").href = `${data.pictures}${encodeURIComponent(frame.name)}.png`;
+    if (data.pictures !== null) by("full").href = `${data.pictures}${encodeURIComponent(frame.file)}`;
   }
   chainTable(frame);
   if (!by("one").open) by("one").showModal();

@@ -1,0 +1,72 @@
+"""A thread that does tasks beside the detection: reading ahead, drawing, writing. Kernels, OpenCV and files let others run."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from contextvars import Context, copy_context
+from queue import Empty, SimpleQueue
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+_Task = tuple[Future[Any], Context, Callable[..., Any], tuple[Any, ...]]
+
+CLOSE_SECONDS = 1.0
+"""s that the end of a run waits for a task that nobody needs any more: one that hangs goes on in vain."""
+
+
+class HelperThread:
+    """A thread that does tasks one after the other, in the order in which they came; the first task begins it.
+
+    It does not keep the process from ending.
+    """
+
+    def __init__(self) -> None:
+        self._tasks: SimpleQueue[_Task | None] = SimpleQueue()
+        self._thread: threading.Thread | None = None
+
+    def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Have the thread call a function, and return what will hold its value or its exception."""
+        future = Future[T]()
+        self._tasks.put((future, copy_context(), function, arguments))
+        if self._thread is None:
+            self._begin()
+        return future
+
+    def replace(self) -> None:
+        """Leave the thread to the task that it hangs in; another one does the tasks that wait."""
+        self._begin()
+
+    def close(self) -> None:
+        """Drop the tasks that wait, and end the thread once it has done its task, for which this waits a second at most."""
+        with suppress(Empty):
+            while True:
+                self._tasks.get_nowait()
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            self._tasks.put(None)
+            thread.join(CLOSE_SECONDS)
+
+    def _begin(self) -> None:
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def _work(self) -> None:
+        while (task := self._tasks.get()) is not None:
+            _do(*task)
+            del task  # with the data of a frame
+            if self._thread is not threading.current_thread():
+                return
+
+
+def _do(future: Future[Any] | None, context: Context, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    """Call a function and put its value, or its exception, into the future."""
+    assert future is not None
+    try:
+        future.set_result(context.run(function, *arguments))
+    except BaseException as error:
+        future.set_exception(error)
+        future = None  # the exception holds this call, which would hold the exception

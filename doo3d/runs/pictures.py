@@ -1,0 +1,79 @@
+"""Which frames of a run get a picture, and of which format."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..errors import InputError
+from ..outputs import PICTURES
+from ..plausibility import METHOD, topic_of
+from ..types.display import DOUBTFUL_CONFIDENCE
+
+if TYPE_CHECKING:
+    from .frame_record import FrameRecord
+
+ALL, FAILED, NONE, EVERY = "all", "failed", "none", "every"
+
+_EVERY = re.compile(rf"{EVERY}:(\d{{1,9}})")
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Which frames get a picture, and of which format.
+
+    Attributes
+    ----------
+    frames
+        "all"; "failed": frames without a chain, with a doubtful chain (confidence below 0.5) or with a note that tells more than
+        the method of segmentation; "none"; or "every".
+    step
+        with "every", the first frame and every so many after it.
+    kind
+        format of the pictures: "jpg" or "png".
+    """
+
+    frames: str = ALL
+    step: int = 1
+    kind: str = PICTURES[0]
+
+    @staticmethod
+    def of(frames: str, kind: str = PICTURES[0]) -> Pictures:
+        """Return the choice that is meant by texts such as "every:10" and "jpg".
+
+        Raises
+        ------
+        InputError : a text is not among the choices.
+        """
+        if kind not in PICTURES:
+            raise InputError(f"--picture-format {kind}: unknown, choose one of {', '.join(PICTURES)}", code="choice-unknown")
+        every = _EVERY.fullmatch(frames)
+        if every and int(every[1]):
+            return Pictures(EVERY, int(every[1]), kind)
+        if frames not in (ALL, FAILED, NONE):
+            raise InputError(
+                f"--pictures {frames}: unknown, choose one of all, failed, none and every:N, such as every:10",
+                code="choice-unknown",
+            )
+        return Pictures(frames, kind=kind)
+
+    def of_frames(self, names: Sequence[str]) -> dict[str, Pictures]:
+        """Return the choice for each frame of a capture, by its name; it is never "every"."""
+        return {name: self.at(position) for position, name in enumerate(names)}
+
+    def at(self, position: int) -> Pictures:
+        """Return the choice for the frame at a position in the capture, from 0: it is never "every"."""
+        return self if self.frames != EVERY else replace(self, frames=NONE if position % self.step else ALL, step=1)
+
+    def wants(self, record: FrameRecord) -> bool:
+        """Return whether a frame that was detected gets a picture; the choice is one for the frame, from `at`."""
+        if self.frames != FAILED:
+            return self.frames == ALL
+        is_noted = any(topic_of(note) != METHOD for note in record.notes)
+        return is_noted or not record.lengths or min(record.confidences, default=1.0) < DOUBTFUL_CONFIDENCE
+
+
+ALL_PICTURES = Pictures()
+NO_PICTURES = Pictures(NONE)

@@ -1,0 +1,38 @@
+"""A detection as a picture file: its chains drawn over the input."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ..types import Array, Cloud, Detection, Frame, Image
+from . import draw
+
+JPEG_QUALITY = 90
+"""Of 100: the edges of the lines stay sharp, and 1280x720 has 140 kB, where PNG has 670 kB and takes ten times as long."""
+
+_PARAMETERS = {".jpg": [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY], ".png": list[int]()}
+
+
+def encode_jpeg(detection: Detection, data: Frame | Cloud | Image) -> bytes:
+    """Return a picture of a detection as the content of a JPEG file: its chains drawn over the input it was made from."""
+    return encode_image(draw(data, detection), ".jpg")
+
+
+def encode_png(detection: Detection, data: Frame | Cloud | Image) -> bytes:
+    """Return a picture of a detection as the content of a PNG file: its chains drawn over the input it was made from."""
+    return encode_image(draw(data, detection), ".png")
+
+
+def encode_image(image: Array, suffix: str = ".png") -> bytes:
+    """Return an image (H, W, 3) uint8 RGB as the content of a PNG (or .jpg: JPEG) file.
+
+    Raises
+    ------
+    RuntimeError
+        OpenCV cannot encode the image.
+    """
+    success, encoded = cv2.imencode(suffix, cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2BGR), _PARAMETERS[suffix])
+    if not success:
+        raise RuntimeError("OpenCV could not encode the picture")
+    return bytes(encoded.tobytes())
