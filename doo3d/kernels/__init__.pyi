@@ -944,6 +944,12 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
     """
 
+def long_parts(mask: Bools, extent: int) -> Bools:
+    """Return the 8-connected parts of a mask that extend over so many rows or columns at least.
+
+    mask : (H, W) bool. extent : px. Returns (H, W) bool.
+    """
+
 def mask_parts(mask: Bools, min_pixels: int, asked: Ints) -> tuple[Ints, Ints, Floats, Bools]:
     """Return the 8-connected parts of a mask, with their half-widths.
 

@@ -69,6 +69,7 @@ CALLS = {
     "is_simple": (3,),
     "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
+    "long_parts": (np.ones((3, 3), bool), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
     "mask_pixels": (np.ones((3, 3), bool),),
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),

@@ -1,4 +1,4 @@
-"""Closed gaps of a mask against OpenCV."""
+"""Closed gaps of a mask, and its long parts, against OpenCV."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doo3d.kernels import FrameFacts, close_mask
+from doo3d.kernels import FrameFacts, close_mask, long_parts
 
 
 def ellipse(px):
@@ -41,3 +41,12 @@ def test_shapes_that_widen_are_refused():
     for half_widths in ([0, 1], [-1], []):
         with pytest.raises(ValueError, match="half_widths"):
             close_mask(np.ones((9, 9), bool), np.array(half_widths, np.int64), 0.0)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 12), st.sampled_from([(40, 150), (1, 70), (64, 3)]))
+def test_long_parts_as_by_labels(seed, extent, shape):
+    random = np.random.default_rng(seed)
+    mask = random.random(shape) < random.uniform(0, 0.6)
+    _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    long = stats[:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= extent
+    np.testing.assert_array_equal(long_parts(mask, extent), mask & long[label])

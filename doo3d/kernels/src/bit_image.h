@@ -153,3 +153,25 @@ inline Crop cropped(const Matrix<bool>& mask, Index margin, bool limited = true)
     for (const Run& run : facts.runs()) crop.bits.set_run(run.row - top, run.start - left, run.end - left);
     return crop;
 }
+
+// A connected part of a mask as runs of its rows, and its number of pixels.
+struct Part {
+    std::vector<Run> runs;
+    Index size = 0;
+};
+
+// Return the parts of a mask, connected by sides or corners: runs are joined with those of the row above that they touch.
+inline std::vector<Part> parts_of(const BitImage& mask) {
+    std::vector<Run> runs;
+    mask.for_each_run([&](Index row, Index start, Index end) {
+        runs.push_back({std::int32_t(row), std::int32_t(start), std::int32_t(end)});
+    });
+    RunSets sets = connected(runs, 1);
+    std::vector<Part> parts(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        Part& part = parts[sets.root(std::int32_t(i))];
+        part.runs.push_back(runs[i]);
+        part.size += runs[i].end - runs[i].start;
+    }
+    return parts;
+}

@@ -1,4 +1,4 @@
-// Closed gaps of a mask, on bits: 64 pixels a step.
+// Closed gaps of a mask, and its long parts, on bits: 64 pixels a step.
 #include "bit_image.h"
 
 namespace {
@@ -32,6 +32,30 @@ auto close_mask(Matrix<bool> mask, Vector<Index> half_widths, double distance) {
     return std::make_pair(MatrixResult<bool>(closed, {std::size_t(height), std::size_t(width)}, owner), deep);
 }
 
+auto long_parts(Matrix<bool> mask, Index extent) {
+    const Index height = mask.shape(0), width = mask.shape(1);
+    auto* kept = new bool[std::max<Index>(height * width, 1)]();
+    nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
+    {
+        nb::gil_scoped_release release;
+        const Crop crop = cropped(mask, 0);
+        for (const Part& part : parts_of(crop.bits)) {
+            if (part.runs.empty()) continue;
+            Index left = width, right = 0;
+            for (const Run& run : part.runs) left = std::min<Index>(left, run.start), right = std::max<Index>(right, run.end);
+            if (std::max<Index>(right - left, part.runs.back().row + 1 - part.runs.front().row) < extent) continue;
+            for (const Run& run : part.runs) {
+                bool* line = kept + (run.row + crop.top) * width + crop.left;
+                std::fill(line + run.start, line + run.end, true);
+            }
+        }
+    }
+    return MatrixResult<bool>(kept, {std::size_t(height), std::size_t(width)}, owner);
+}
+
 }  // namespace
 
-void bind_mask_closing(nb::module_& m) { m.def("close_mask", &close_mask, "mask"_a.noconvert(), "half_widths"_a.noconvert(), "distance"_a); }
+void bind_mask_closing(nb::module_& m) {
+    m.def("close_mask", &close_mask, "mask"_a.noconvert(), "half_widths"_a.noconvert(), "distance"_a);
+    m.def("long_parts", &long_parts, "mask"_a.noconvert(), "extent"_a);
+}

@@ -84,28 +84,6 @@ double off_edge_share(Matrix<bool> mask, Volume<Byte> color, Index reach) {
     return sampled ? double(off) / double(sampled) : 0.0;
 }
 
-// A connected part of a mask as runs of its rows, and its number of pixels.
-struct Part {
-    std::vector<Run> runs;
-    Index size = 0;
-};
-
-// Return the parts of a mask, connected by sides or corners: runs are joined with those of the row above that they touch.
-std::vector<Part> parts_of(const BitImage& mask) {
-    std::vector<Run> runs;
-    mask.for_each_run([&](Index row, Index start, Index end) {
-        runs.push_back({std::int32_t(row), std::int32_t(start), std::int32_t(end)});
-    });
-    RunSets sets = connected(runs, 1);
-    std::vector<Part> parts(runs.size());
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-        Part& part = parts[sets.root(std::int32_t(i))];
-        part.runs.push_back(runs[i]);
-        part.size += runs[i].end - runs[i].start;
-    }
-    return parts;
-}
-
 // Return the largest chamfer distance of the pixels of a part from those that are not in it; beyond the image there are none.
 double thickness(const Part& part, const BitImage& image) {
     Index left = image.width, right = 0;

@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from ...geometry.mask import bounding_box
+from ...kernels import long_parts
 from ...types import Array, Bools
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
@@ -72,7 +72,7 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     if not mask.any():
         return whole
     box = bounding_box(mask)
-    part = np.pad(mask[box] & ~_long_holes(mask[box] & ~selected[box]), 1)
+    part = np.pad(mask[box] & ~long_parts(mask[box] & ~selected[box], MIN_GAP_PX), 1)
     bundles = find_bundles(part)
     if bundles is None:
         return whole
@@ -95,19 +95,6 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
     beside = np.zeros_like(mask)
     beside[box] = dilate(lines, max(3 * bundles.radius, bundles.widest))[1:-1, 1:-1]
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
-
-
-def _long_holes(holes: Bools) -> Bools:
-    """Return the holes (h, w) that are long enough for a gap between strands."""
-    if not holes.any():
-        return holes
-    _, label, stats, _ = cv2.connectedComponentsWithStats(holes.astype(np.uint8), connectivity=8)
-    result = np.zeros_like(holes)
-    for number in np.flatnonzero(stats[1:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= MIN_GAP_PX) + 1:
-        left, top, width, height = stats[number, : cv2.CC_STAT_HEIGHT + 1]
-        box = slice(top, top + height), slice(left, left + width)
-        result[box] |= label[box] == number
-    return result
 
 
 def _without_corners(lines: Bools) -> Bools:
