@@ -23,6 +23,7 @@ namespace nb = nanobind;
 using namespace nb::literals;
 
 using Index = std::int64_t;
+constexpr Index CHANNELS = 3;  // of a color image
 
 // inputs
 template <class T>

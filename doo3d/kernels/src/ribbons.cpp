@@ -12,7 +12,7 @@
 
 namespace {
 
-constexpr Index CHANNELS = 3, PLANES = CHANNELS + 1, STRIP = 128;  // the channels, and the sum of their squares; columns at a time
+constexpr Index PLANES = CHANNELS + 1, STRIP = 128;  // the channels, and the sum of their squares; columns at a time
 
 // Write the means over a window that moves along a row of pixels of PLANES numbers; `sums` are those of the window at the first.
 DOO3D_WIDE_VECTORS void average_along(const float* row, Index window, Index count, float share, double* sums, float* means) {
