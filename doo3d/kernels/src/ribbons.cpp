@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-// Loops over rows are compiled twice on Linux, for processors with wider vectors too; the numbers are the same.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+// Loops over rows are compiled twice where glibc chooses one, for processors with wider vectors too; the numbers are the same.
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 #define DOO3D_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
 #else
 #define DOO3D_WIDE_VECTORS
