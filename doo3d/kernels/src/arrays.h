@@ -23,6 +23,7 @@ namespace nb = nanobind;
 using namespace nb::literals;
 
 using Index = std::int64_t;
+constexpr Index CHANNELS = 3;  // of a color image
 
 // Add to the elements that the kernels looked at in this thread, which `visits` returns: pixels, points, voxels, cells, or pairs of
 // them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop, in the thread

@@ -7,7 +7,7 @@
 
 namespace {
 
-constexpr Index TILE = 8, REACH = 2, WIDE = TILE + 2 * REACH, CHANNELS = 3;  // px; the blur and the rule for edges reach so far
+constexpr Index TILE = 8, REACH = 2, WIDE = TILE + 2 * REACH;  // px; the blur and the rule for edges reach so far
 constexpr Index ROOT_STEPS = 2048;
 
 // 8-bit sRGB to CIELAB in OpenCV's 8-bit scale of lightness, with the color axes around 128. Four numbers a pixel, for vector

@@ -5,9 +5,10 @@
 
 namespace {
 
+constexpr Index BLOCK = 64;  // points or pixels at a time, for vector instructions
+
 // The search of a plane ends as soon as the rest of the points cannot make it better than the best before.
 Index best_plane(StridedMatrix<double> points, Matrix<double> normals, Vector<double> offsets, double distance) {
-    constexpr Index BLOCK = 64;
     const Index count = points.shape(0), planes = normals.shape(0);
     require(points.shape(1) == 3 && normals.shape(1) == 3, "points and normals are not (., 3)");
     require(Index(offsets.shape(0)) == planes && planes > 0, "offsets are not one per normal, or there are none");
@@ -35,12 +36,11 @@ Index best_plane(StridedMatrix<double> points, Matrix<double> normals, Vector<do
     return best;
 }
 
-constexpr Byte LOW = 1, REACHED = 3;  // levels of a pixel; 2 is a seed
+enum Level : Byte { NONE, LOW, SEED, REACHED };
 
 // The height of a pixel of depth z above the plane is offset - z (along_u + along_v). Pixels above `high` are seeds, from which the
 // pixels above `low` are reached.
 void find_levels(const float* depth, const float* along_u, float along_v, float offset, float low, float high, Index width, Byte* levels) {
-    constexpr Index BLOCK = 256;
     std::int32_t level[BLOCK];
     for (Index first = 0; first < width; first += BLOCK) {
         const Index count = std::min(BLOCK, width - first);
@@ -61,7 +61,7 @@ void reach(Byte* levels, Index height, Index width, Index start, std::vector<Ind
         for (Index r = std::max<Index>(row - 1, 0); r < std::min(row + 2, height); ++r) {
             for (Index c = std::max<Index>(column - 1, 0); c < std::min(column + 2, width); ++c) {
                 Byte& level = levels[r * width + c];
-                if (level < LOW || level == REACHED) continue;
+                if (level == NONE || level == REACHED) continue;
                 level = REACHED;
                 stack.push_back(r * width + c);
             }
@@ -88,7 +88,7 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
         }
         std::vector<Index> stack;
         for (Index i = first_set(levels, 0, size); i < size; i = first_set(levels, i + 1, size)) {
-            if (levels[i] > LOW && levels[i] < REACHED) reach(levels, height, width, i, stack);
+            if (levels[i] == SEED) reach(levels, height, width, i, stack);
         }
         for (Index i = 0; i < size; ++i) levels[i] = Byte(levels[i] == REACHED);
     }

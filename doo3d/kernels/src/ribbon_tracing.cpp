@@ -6,8 +6,8 @@
 
 namespace {
 
-constexpr Index CHANNELS = 3, LOOKAHEAD = 3, SAMPLE = 5;  // steps whose mean decides; numbers of a sample: x, y, angle, width, score
-constexpr double PI = 3.14159265358979323846;
+constexpr Index LOOKAHEAD = 3, SAMPLE = 5;  // steps whose mean decides; numbers of a sample: x, y, angle, width, score
+const double PI = std::acos(-1.0);
 
 struct Limits {
     double step, shift_cost, turn_change_cost, color_scale, max_color_cost, color_cost, color_memory, max_score, min_score, max_gap_widths,

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-// Loops over rows are compiled twice on Linux, for processors with wider vectors too; the numbers are the same.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+// Loops over rows are compiled twice where glibc chooses one, for processors with wider vectors too; the numbers are the same.
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 #define DOO3D_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
 #else
 #define DOO3D_WIDE_VECTORS
@@ -12,7 +12,7 @@
 
 namespace {
 
-constexpr Index CHANNELS = 3, PLANES = CHANNELS + 1, STRIP = 128;  // the channels, and the sum of their squares; columns at a time
+constexpr Index PLANES = CHANNELS + 1, STRIP = 128;  // the channels, and the sum of their squares; columns at a time
 
 // Write the means over a window that moves along a row of pixels of PLANES numbers; `sums` are those of the window at the first.
 DOO3D_WIDE_VECTORS void average_along(const float* row, Index window, Index count, float share, double* sums, float* means) {

@@ -2,12 +2,8 @@
 #include "lab.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace {
-
-constexpr Index CHANNELS = 3;
-constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
 struct SideLimits {
     double margin, min_reach, window, rise, max_noise, per_median, color_noise, max_edge;
@@ -21,7 +17,7 @@ double median(std::vector<double>& values) {
     return (*std::max_element(values.begin(), middle) + *middle) / 2;
 }
 
-double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? NONE : std::min(a, b); }
+double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::min(a, b); }
 
 // Samples along a strand in the view, with the pixels across each of them.
 struct Across {
@@ -52,7 +48,7 @@ double middle_reading(const Across& strand, const Matrix<float>& depth, Index sa
     strand.for_each(sample, radii, side, [&](Index pixel) {
         if (depth.data()[pixel] > 0) readings.push_back(depth.data()[pixel]);
     });
-    if (readings.empty()) return NONE;
+    if (readings.empty()) return std::nan("");
     std::sort(readings.begin(), readings.end());
     return readings[(readings.size() - 1) / 2];
 }
@@ -103,7 +99,7 @@ Color mean_color(const Across& strand, const Volume<Byte>& color, Index sample, 
         ++count;
     });
     Color mean;
-    for (Index k = 0; k < CHANNELS; ++k) mean.lab[k] = count ? double(sums[k]) / count : NONE;
+    for (Index k = 0; k < CHANNELS; ++k) mean.lab[k] = count ? double(sums[k]) / count : std::nan("");
     return mean;
 }
 

@@ -7,7 +7,7 @@
 
 namespace {
 
-constexpr Index CHANNELS = 3, CELL = 8;  // px of the frame in a pixel of the smaller image
+constexpr Index CELL = 8;  // px of the frame in a pixel of the smaller image
 
 // Return the index in [0, size) that cv2's border "reflect 101" takes for one beyond.
 Index reflected(Index at, Index size) {
@@ -64,13 +64,13 @@ std::vector<Byte> covered_cells(const Matrix<bool>& mask, Index rows, Index colu
 
 // Replace the covered pixels of an image by the mean of those that are not in the window around them, if there is one.
 void fill_covered(std::vector<Byte>& image, const std::vector<Byte>& covered, Index rows, Index columns, Index window) {
-    constexpr Index SUMS = CHANNELS + 1;  // the channels, and the number of pixels
+    using Sums = std::array<int, CHANNELS + 1>;  // of the channels, and the number of pixels
     const double share = 1.0 / double(window * window);
-    std::vector<int> along(rows * columns * SUMS);
+    std::vector<Sums> along(rows * columns);
     std::vector<Index> near(columns + window - 1);
     for (Index x = 0; x < Index(near.size()); ++x) near[x] = reflected(x - window / 2, columns);
     for (Index row = 0; row < rows; ++row) {
-        int sums[SUMS] = {};
+        Sums sums{};
         const auto add = [&](Index column, int sign) {
             const Index at = row * columns + near[column];
             if (covered[at]) return;
@@ -80,15 +80,15 @@ void fill_covered(std::vector<Byte>& image, const std::vector<Byte>& covered, In
         for (Index x = 0; x < window - 1; ++x) add(x, 1);
         for (Index column = 0; column < columns; ++column) {
             add(column + window - 1, 1);
-            std::copy_n(sums, SUMS, along.begin() + (row * columns + column) * SUMS);
+            along[row * columns + column] = sums;
             add(column, -1);
         }
     }
     for (Index i = first_set(covered.data(), 0, rows * columns); i < rows * columns; i = first_set(covered.data(), i + 1, rows * columns)) {
-        int sums[SUMS] = {};
+        Sums sums{};
         for (Index dy = -(window / 2); dy <= window / 2; ++dy) {
-            const int* from = along.data() + (reflected(i / columns + dy, rows) * columns + i % columns) * SUMS;
-            for (Index k = 0; k < SUMS; ++k) sums[k] += from[k];
+            const Sums& from = along[reflected(i / columns + dy, rows) * columns + i % columns];
+            for (std::size_t k = 0; k < from.size(); ++k) sums[k] += from[k];
         }
         const float bare = float(sums[CHANNELS] * share);
         if (bare * float(window * window) < 1.0f) continue;

@@ -55,8 +55,6 @@ SIDE_LIMITS = np.array(
 )
 """The numbers above in the order in which the kernel takes them."""
 
-_NO_DEPTH, _NO_COLOR = np.zeros((0, 0), np.float32), np.zeros((0, 0, 3), np.uint8)
-
 
 class Looks(NamedTuple):
     """How little a chain looks like a cable; 0 for one that does.
@@ -100,8 +98,8 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     if mask is None or len(view) < 2:
         return Looks(stubby, _uneven(chain))
     across = tangents(view)[:, ::-1] * (-1, 1)
-    depth = _NO_DEPTH if foreground.depth is None else foreground.depth
-    color = _NO_COLOR if foreground.color is None else np.ascontiguousarray(foreground.color)
+    depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
+    color = np.zeros((0, 0, 3), np.uint8) if foreground.color is None else np.ascontiguousarray(foreground.color)
     flat, edge = strand_sides(
         view, across, reach, chain.radius, depth, color, mask, CORE_RADII, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
     )
