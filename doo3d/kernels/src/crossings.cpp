@@ -1,6 +1,8 @@
 // Crossings of polylines in the plane, and values along polylines.
 #include "cells.h"
 
+#include <cstdlib>
+
 namespace {
 
 // A step of a polyline from one point to the next.
