@@ -105,7 +105,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {
             "capture": capture(), "out": "out", "config": None, "mask": None, "input_options": None, "pose": None, "camera": None,
             "every": 1, "start": None, "end": None, "frames": None, "workers": 0, "scheduler": None, "fuse_views": False,
-            "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0, "force": True, "progress": None,
+            "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0, "pictures": "none",
+            "picture_format": "jpg", "force": True, "progress": None,
         },
     ),
     "report": (doo3d.report, {"results": "out", "out": None, "clouds": False, "min_confidence": 0.5, "force": True}),

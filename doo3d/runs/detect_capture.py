@@ -133,9 +133,9 @@ def run(
         fuse_views, sequence, restart, retry_failed, force = (flag(value, name) for name, value in switches.items())
         if time_limit is not None and not number(time_limit, "time_limit") > 0:
             raise ConfigError(f"time_limit={time_limit}: expected seconds above 0, or None", code="value-out-of-bounds")
-        if not isinstance(workers, str) and not 0 <= (workers := whole(workers, "workers")) <= MAX_WORKERS:
+        workers = workers if isinstance(workers, str) else whole(workers, "workers")
+        if (not isinstance(workers, str) and workers < 0) or worker_count(workers, 0) > MAX_WORKERS:
             raise ConfigError(f"workers={str(workers)[:20]}: expected 0 to {MAX_WORKERS}", code="value-out-of-bounds")
-        worker_count(workers, 0)
         if not isinstance(scheduler, str | None):
             raise refused(scheduler, "scheduler", "an address, such as tcp://host:8786")
         drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"))

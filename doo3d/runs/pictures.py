@@ -48,13 +48,13 @@ class Pictures:
         InputError : a text is not among the choices.
         """
         if kind not in PICTURES:
-            raise InputError(f"--picture-format {kind}: unknown, choose one of {', '.join(PICTURES)}", code="choice-unknown")
+            raise InputError(f"--picture-format {kind[:20]}: unknown, choose one of {', '.join(PICTURES)}", code="choice-unknown")
         every = _EVERY.fullmatch(frames)
         if every and int(every[1]):
             return Pictures(EVERY, int(every[1]), kind)
         if frames not in (ALL, FAILED, NONE):
             raise InputError(
-                f"--pictures {frames}: unknown, choose one of all, failed, none and every:N, such as every:10",
+                f"--pictures {frames[:20]}: unknown, choose one of all, failed, none and every:N, such as every:10",
                 code="choice-unknown",
             )
         return Pictures(frames, kind=kind)

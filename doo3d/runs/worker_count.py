@@ -33,7 +33,7 @@ def worker_count(wanted: int | str, frames: int) -> int:
     with suppress(ValueError):
         if (count := int(wanted)) >= 0:
             return count
-    raise InputError(f"--workers {wanted}: expected a number from 0, or auto", code="value-invalid")
+    raise InputError(f"workers {str(wanted)[:20]}: expected a number from 0, or auto", code="value-invalid")
 
 
 def usable_processors() -> int:
