@@ -3,7 +3,6 @@
 
 #include "arrays.h"
 
-constexpr Index CHANNELS = 3;
 constexpr Index COLOR_LEVELS = 16;  // of 256 values
 constexpr Index COLOR_CELLS = COLOR_LEVELS * COLOR_LEVELS * COLOR_LEVELS;
 
