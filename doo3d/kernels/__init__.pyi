@@ -912,13 +912,6 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
     (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
     """
 
-def is_simple(bits: int) -> bool:
-    """Tell whether a voxel can be deleted without changing the topology (numbers of components, loops and cavities).
-
-    bits : which of the voxel's 26 neighbors are occupied, as a bit set. Bit n is the neighbor at the n-th offset from (-1, -1,
-    -1) to (1, 1, 1) in lexicographic order, without (0, 0, 0).
-    """
-
 def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
     """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 

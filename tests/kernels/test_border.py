@@ -66,7 +66,6 @@ CALLS = {
     "FrameFacts": (np.ones((3, 3), bool),),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
-    "is_simple": (3,),
     "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
     "long_parts": (np.ones((3, 3), bool), 2),
@@ -139,7 +138,7 @@ CALLS = {
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
-CONSTANT = {"arc_towards", "corner_radius", "is_simple", "unit", "visits"}
+CONSTANT = {"arc_towards", "corner_radius", "unit", "visits"}
 """Kernels that look at a fixed number of elements, which they need not count."""
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 
