@@ -67,11 +67,6 @@ class Arc:
         """The point (D,) where the arc ends, m (px in 2-D)."""
         return np.asarray(self.at(np.array([self.angle]))[0])
 
-    @property
-    def end_direction(self) -> Floats:
-        """The unit tangent (D,) at the end of the arc, pointing onwards."""
-        return np.asarray(math.cos(self.angle) * self.direction + math.sin(self.angle) * self.normal)
-
 
 def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float, opposite: bool = False) -> Arc | None:
     """Return the arc that leaves a point in a direction and ends pointing straight at a target.

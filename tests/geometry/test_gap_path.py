@@ -15,6 +15,11 @@ def tangent_path(e1, d1, e2, d2, spacing, **settings):
     return gap_path(e1, d1, e2, d2, **settings).points(spacing)
 
 
+def end_direction(arc):
+    """The unit tangent at the end of an arc, pointing onwards."""
+    return np.cos(arc.angle) * arc.direction + np.sin(arc.angle) * arc.normal
+
+
 def rotation(seed):
     """A random rotation of space."""
     q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
@@ -203,8 +208,8 @@ def test_tangent_at_both_ends_wherever_they_are(seed, dim):
     assert turns is not None
     first, second = turns
     way = second.end - first.end
-    np.testing.assert_allclose(unit(way), first.end_direction, atol=1e-7)
-    np.testing.assert_allclose(unit(way), -second.end_direction, atol=1e-7)
+    np.testing.assert_allclose(unit(way), end_direction(first), atol=1e-7)
+    np.testing.assert_allclose(unit(way), -end_direction(second), atol=1e-7)
     for end, direction, arc in ((e1, d1, first), (e2, d2, second)):
         np.testing.assert_array_equal(arc.start, end)
         np.testing.assert_array_equal(arc.direction, direction)
@@ -334,7 +339,7 @@ def test_a_target_inside_the_circle_cannot_be_reached(dim):
     start, direction, target = np.zeros(dim), np.eye(dim)[0], 0.5 * np.eye(dim)[1]
     assert arc_towards(start, direction, target, 1.0) is None
     arc = arc_towards(start, direction, target, 0.2)
-    np.testing.assert_allclose(unit(target - arc.end), arc.end_direction, atol=1e-12)
+    np.testing.assert_allclose(unit(target - arc.end), end_direction(arc), atol=1e-12)
     assert np.linalg.norm(arc.end - 0.2 * np.eye(dim)[1]) == pytest.approx(0.2)
 
 
@@ -355,7 +360,7 @@ def test_one_gap_path_at_any_spacing(dim):
     first, second = path.arcs
     np.testing.assert_array_equal([first.start, second.start], [e1, e2])
     np.testing.assert_allclose([first.direction, second.direction], [d1, d2])
-    np.testing.assert_allclose(unit(second.end - first.end), first.end_direction, atol=1e-6)
+    np.testing.assert_allclose(unit(second.end - first.end), end_direction(first), atol=1e-6)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
