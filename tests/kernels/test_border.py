@@ -19,8 +19,6 @@ PIXELS = (np.array([1]), np.array([1]))
 CALLS = {
     "angle_legs": (POINTS, POINTS),
     "arc_length": (POINTS,),
-    "arc_line_arc": (np.eye(4, 3), 0.1, False),
-    "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
@@ -39,7 +37,6 @@ CALLS = {
         np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, np.array([0.6, 0.2]), 1e-5,
     ),
     "connected_components": (TABLE,),
-    "corner_radius": (np.eye(4, 3),),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "depth_support": (
@@ -138,7 +135,7 @@ CALLS = {
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
-CONSTANT = {"arc_towards", "corner_radius", "unit", "visits"}
+CONSTANT = {"unit", "visits"}
 """Kernels that look at a fixed number of elements, which they need not count."""
 ARRAYS = [(name, i) for name, call in CALLS.items() for i, value in enumerate(call) if isinstance(value, np.ndarray)]
 
