@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.gap_arcs import arcs_of
 
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import angle, steps, unit
@@ -13,11 +14,6 @@ SPACING = 0.01
 
 def tangent_path(e1, d1, e2, d2, spacing, **settings):
     return gap_path(e1, d1, e2, d2, **settings).points(spacing)
-
-
-def end_direction(arc):
-    """The unit tangent at the end of an arc, pointing onwards."""
-    return np.cos(arc.angle) * arc.direction + np.sin(arc.angle) * arc.normal
 
 
 def meet_ahead(e1, d1, e2, d2):
@@ -85,7 +81,7 @@ def test_one_touching_point_ahead(turn, near, far, swap):
     check_smooth(path, e1, d1, e2, d2, radius)
     assert on_circle_or_line(path, center, radius, touching, e2 + d2 * -1e-3) > 5
     assert steps(path).sum() == pytest.approx(radius * np.radians(turn) + far - near, rel=1e-3)
-    assert gap_path(e1, d1, e2, d2).arcs[0].radius == pytest.approx(radius)
+    assert arcs_of(gap_path(e1, d1, e2, d2))[0].radius == pytest.approx(radius)
 
 
 def test_the_radius_given_is_not_for_the_case_that_has_its_own():
@@ -173,7 +169,7 @@ def test_short_turns_are_the_shortest_way(seed):
         e2, d1, d2 = towards(random.uniform(0, 360)), towards(random.uniform(0, 360)), towards(random.uniform(0, 360))
         if meet_ahead(np.zeros(2), d1, e2, d2):
             continue
-        turns = gap_path(np.zeros(2), d1, e2, d2, radius=0.03).arcs
+        turns = arcs_of(gap_path(np.zeros(2), d1, e2, d2, radius=0.03))
         assert turns is not None
         length = 0.03 * (turns[0].angle + turns[1].angle) + np.linalg.norm(turns[1].end - turns[0].end)
         assert length == pytest.approx(csc(np.zeros(2), d1, e2, d2, 0.03), abs=1e-9)
@@ -211,12 +207,12 @@ def test_ends_of_an_arc_are_joined_by_about_that_arc(turn, lean, more):
 @pytest.mark.parametrize("seed", range(30))
 def test_tangent_at_both_ends_wherever_they_are(seed, dim):
     e1, d1, e2, d2 = random_ends(seed, dim)
-    turns = gap_path(e1, d1, e2, d2, radius=0.1 * float(np.linalg.norm(e2 - e1))).arcs
+    turns = arcs_of(gap_path(e1, d1, e2, d2, radius=0.1 * float(np.linalg.norm(e2 - e1))))
     assert turns is not None
     first, second = turns
     way = second.end - first.end
-    np.testing.assert_allclose(unit(way), end_direction(first), atol=1e-7)
-    np.testing.assert_allclose(unit(way), -end_direction(second), atol=1e-7)
+    np.testing.assert_allclose(unit(way), first.end_direction, atol=1e-7)
+    np.testing.assert_allclose(unit(way), -second.end_direction, atol=1e-7)
     for end, direction, arc in ((e1, d1, first), (e2, d2, second)):
         np.testing.assert_array_equal(arc.start, end)
         np.testing.assert_allclose(arc.direction, direction, atol=1e-15)
@@ -257,7 +253,7 @@ def test_a_plane_in_space_is_the_plane(seed, radius, inside):
 def test_skew_ends_bend_in_planes_of_their_own(seed):
     """Each arc lies in the plane of its end direction and the line."""
     e1, d1, e2, d2 = random_ends(seed, 3)
-    first, second = gap_path(e1, d1, e2, d2, radius=0.1).arcs
+    first, second = arcs_of(gap_path(e1, d1, e2, d2, radius=0.1))
     way = second.end - first.end
     for arc in (first, second):
         assert abs(np.linalg.det([arc.direction, arc.normal, unit(way)])) < 1e-7
@@ -351,10 +347,10 @@ def test_one_gap_path_at_any_spacing(dim):
     assert len(coarse) < len(fine)
     assert max(np.linalg.norm(fine - point, axis=1).min() for point in coarse) < 0.001
     np.testing.assert_array_equal(path.ends, [e1, e2])
-    first, second = path.arcs
+    first, second = arcs_of(path)
     np.testing.assert_array_equal([first.start, second.start], [e1, e2])
     np.testing.assert_allclose([first.direction, second.direction], [d1, d2])
-    np.testing.assert_allclose(unit(second.end - first.end), end_direction(first), atol=1e-6)
+    np.testing.assert_allclose(unit(second.end - first.end), first.end_direction, atol=1e-6)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -370,5 +366,5 @@ def test_ends_straight_ahead_of_each_other_and_ends_that_touch():
     x = np.array([1.0, 0.0])
     assert len(gap_path(0 * x, x, 2 * x, -x).points(10.0)) == 2
     touching = gap_path(x, x, x, -x)
-    assert touching.arcs is None
+    assert arcs_of(touching) is None
     np.testing.assert_array_equal(touching.points(SPACING), [x])
