@@ -13,6 +13,9 @@ using Vec = std::array<double, 3>;
 constexpr int MAX_ITERATIONS = 200;
 constexpr double CONVERGED = 1e-13, TINY = 1e-12;
 
+// Bisections of the step of sqrt 2 in which a radius is searched for: to 5 percent.
+constexpr int BISECTIONS = 3;
+
 const double PI = std::acos(-1.0);
 
 // An arc from `start` in `direction`, bending towards `normal` (all unit), by `angle` radians.
@@ -204,7 +207,7 @@ Pair member(const Ends& ends, double radius, double max_deviation, bool inside) 
     return pair;
 }
 
-// Find the member with about the largest radius up to `radius`: three bisections of a step of sqrt 2 find it to 5 percent.
+// Find the member with about the largest radius up to `radius`.
 Pair largest_member(const Ends& ends, double radius, double max_deviation, bool inside) {
     Pair pair = member(ends, radius, max_deviation, inside);
     if (pair.found) return pair;
@@ -213,7 +216,7 @@ Pair largest_member(const Ends& ends, double radius, double max_deviation, bool 
         pair = member(ends, radius, max_deviation, inside);
     }
     double step = std::pow(2.0, 0.25);
-    for (int bisection = 0; bisection < 3; ++bisection) {
+    for (int bisection = 0; bisection < BISECTIONS; ++bisection) {
         const Pair larger = member(ends, radius * step, max_deviation, inside);
         if (larger.found) {
             pair = larger;
