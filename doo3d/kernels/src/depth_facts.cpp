@@ -143,7 +143,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
 // Only pixels without a reading are looked at, in an image of the box that says which readings were kept and, later, which pixels lie
 // far from all of them.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
-    constexpr Byte KEPT = 1, FAR = 2;
+    enum : Byte { EMPTY, KEPT, FAR };
     const Box& box = facts.box();
     reach = std::min(reach, std::max(facts.rows(), facts.columns()));
     const Index pitch = facts.columns() + 2 * reach;
