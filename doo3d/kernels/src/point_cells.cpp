@@ -27,21 +27,37 @@ void sort_by_key(std::vector<Tagged<Key>>& points, double total) {
 }
 
 // Return the lowest and the highest coordinate along each axis; refuse coordinates that are not finite.
-void bounds(const double* points, Index count, Index dim, double* low, double* high) {
-    double finite = 0.0;
-    for (Index d = 0; d < dim; ++d) low[d] = high[d] = count ? points[d] : 0.0;
+template <Index DIM>
+void bounds_of(const double* points, Index count, double* low, double* high) {
+    double finite = 0.0, least[DIM], most[DIM];
+    for (Index d = 0; d < DIM; ++d) least[d] = most[d] = count ? points[d] : 0.0;
     for (Index n = 0; n < count; ++n) {
-        for (Index d = 0; d < dim; ++d) {
-            const double value = points[n * dim + d];
-            finite += value - value;
-            low[d] = std::min(low[d], value);
-            high[d] = std::max(high[d], value);
+        double row = 0.0;
+        for (Index d = 0; d < DIM; ++d) {
+            const double value = points[n * DIM + d];
+            row += value - value;
+            least[d] = std::min(least[d], value);
+            most[d] = std::max(most[d], value);
         }
+        finite += row;
     }
     require(finite == 0.0, "a coordinate is not finite");
+    std::copy(least, least + DIM, low);
+    std::copy(most, most + DIM, high);
+}
+
+void bounds(const double* points, Index count, Index dim, double* low, double* high) {
+    require(dim >= 1 && dim <= 3, "points have not 1 to 3 coordinates");
+    const auto measure = dim == 3 ? bounds_of<3> : dim == 2 ? bounds_of<2> : bounds_of<1>;
+    measure(points, count, low, high);
 }
 
 }  // namespace
+
+void lowest_corner(const double* points, Index count, Index dim, double* low) {
+    std::vector<double> high(dim);
+    bounds(points, count, dim, low, high.data());
+}
 
 PointCells::PointCells(const double* points, Index count, Index dim, const double* origin, double size, Index margin, double limit)
     : shape(dim, margin + 1) {
@@ -59,11 +75,30 @@ PointCells::PointCells(const double* points, Index count, Index dim, const doubl
     }
     is_too_wide = !(total <= limit);
     if (is_too_wide) return;
-    if (total < 4294967296.0) {
+    if (total <= std::min(4.0 * double(count), double(INT32_MAX))) {
+        number_by_table(points, count, dim, origin, size);
+    } else if (total < 4294967296.0) {
         number<std::uint32_t>(points, count, dim, origin, size);
     } else {
         number<std::uint64_t>(points, count, dim, origin, size);
     }
+}
+
+// Where the box has few cells for the points, a table of all of them takes less time than sorting.
+void PointCells::number_by_table(const double* points, Index count, Index dim, const double* origin, double size) {
+    std::vector<std::int32_t> index(std::size_t(total), -1);
+    cell.resize(count);
+    count_visits(3 * count + Index(total));  // for the bounds, the keys, the cells, and the table
+    for (Index n = 0; n < count; ++n) {
+        cell[n] = std::int32_t(key_of(points + n * dim, dim, origin, size));
+        index[cell[n]] = 0;
+    }
+    for (std::size_t key = 0; key < index.size(); ++key) {
+        if (index[key] < 0) continue;
+        index[key] = std::int32_t(keys.size());
+        keys.push_back(Index(key));
+    }
+    for (std::int32_t& c : cell) c = index[c];
 }
 
 template <class Key>
@@ -71,9 +106,7 @@ void PointCells::number(const double* points, Index count, Index dim, const doub
     std::vector<Tagged<Key>> tagged(count);
     count_visits(4 * count);  // for the bounds, the keys, the order and the cells
     for (Index n = 0; n < count; ++n) {
-        Index key = 0;
-        for (Index d = 0; d < dim; ++d) key = key * shape[d] + Index((points[n * dim + d] - origin[d]) / size);
-        tagged[n] = {Key(key), std::uint32_t(n)};
+        tagged[n] = {Key(key_of(points + n * dim, dim, origin, size)), std::uint32_t(n)};
     }
     sort_by_key(tagged, total);
     cell.resize(count);
@@ -151,6 +184,12 @@ void PointColumns::collect(const Window& window, const double* at, std::vector<N
             found.push_back({squared_distance(points_ + 3 * Index(order_[k]), at, 3), order_[k]});
         }
     }
+}
+
+void PointColumns::within(const double* at, double reach, std::vector<Near>& found) const {
+    collect(around(at, reach), at, found);
+    const auto is_far = [&](const Near& near) { return near.square > reach * reach; };
+    found.erase(std::remove_if(found.begin(), found.end(), is_far), found.end());
 }
 
 // The k-th nearest among those of some columns around the position is no nearer than the true one: its distance bounds the columns in
