@@ -208,18 +208,6 @@ void PointColumns::nearest(const double* at, Index k, std::vector<Near>& found) 
 
 namespace {
 
-auto sort_into_cells(Matrix<double> points, Vector<double> origin, double size, Index margin, double limit) {
-    const Index count = points.shape(0), dim = points.shape(1);
-    require(Index(origin.shape(0)) == dim && dim >= 1 && dim <= 3, "origin is not (D,), or D is not 1 to 3");
-    std::vector<double> corner(dim);
-    for (Index d = 0; d < dim; ++d) corner[d] = origin(d);
-    PointCells cells = [&, data = points.data()] {
-        nb::gil_scoped_release released;
-        return PointCells(data, count, dim, corner.data(), size, margin, limit);
-    }();
-    return std::make_tuple(to_numpy(std::move(cells.keys)), to_numpy(std::move(cells.shape)), to_numpy(std::move(cells.cell)), cells.total);
-}
-
 // The values are counted in bins of equal width; only values of bins that hold a wanted rank are compared.
 std::vector<double> ranked(const double* points, Index count, Index dim, const std::vector<Index>& ranks) {
     constexpr Index BINS = 4096;
@@ -290,7 +278,6 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
 }  // namespace
 
 void bind_point_cells(nb::module_& m) {
-    m.def("sort_into_cells", &sort_into_cells, "points"_a.noconvert(), "origin"_a.noconvert(), "size"_a, "margin"_a, "limit"_a);
     m.def("values_at_ranks", &values_at_ranks, "points"_a.noconvert(), "ranks"_a.noconvert());
     m.def("nearest_points", &nearest_points, "points"_a.noconvert(), "positions"_a.noconvert(), "k"_a);
 }
