@@ -149,13 +149,13 @@ void CloudFacts::find_strands() const {
 using Sum = std::array<double, 4>;
 
 // Return the sums in each cell and the 26 around it, added in the order of the steps to them: row by row of three cells, each row by
-// a position of its own in the ascending keys. Which of the cells are occupied no processor foresees: those that are not weigh 0.
-// `own` has three rows of 0 more than there are cells.
+// a position of its own in the ascending keys. Which of the cells are occupied no processor foresees: for those that are not a row
+// of 0 is added. `own` has three rows of 0 more than there are cells.
 std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& own) {
     std::vector<Sum> sums(cells.keys.size());
     count_visits(27 * Index(sums.size()));
-    std::vector<Index> keys = cells.keys;
-    keys.insert(keys.end(), 3, INT64_MAX);
+    std::vector<Index> keys(sums.size() + 3, INT64_MAX);
+    std::copy(cells.keys.begin(), cells.keys.end(), keys.begin());
     std::size_t at[9] = {0};
     Index steps[9];
     for (Index row = 0; row < 9; ++row) steps[row] = ((row / 3 - 1) * cells.shape[1] + row % 3 - 1) * cells.shape[2] - 1;
@@ -165,11 +165,12 @@ std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& ow
             const Index first = keys[i] + steps[row];
             std::size_t j = at[row];
             j += keys[j] < first;
+            j += keys[j] < first;
             while (keys[j] < first) ++j;
             at[row] = j;
             for (std::size_t k = j; k < j + 3; ++k) {
-                const double weight = double(keys[k] <= first + 2) * double(k != i);
-                for (std::size_t d = 0; d < 4; ++d) sum[d] += weight * own[k][d];
+                const Sum& other = own[keys[k] <= first + 2 && k != i ? k : sums.size()];
+                for (std::size_t d = 0; d < 4; ++d) sum[d] += other[d];
             }
         }
         sums[i] = sum;
@@ -211,18 +212,21 @@ auto CloudFacts::without_outliers(double cell_spacings, double min_ratio) const 
                 for (Index d = 0; d < 3; ++d) sum[d] += points[3 * n + d];
                 sum[3] += 1;
             }
-            const std::vector<Sum> sums = sums_around(cells, own);
+            std::vector<Sum> sums = sums_around(cells, own);
             const double least = min_ratio * median_neighbors(sums, own, count_);
             Index size = 0;
-            for (std::size_t c = 0; c < sums.size(); ++c) size += sums[c][3] >= least ? Index(own[c][3]) : 0;
+            for (std::size_t c = 0; c < sums.size(); ++c) {
+                size += sums[c][3] >= least ? Index(own[c][3]) : 0;
+                for (Index d = 0; d < 3; ++d) sums[c][d] /= sums[c][3];
+            }
             own = {};
             all = size == count_;
             means.reserve(3 * size);
             if (!all) kept.reserve(3 * size);
             for (Index n = 0; n < count_; ++n) {
-                const Sum& sum = sums[cells.cell[n]];
-                if (!(sum[3] >= least)) continue;
-                for (Index d = 0; d < 3; ++d) means.push_back(sum[d] / sum[3]);
+                const Sum& mean = sums[cells.cell[n]];
+                if (!(mean[3] >= least)) continue;
+                means.insert(means.end(), mean.begin(), mean.begin() + 3);
                 if (!all) kept.insert(kept.end(), points + 3 * n, points + 3 * n + 3);
             }
         } else {

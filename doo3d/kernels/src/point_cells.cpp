@@ -104,12 +104,15 @@ void PointCells::number_by_table(const double* points, Index count, Index dim, c
 template <class Key>
 void PointCells::number(const double* points, Index count, Index dim, const double* origin, double size) {
     std::vector<Tagged<Key>> tagged(count);
-    count_visits(4 * count);  // for the bounds, the keys, the order and the cells
+    count_visits(5 * count);  // for the bounds, the keys, the order and the cells
     for (Index n = 0; n < count; ++n) {
         tagged[n] = {Key(key_of(points + n * dim, dim, origin, size)), std::uint32_t(n)};
     }
     sort_by_key(tagged, total);
     cell.resize(count);
+    Index occupied = count > 0;
+    for (Index n = 1; n < count; ++n) occupied += tagged[n].key != tagged[n - 1].key;
+    keys.reserve(occupied);
     for (const auto& [key, index] : tagged) {
         if (keys.empty() || keys.back() != Index(key)) keys.push_back(Index(key));
         cell[index] = std::int32_t(keys.size()) - 1;
