@@ -97,7 +97,7 @@ def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingS
         low, high = np.fmin.reduce(asked, axis=1) - reach, np.fmax.reduce(asked, axis=1) + reach
         parts = (foreground.points[first : first + AT_ONCE] for first in range(0, max(len(foreground.points), 1), AT_ONCE))
         rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
-        tree, known = cKDTree(rows[:, :2]), np.append(rows[:, 2], np.inf)
+        tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
         finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
         nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
         return np.where(np.isfinite(nearest), nearest, np.nan).reshape(positions.shape[:-1])
