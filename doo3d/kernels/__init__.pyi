@@ -261,6 +261,74 @@ class MaskEdge:
     def mask(self) -> Bools:
         """Return the pixels (H, W) bool within the edge."""
 
+class VoxelCells:
+    """The cells of a sparse grid that N points occupy, of which the voxels are made.
+
+    The key of a cell is its row-major index in the box, which ends `margin` cells before the first and beyond the last point.
+
+    Parameters
+    ----------
+    points
+        (N, D) float64, D = 2 or 3, finite; they are not copied, and must not change
+    size
+        edge of a cell, in the unit of the points
+    margin
+        number of empty cells beside the points along each axis
+    limit
+        number of cells of the box at most, 9e18 at most
+    """
+
+    def __init__(self, points: Floats, size: float, margin: int, limit: float) -> None: ...
+    @property
+    def total(self) -> float:
+        """Number of cells of the box; there are no `keys` if it is over the limit."""
+
+    @property
+    def keys(self) -> Ints:
+        """Keys of the M occupied cells, (M,) int64, ascending."""
+
+    @property
+    def shape(self) -> Ints:
+        """Number of cells of the box along each axis, (D,) int64."""
+
+    @property
+    def origin(self) -> Floats:
+        """Lower corner of the box, (D,), in the unit of the points."""
+
+    def closed(self, iterations: int, part: Ints) -> Ints:
+        """Close holes: morphological closing with a cube of 2 iterations + 1 cells.
+
+        Parameters
+        ----------
+        iterations
+            dilations along each axis, followed by as many erosions, 0 to 1000 and less than the margin
+        part
+            (N,) int64 >= 0, number of the part of each point; each part is closed by itself. Empty closes all at once
+
+        Returns
+        -------
+        (K,) int64 ascending, keys of the occupied cells after closing, with those that hold points among them
+        """
+
+    def voxels(self, keys: Ints, min_voxels: int) -> tuple[Ints, Floats, Ints, Ints]:
+        """Return the voxels with given keys, without small components.
+
+        Parameters
+        ----------
+        keys
+            (K,) int64 ascending, keys of the voxels, with those of all occupied cells among them
+        min_voxels
+            26-connected components of fewer voxels are left out
+
+        Returns
+        -------
+        coords : (V, D) int64, index of each voxel along each axis, in lexicographic order
+        centroids : (V, D) float64, mean of the points in each voxel, added in their order; of voxels without points the mean
+            centroid of their neighbors that hold points, or the center where none does
+        counts : (V,) int64, number of points in each voxel
+        table : (V, 26) int32, as `neighbor_table` returns it; in 2-D for voxels whose third coordinates are equal
+        """
+
 def angle_legs(first: Floats, second: Floats) -> tuple[Floats, Floats]:
     """Return |a - b| and |a + b| of the unit vectors a and b of N pairs of vectors: the angle between them is 2 atan2 of the two.
 
@@ -362,23 +430,6 @@ def classify_positions(
     class : (N,) int64, the number of each position
     behind : (K,) int64, the hidden positions outside the mask whose reading is not nearer by the margin
     pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
-    """
-
-def close_cells(keys: Ints, strides: Ints, iterations: int) -> Ints:
-    """Close holes in a sparse grid of cells: morphological closing with a cube of 2 iterations + 1 cells.
-
-    Parameters
-    ----------
-    keys
-        (M,) int64 ascending, row-major index of each of M occupied cells in a box, at least `iterations` cells from its faces
-    strides
-        (D,) int64, steps of the index from a cell to the next along each axis
-    iterations
-        dilations along each axis, followed by as many erosions, 0 to 1000
-
-    Returns
-    -------
-    (K,) int64 ascending, the occupied cells after closing, with the given ones among them
     """
 
 def close_mask(mask: Bools, half_widths: Ints, distance: float) -> tuple[Bools, int]:
@@ -1513,33 +1564,6 @@ def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -
         gap, and the straight line joins the points where the arcs end. Columns: start (D,), unit direction at the start (D,),
         unit normal from the start towards the center of the circle (D,), angle in radians, radius. (0, 3 D + 2) if the ends
         touch or no path was found
-    """
-
-def sort_into_cells(points: Floats, origin: Floats, size: float, margin: int, limit: float) -> tuple[Ints, Ints, Ints, float]:
-    """Sort points into the cells of a sparse grid.
-
-    The grid is a box of cells from `origin` to `margin` cells beyond the last point along each axis. The key of a cell is its
-    row-major index in the box.
-
-    Parameters
-    ----------
-    points
-        (N, D) float64, D = 1 to 3, finite
-    origin
-        (D,) float64, lower corner of the box; no point is below it along any axis
-    size
-        edge of a cell, in the unit of the points
-    margin
-        number of empty cells beyond the last point along each axis
-    limit
-        number of cells of the box at most, 9e18 at most
-
-    Returns
-    -------
-    keys : (M,) int64 ascending, keys of the occupied cells; empty if the box has more cells than `limit`
-    shape : (D,) int64, number of cells of the box along each axis
-    cell : (N,) int32, index in `keys` of the cell of each point; empty if the box has more cells than `limit`
-    total : number of cells of the box
     """
 
 def steps(points: Floats, closed: bool = False) -> Floats:

@@ -28,7 +28,9 @@ def thin(grid: VoxelGrid) -> Skeleton:
     """
     if not len(grid.coords):
         return Skeleton(grid.coords, grid.centroids)
-    planar = grid.coords.shape[1] == 2
-    on_skeleton = thin_pixels(grid.coords) if planar else thin_voxels(neighbor_table(grid.coords))
+    if grid.coords.shape[1] == 2:
+        on_skeleton = thin_pixels(grid.coords)
+    else:
+        on_skeleton = thin_voxels(neighbor_table(grid.coords) if grid.neighbors is None else grid.neighbors)
     kept = np.flatnonzero(on_skeleton)
     return Skeleton(grid.coords[kept], grid.centroids[kept])

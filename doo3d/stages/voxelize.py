@@ -11,11 +11,10 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..geometry.closing import close_cells
-from ..geometry.limits import AT_ONCE, MAX_CELLS
+from ..geometry.limits import MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
-from ..geometry.sparse_grid import KEY_LIMIT, sorted_unique, unpack_keys, voxelize_points
-from ..kernels import connected_components, mask_pixels, near_mask, neighbor_table
+from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys
+from ..kernels import VoxelCells, mask_pixels, near_mask
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -87,9 +86,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
         radius = config.radius or max(sampling.scatter, SPARSE_RADIUS_OVER_SPACING * spacing)
         size = config.size or SIZE_OVER_RADIUS * radius
     kept, between = _points_to_voxelize(foreground, config, radius, radius / spacing)
-    grid = _closed_grid(kept, size, radius, foreground, between)
     fineness = min(1.0, SIZE_OVER_RADIUS * radius / size)
-    return _finish(grid, min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2))))
+    min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
+    return _closed_grid(kept, size, radius, foreground, between, min_voxels)
 
 
 def core_pixels(facts: FrameFacts, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
@@ -229,61 +228,30 @@ def _is_seen_at(points: Floats, foreground: Foreground, pixels: Bools) -> Bools:
     return np.asarray(inside & pixels[np.where(inside, v, 0), np.where(inside, u, 0)])
 
 
-def _closed_grid(points: Floats, size: float, radius: float, foreground: Foreground, between: Bools | None) -> VoxelGrid:
-    """Return the voxels that points (N, D) m occupy, and those that closing adds, whose centroids are their centers.
+def _closed_grid(
+    points: Floats, size: float, radius: float, foreground: Foreground, between: Bools | None, min_voxels: int
+) -> VoxelGrid:
+    """Return the voxels that points (N, D) m occupy, and those that closing adds, without components of less than `min_voxels`.
 
     Closing adds none that is seen at a pixel of `between` (H, W) bool.
     """
-    margin = CLOSING_ITERATIONS + 1
-    origin = (np.floor(points.min(axis=0) / size) - margin) * size
-    cells = voxelize_points(points, origin, size, margin)
-    if isinstance(cells, float):
-        raise _too_large(cells, KEY_LIMIT, size)
-    if len(cells.keys) > MAX_CELLS:
-        raise _too_large(len(cells.keys), MAX_CELLS, size)
+    cells = VoxelCells(np.ascontiguousarray(points), size, CLOSING_ITERATIONS + 1, KEY_LIMIT)
+    if cells.total > KEY_LIMIT:
+        raise _too_large(cells.total, KEY_LIMIT, size)
+    occupied, origin, shape = cells.keys, cells.origin, tuple(cells.shape.tolist())
+    if len(occupied) > MAX_CELLS:
+        raise _too_large(len(occupied), MAX_CELLS, size)
+    part = np.zeros(0, dtype=np.int64)
     if foreground.cloud_facts is not None and foreground.cloud_facts.strands_nearer(MAX_CLOSED_GAP * size):
         part = foreground.cloud_facts.strand_of(points)
-        closed = [
-            close_cells(sorted_unique(cells.keys[cells.cell[part == number]]), cells.shape, CLOSING_ITERATIONS)
-            for number in range(int(part.max()) + 1)
-        ]
-        keys = sorted_unique(np.concatenate(closed))
-    else:
-        keys = close_cells(cells.keys, cells.shape, CLOSING_ITERATIONS)
+    keys = cells.closed(CLOSING_ITERATIONS, part)
     if len(keys) > MAX_CELLS:
         raise _too_large(len(keys), MAX_CELLS, size)
     if between is not None:
-        centers = origin + (unpack_keys(keys, cells.shape) + 0.5) * size
-        keys = keys[np.isin(keys, cells.keys) | ~_is_seen_at(centers, foreground, between)]
-    occupied = np.searchsorted(keys, cells.keys)
-    coords = unpack_keys(keys, cells.shape)
-    counts = np.zeros(len(keys), dtype=np.int64)
-    counts[occupied] = np.bincount(cells.cell)
-    centroids = origin + (coords + 0.5) * size
-    centroids[occupied] = cells.sums(points) / counts[occupied, None]
-    return VoxelGrid(coords, centroids, counts, size, origin, radius)
-
-
-def _finish(grid: VoxelGrid, min_voxels: int) -> VoxelGrid:
-    """Remove small components, and give voxels that closing added the mean centroid of their neighbors that hold points."""
-    table = neighbor_table(_as_3d(grid.coords))
-    label = connected_components(table)
-    kept = np.bincount(label)[label] >= min_voxels
-    added = np.flatnonzero((grid.counts == 0) & kept)
-    centroids = grid.centroids.copy()
-    for start in range(0, len(added), AT_ONCE):
-        rows = added[start : start + AT_ONCE]
-        near = table[rows]
-        holds_points = (near >= 0) & (grid.counts[near] > 0)
-        number = holds_points.sum(axis=1)
-        mean = (grid.centroids[near] * holds_points[:, :, None]).sum(axis=1)[number > 0] / number[number > 0, None]
-        centroids[rows[number > 0]] = mean
-    return VoxelGrid(grid.coords[kept], centroids[kept], grid.counts[kept], grid.size, grid.origin, grid.radius)
-
-
-def _as_3d(coords: Ints) -> Ints:
-    """Return coords (M, D) as (M, 3), with a third coordinate of 1 where there are two."""
-    return coords if coords.shape[1] == 3 else np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
+        centers = origin + (unpack_keys(keys, shape) + 0.5) * size
+        keys = keys[np.isin(keys, occupied) | ~_is_seen_at(centers, foreground, between)]
+    coords, centroids, counts, neighbors = cells.voxels(keys, min_voxels)
+    return VoxelGrid(coords, centroids, counts, size, origin, radius, neighbors)
 
 
 def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> VoxelGrid:

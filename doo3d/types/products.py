@@ -124,6 +124,8 @@ class VoxelGrid:
         (D,) m (px in 2-D), position of the corner of the grid where all indices are 0.
     radius
         m (px in 2-D), first estimate of the object's radius, from its seen width, before there is a chain.
+    neighbors
+        (M, 26) int32, indices of the neighbors of each voxel, as `kernels.neighbor_table` returns them; None where not made.
     """
 
     coords: Ints
@@ -132,9 +134,10 @@ class VoxelGrid:
     size: float
     origin: Floats
     radius: float
+    neighbors: Ints | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        set_sealed(self, coords=self.coords, centroids=self.centroids, counts=self.counts, origin=self.origin)
+        set_sealed(self, **{name: getattr(self, name) for name in ("coords", "centroids", "counts", "origin", "neighbors")})
 
 
 @dataclass(frozen=True)

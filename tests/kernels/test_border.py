@@ -26,7 +26,6 @@ CALLS = {
     "classify_positions": (
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
     ),
-    "close_cells": (np.array([21, 23]), np.array([9, 3, 1]), 1),
     "close_mask": (np.ones((3, 3), bool), np.array([1, 1]), 1.0),
     "CloudFacts": (POINTS, 8000, 80, 3.0, 0.05, 0.8),
     "color_bands": (
@@ -106,7 +105,6 @@ CALLS = {
     ),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
-    "sort_into_cells": (POINTS, np.zeros(3), 0.01, 1, 1e18),
     "steps": (POINTS, False),
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
@@ -132,6 +130,7 @@ CALLS = {
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "values_at_ranks": (POINTS, np.array([0, 5])),
     "visits": (),
+    "VoxelCells": (POINTS, 0.01, 1, 1e18),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip

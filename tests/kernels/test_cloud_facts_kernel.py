@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import CloudFacts, nearest_points, sort_into_cells, values_at_ranks
+from doo3d.kernels import CloudFacts, nearest_points, values_at_ranks
 
 RULES = (8000, 80, 3.0, 0.05, 0.8)
 
@@ -129,29 +129,12 @@ def test_points_that_are_not_finite_are_refused(wrong):
     with pytest.raises(ValueError, match="finite"):
         CloudFacts(points, *RULES)
     with pytest.raises(ValueError, match="finite"):
-        sort_into_cells(points, np.full(3, -9.0), 0.1, 1, 1e18)
-    with pytest.raises(ValueError, match="finite"):
         values_at_ranks(points, np.array([1]))
 
 
 def test_coordinates_whose_squares_overflow_are_refused():
     with pytest.raises(ValueError, match="square"):
         CloudFacts(np.full((3, 3), 1e200), *RULES)
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("size", [0.5, 0.01, 1e-5])
-def test_cells_are_those_of_numpy(dim, size):
-    points = np.random.default_rng(dim).normal(size=(3000, dim))
-    origin = points.min(axis=0) - 2 * size
-    keys, shape, cell, total = sort_into_cells(points, origin, size, 1, 4e18)
-    coords = np.floor((points - origin) / size).astype(np.int64)
-    assert shape.tolist() == (coords.max(axis=0) + 2).tolist()
-    assert total == pytest.approx(math.prod(shape.tolist()))
-    wanted, own = np.unique(np.ravel_multi_index(tuple(coords.T), tuple(shape)), return_inverse=True)
-    np.testing.assert_array_equal(keys, wanted)
-    np.testing.assert_array_equal(cell, own)
-    assert len(sort_into_cells(points, origin, size, 1, 0.99 * total)[0]) == 0
 
 
 @given(st.integers(1, 200), st.integers(0, 9), st.sampled_from([1e-3, 1.0, 1e6]), st.booleans())

@@ -236,3 +236,12 @@ def test_a_strand_beneath_another_has_occluding_edges():
 @pytest.mark.parametrize("slope", [0.0, 1.0, 2.5])
 def test_a_strand_that_runs_away_steeply_has_no_occluding_edge(slope):
     assert not occluding_edge_pixels(strands(0.0, slope), 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5).any()
+
+
+@pytest.mark.parametrize("least", [1, 12])
+def test_the_neighbors_are_those_of_the_voxels_that_stay(least, constants):
+    constants(MIN_COMPONENT=least)
+    points = np.concatenate((surface(wave(), 0.004), [[9.0, 9.0, 9.0]]))
+    grid = voxelize(Foreground(points), VoxelizeConfig(size=0.003, radius=0.006))
+    np.testing.assert_array_equal(grid.neighbors, neighbor_table(grid.coords))
+    assert not grid.neighbors.flags.writeable

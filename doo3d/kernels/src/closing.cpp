@@ -1,5 +1,5 @@
 // Morphological closing of a sparse grid of cells, each given by its row-major index in a box.
-#include "arrays.h"
+#include "closing.h"
 
 #include <algorithm>
 
@@ -39,36 +39,22 @@ Keys eroded(const Keys& keys, Index stride) {
     return result;
 }
 
-auto close_cells(Vector<Index> keys, Vector<Index> strides, Index iterations) {
-    const Index size = keys.shape(0), axes = strides.shape(0);
-    require(iterations >= 0 && iterations <= 1000, "iterations are not from 0 to 1000");
-    Keys given(size);
-    for (Index i = 0; i < size; ++i) {
-        given[i] = keys(i);
-        require(i == 0 || given[i] > given[i - 1], "keys are not ascending");
-    }
-    double farthest = size ? double(given.back()) : 0.0;
-    for (Index d = 0; d < axes; ++d) {
-        require(strides(d) > 0, "a stride is not positive");
-        farthest += double(iterations) * double(strides(d));
-    }
-    require(size == 0 || given.front() >= 0, "a key is negative");
-    require(farthest < 9e18, "keys and strides are too large for 64 bits");
-    if (iterations == 0) return to_numpy(std::move(given));
-    Keys closed = given;
-    for (Index d = 0; d < axes; ++d) {
-        for (Index k = 0; k < iterations; ++k) closed = dilated(closed, strides(d));
-    }
-    for (Index d = 0; d < axes; ++d) {
-        for (Index k = 0; k < iterations; ++k) closed = eroded(closed, strides(d));
-    }
-    Keys result(closed.size() + given.size());
-    result.resize(std::set_union(closed.begin(), closed.end(), given.begin(), given.end(), result.begin()) - result.begin());
-    return to_numpy(std::move(result));
-}
-
 }  // namespace
 
-void bind_closing(nb::module_& m) {
-    m.def("close_cells", &close_cells, "keys"_a.noconvert(), "strides"_a.noconvert(), "iterations"_a);
+std::vector<Index> close_cells(const std::vector<Index>& keys, const std::vector<Index>& shape, Index iterations) {
+    require(iterations >= 0 && iterations <= 1000, "iterations are not from 0 to 1000");
+    if (iterations == 0 || keys.empty()) return keys;
+    double cells = 1.0;  // of the box, and of the layers that the steps may reach beyond it
+    for (const Index side : shape) cells *= double(side + iterations);
+    require(cells < 9e18, "the box has more cells than 64 bits count");
+    Keys closed = keys;
+    for (const auto step : {dilated, eroded}) {
+        Index stride = 1;
+        for (std::size_t d = shape.size(); d-- > 0; stride *= shape[d]) {
+            for (Index k = 0; k < iterations; ++k) closed = step(closed, stride);
+        }
+    }
+    Keys result(closed.size() + keys.size());
+    result.resize(std::set_union(closed.begin(), closed.end(), keys.begin(), keys.end(), result.begin()) - result.begin());
+    return result;
 }

@@ -149,13 +149,13 @@ void CloudFacts::find_strands() const {
 using Sum = std::array<double, 4>;
 
 // Return the sums in each cell and the 26 around it, added in the order of the steps to them: row by row of three cells, each row by
-// a position of its own in the ascending keys. Which of the cells are occupied no processor foresees: those that are not weigh 0.
-// `own` has three rows of 0 more than there are cells.
+// a position of its own in the ascending keys. Which of the cells are occupied no processor foresees: for those that are not a row
+// of 0 is added. `own` has three rows of 0 more than there are cells.
 std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& own) {
     std::vector<Sum> sums(cells.keys.size());
     count_visits(27 * Index(sums.size()));
-    std::vector<Index> keys = cells.keys;
-    keys.insert(keys.end(), 3, INT64_MAX);
+    std::vector<Index> keys(sums.size() + 3, INT64_MAX);
+    std::copy(cells.keys.begin(), cells.keys.end(), keys.begin());
     std::size_t at[9] = {0};
     Index steps[9];
     for (Index row = 0; row < 9; ++row) steps[row] = ((row / 3 - 1) * cells.shape[1] + row % 3 - 1) * cells.shape[2] - 1;
@@ -165,11 +165,12 @@ std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& ow
             const Index first = keys[i] + steps[row];
             std::size_t j = at[row];
             j += keys[j] < first;
+            j += keys[j] < first;
             while (keys[j] < first) ++j;
             at[row] = j;
             for (std::size_t k = j; k < j + 3; ++k) {
-                const double weight = double(keys[k] <= first + 2) * double(k != i);
-                for (std::size_t d = 0; d < 4; ++d) sum[d] += weight * own[k][d];
+                const Sum& other = own[keys[k] <= first + 2 && k != i ? k : sums.size()];
+                for (std::size_t d = 0; d < 4; ++d) sum[d] += other[d];
             }
         }
         sums[i] = sum;
@@ -200,8 +201,8 @@ auto CloudFacts::without_outliers(double cell_spacings, double min_ratio) const 
     {
         nb::gil_scoped_release released;
         const double edge = cell_spacings * spacing;
-        double origin[3] = {INFINITY, INFINITY, INFINITY};
-        for (Index k = 0; k < 3 * count_; ++k) origin[k % 3] = std::min(origin[k % 3], points[k]);
+        double origin[3];
+        lowest_corner(points, count_, 3, origin);
         for (double& value : origin) value = count_ ? value - edge : 0.0;
         const PointCells cells(points, count_, 3, origin, edge, 1);
         if (count_ && !cells.is_too_wide) {
@@ -211,18 +212,21 @@ auto CloudFacts::without_outliers(double cell_spacings, double min_ratio) const 
                 for (Index d = 0; d < 3; ++d) sum[d] += points[3 * n + d];
                 sum[3] += 1;
             }
-            const std::vector<Sum> sums = sums_around(cells, own);
+            std::vector<Sum> sums = sums_around(cells, own);
             const double least = min_ratio * median_neighbors(sums, own, count_);
             Index size = 0;
-            for (std::size_t c = 0; c < sums.size(); ++c) size += sums[c][3] >= least ? Index(own[c][3]) : 0;
+            for (std::size_t c = 0; c < sums.size(); ++c) {
+                size += sums[c][3] >= least ? Index(own[c][3]) : 0;
+                for (Index d = 0; d < 3; ++d) sums[c][d] /= sums[c][3];
+            }
             own = {};
             all = size == count_;
             means.reserve(3 * size);
             if (!all) kept.reserve(3 * size);
             for (Index n = 0; n < count_; ++n) {
-                const Sum& sum = sums[cells.cell[n]];
-                if (!(sum[3] >= least)) continue;
-                for (Index d = 0; d < 3; ++d) means.push_back(sum[d] / sum[3]);
+                const Sum& mean = sums[cells.cell[n]];
+                if (!(mean[3] >= least)) continue;
+                means.insert(means.end(), mean.begin(), mean.begin() + 3);
                 if (!all) kept.insert(kept.end(), points + 3 * n, points + 3 * n + 3);
             }
         } else {
@@ -264,8 +268,9 @@ bool CloudFacts::strands_nearer(double distance) const {
     return found;
 }
 
-// Finds the strand of the nearest of some points, cell by cell: where all of the 27 cells around are of one strand and one is nearer
-// than a cell is wide, the nearest is one of them.
+// Finds the strand of the nearest of some points. All points in a small cell are looked up at once, at its center: the nearest of each
+// is no farther from the center than the nearest of the center and the diagonal of the cell. Most are found in a grid, whose cells are
+// as wide as that: where all of the 27 cells around are of one strand, and one is so near that the nearest lies in them.
 class StrandLookup {
 public:
     StrandLookup(const std::vector<double>& points, std::vector<Index> strand, double edge)
@@ -273,30 +278,48 @@ public:
 
     // Write the strand of each of N points.
     void look_up(const double* points, Index count, Index* result) {
-        double origin[3] = {INFINITY, INFINITY, INFINITY}, shift[3];
-        for (Index k = 0; k < 3 * count; ++k) origin[k % 3] = std::min(origin[k % 3], points[k]);
-        for (Index d = 0; d < 3; ++d) {
-            shift[d] = std::floor((origin[d] - grid_.origin[d]) / edge_) - 1;
-            origin[d] = grid_.origin[d] + shift[d] * edge_;
-        }
-        const PointCells cells(points, count, 3, origin, edge_, 0);
+        const double small = edge_ / 4, diagonal = small * (std::sqrt(3.0) + 1e-3);
+        double origin[3], center[3];
+        lowest_corner(points, count, 3, origin);
+        const PointCells cells(points, count, 3, origin, small, 0);
+        std::vector<PointColumns::Near> found;
         if (grid_.is_too_wide() || cells.is_too_wide) {
-            for (Index n = 0; n < count; ++n) result[n] = nearest(points + 3 * n);
+            for (Index n = 0; n < count; ++n) result[n] = nearest(points + 3 * n, 0.0, found);
             return;
         }
-        std::vector<std::int32_t> start, order;
-        cells.group(start, order);
-        for (std::size_t c = 0; c < cells.keys.size(); ++c) {
-            const Index x = cells.keys[c] / (cells.shape[1] * cells.shape[2]), yz = cells.keys[c] % (cells.shape[1] * cells.shape[2]);
-            const double at[3] = {double(x) + shift[0], double(yz / cells.shape[2]) + shift[1], double(yz % cells.shape[2]) + shift[2]};
-            collect(at);
-            for (std::int32_t k = start[c]; k < start[c + 1]; ++k) result[order[k]] = strand_at(points + 3 * Index(order[k]));
+        const auto move_to = [&](Index key) {
+            const Index yz = key % (cells.shape[1] * cells.shape[2]);
+            const Index steps[3] = {key / (cells.shape[1] * cells.shape[2]), yz / cells.shape[2], yz % cells.shape[2]};
+            for (Index d = 0; d < 3; ++d) center[d] = origin[d] + (double(steps[d]) + 0.5) * small;
+        };
+        std::vector<Index> strand;
+        for (const Index key : cells.keys) {
+            move_to(key);
+            strand.push_back(only_strand(center, edge_ * (1 - 1e-9) - diagonal));
+        }
+        count_visits(count + Index(strand.size()));
+        std::vector<std::pair<std::int32_t, Index>> others;
+        for (Index n = 0; n < count; ++n) {
+            result[n] = strand[cells.cell[n]];
+            if (result[n] < 0) others.push_back({cells.cell[n], n});
+        }
+        std::sort(others.begin(), others.end());
+        for (std::size_t k = 0; k < others.size(); ++k) {
+            if (k == 0 || others[k].first != others[k - 1].first) {
+                move_to(cells.keys[others[k].first]);
+                nearest(center, diagonal, found);
+            }
+            result[others[k].second] = nearest_of(found, points + 3 * others[k].second);
         }
     }
 
 private:
-    // Collect the points in the 27 cells around a cell of the grid.
-    void collect(const double* at) {
+    // Collect the points in the 27 cells around the cell of a position, unless they are there from the position before.
+    void collect(const double* position) {
+        double at[3];
+        for (Index d = 0; d < 3; ++d) at[d] = std::floor((position[d] - grid_.origin[d]) / edge_);
+        if (std::equal(at, at + 3, at_)) return;
+        std::copy(at, at + 3, at_);
         near_.clear();
         is_one_ = true;
         const auto& shape = grid_.cells.shape;
@@ -318,24 +341,31 @@ private:
         for (const std::int32_t n : near_) is_one_ = is_one_ && strand_[n] == strand_[near_[0]];
     }
 
-    Index strand_at(const double* point) const {
-        double least = INFINITY, limit = edge_ * (1 - 1e-9);
-        Index best = 0;
+    // Return the strand of all points around a position, of which one is no farther than the limit; -1 for several, or none so near.
+    Index only_strand(const double* position, double limit) {
+        collect(position);
+        if (!is_one_) return -1;
         for (const std::int32_t n : near_) {
-            const double square = squared_distance(&points_[3 * Index(n)], point, 3);
-            if (square < least) {
-                least = square;
-                best = n;
-                if (is_one_ && least <= limit * limit) break;
-            }
+            if (squared_distance(&points_[3 * Index(n)], position, 3) <= limit * limit) return strand_[n];
         }
-        return least <= limit * limit ? strand_[best] : nearest(point);
+        return -1;
     }
 
-    Index nearest(const double* point) const {
-        std::vector<PointColumns::Near> found;
-        columns_.nearest(point, 1, found);
-        return strand_[found[0].index];
+    // Return the strand of the nearest point; find those at most `more` farther from the position.
+    Index nearest(const double* position, double more, std::vector<PointColumns::Near>& found) const {
+        columns_.nearest(position, 1, found);
+        const PointColumns::Near first = found[0];
+        if (more > 0) columns_.within(position, std::sqrt(first.square) + more, found);
+        return strand_[first.index];
+    }
+
+    // Return the strand of the nearest of the points found.
+    Index nearest_of(const std::vector<PointColumns::Near>& found, const double* point) const {
+        PointColumns::Near best{INFINITY, INT32_MAX};
+        for (const PointColumns::Near& near : found) {
+            best = std::min(best, {squared_distance(&points_[3 * Index(near.index)], point, 3), near.index});
+        }
+        return strand_[best.index];
     }
 
     const std::vector<double>& points_;
@@ -344,6 +374,7 @@ private:
     Grouped grid_;
     PointColumns columns_;
     std::vector<std::int32_t> near_;
+    double at_[3] = {NAN, NAN, NAN};
     bool is_one_ = true;
 };
 

@@ -3,7 +3,6 @@
 
 void bind_appearance(nb::module_&);
 void bind_clearance(nb::module_&);
-void bind_closing(nb::module_&);
 void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
@@ -45,13 +44,13 @@ void bind_thinning(nb::module_&);
 void bind_valleys(nb::module_&);
 void bind_visibility(nb::module_&);
 void bind_visits(nb::module_&);
+void bind_voxel_cells(nb::module_&);
 void bind_whittaker(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
     bind_appearance(m);
     bind_clearance(m);
-    bind_closing(m);
     bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
@@ -93,6 +92,7 @@ NB_MODULE(_native, m) {
     bind_valleys(m);
     bind_visibility(m);
     bind_visits(m);
+    bind_voxel_cells(m);
     bind_whittaker(m);
     bind_zhang_suen(m);
 }

@@ -27,21 +27,37 @@ void sort_by_key(std::vector<Tagged<Key>>& points, double total) {
 }
 
 // Return the lowest and the highest coordinate along each axis; refuse coordinates that are not finite.
-void bounds(const double* points, Index count, Index dim, double* low, double* high) {
-    double finite = 0.0;
-    for (Index d = 0; d < dim; ++d) low[d] = high[d] = count ? points[d] : 0.0;
+template <Index DIM>
+void bounds_of(const double* points, Index count, double* low, double* high) {
+    double finite = 0.0, least[DIM], most[DIM];
+    for (Index d = 0; d < DIM; ++d) least[d] = most[d] = count ? points[d] : 0.0;
     for (Index n = 0; n < count; ++n) {
-        for (Index d = 0; d < dim; ++d) {
-            const double value = points[n * dim + d];
-            finite += value - value;
-            low[d] = std::min(low[d], value);
-            high[d] = std::max(high[d], value);
+        double row = 0.0;
+        for (Index d = 0; d < DIM; ++d) {
+            const double value = points[n * DIM + d];
+            row += value - value;
+            least[d] = std::min(least[d], value);
+            most[d] = std::max(most[d], value);
         }
+        finite += row;
     }
     require(finite == 0.0, "a coordinate is not finite");
+    std::copy(least, least + DIM, low);
+    std::copy(most, most + DIM, high);
+}
+
+void bounds(const double* points, Index count, Index dim, double* low, double* high) {
+    require(dim >= 1 && dim <= 3, "points have not 1 to 3 coordinates");
+    const auto measure = dim == 3 ? bounds_of<3> : dim == 2 ? bounds_of<2> : bounds_of<1>;
+    measure(points, count, low, high);
 }
 
 }  // namespace
+
+void lowest_corner(const double* points, Index count, Index dim, double* low) {
+    std::vector<double> high(dim);
+    bounds(points, count, dim, low, high.data());
+}
 
 PointCells::PointCells(const double* points, Index count, Index dim, const double* origin, double size, Index margin, double limit)
     : shape(dim, margin + 1) {
@@ -59,24 +75,44 @@ PointCells::PointCells(const double* points, Index count, Index dim, const doubl
     }
     is_too_wide = !(total <= limit);
     if (is_too_wide) return;
-    if (total < 4294967296.0) {
+    if (total <= std::min(4.0 * double(count), double(INT32_MAX))) {
+        number_by_table(points, count, dim, origin, size);
+    } else if (total < 4294967296.0) {
         number<std::uint32_t>(points, count, dim, origin, size);
     } else {
         number<std::uint64_t>(points, count, dim, origin, size);
     }
 }
 
+// Where the box has few cells for the points, a table of all of them takes less time than sorting.
+void PointCells::number_by_table(const double* points, Index count, Index dim, const double* origin, double size) {
+    std::vector<std::int32_t> index(std::size_t(total), -1);
+    cell.resize(count);
+    count_visits(3 * count + Index(total));  // for the bounds, the keys, the cells, and the table
+    for (Index n = 0; n < count; ++n) {
+        cell[n] = std::int32_t(key_of(points + n * dim, dim, origin, size));
+        index[cell[n]] = 0;
+    }
+    for (std::size_t key = 0; key < index.size(); ++key) {
+        if (index[key] < 0) continue;
+        index[key] = std::int32_t(keys.size());
+        keys.push_back(Index(key));
+    }
+    for (std::int32_t& c : cell) c = index[c];
+}
+
 template <class Key>
 void PointCells::number(const double* points, Index count, Index dim, const double* origin, double size) {
     std::vector<Tagged<Key>> tagged(count);
-    count_visits(4 * count);  // for the bounds, the keys, the order and the cells
+    count_visits(5 * count);  // for the bounds, the keys, the order and the cells
     for (Index n = 0; n < count; ++n) {
-        Index key = 0;
-        for (Index d = 0; d < dim; ++d) key = key * shape[d] + Index((points[n * dim + d] - origin[d]) / size);
-        tagged[n] = {Key(key), std::uint32_t(n)};
+        tagged[n] = {Key(key_of(points + n * dim, dim, origin, size)), std::uint32_t(n)};
     }
     sort_by_key(tagged, total);
     cell.resize(count);
+    Index occupied = count > 0;
+    for (Index n = 1; n < count; ++n) occupied += tagged[n].key != tagged[n - 1].key;
+    keys.reserve(occupied);
     for (const auto& [key, index] : tagged) {
         if (keys.empty() || keys.back() != Index(key)) keys.push_back(Index(key));
         cell[index] = std::int32_t(keys.size()) - 1;
@@ -153,6 +189,12 @@ void PointColumns::collect(const Window& window, const double* at, std::vector<N
     }
 }
 
+void PointColumns::within(const double* at, double reach, std::vector<Near>& found) const {
+    collect(around(at, reach), at, found);
+    const auto is_far = [&](const Near& near) { return near.square > reach * reach; };
+    found.erase(std::remove_if(found.begin(), found.end(), is_far), found.end());
+}
+
 // The k-th nearest among those of some columns around the position is no nearer than the true one: its distance bounds the columns in
 // which all k lie.
 void PointColumns::nearest(const double* at, Index k, std::vector<Near>& found) const {
@@ -168,18 +210,6 @@ void PointColumns::nearest(const double* at, Index k, std::vector<Near>& found) 
 }
 
 namespace {
-
-auto sort_into_cells(Matrix<double> points, Vector<double> origin, double size, Index margin, double limit) {
-    const Index count = points.shape(0), dim = points.shape(1);
-    require(Index(origin.shape(0)) == dim && dim >= 1 && dim <= 3, "origin is not (D,), or D is not 1 to 3");
-    std::vector<double> corner(dim);
-    for (Index d = 0; d < dim; ++d) corner[d] = origin(d);
-    PointCells cells = [&, data = points.data()] {
-        nb::gil_scoped_release released;
-        return PointCells(data, count, dim, corner.data(), size, margin, limit);
-    }();
-    return std::make_tuple(to_numpy(std::move(cells.keys)), to_numpy(std::move(cells.shape)), to_numpy(std::move(cells.cell)), cells.total);
-}
 
 // The values are counted in bins of equal width; only values of bins that hold a wanted rank are compared.
 std::vector<double> ranked(const double* points, Index count, Index dim, const std::vector<Index>& ranks) {
@@ -251,7 +281,6 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
 }  // namespace
 
 void bind_point_cells(nb::module_& m) {
-    m.def("sort_into_cells", &sort_into_cells, "points"_a.noconvert(), "origin"_a.noconvert(), "size"_a, "margin"_a, "limit"_a);
     m.def("values_at_ranks", &values_at_ranks, "points"_a.noconvert(), "ranks"_a.noconvert());
     m.def("nearest_points", &nearest_points, "points"_a.noconvert(), "positions"_a.noconvert(), "k"_a);
 }

@@ -3,6 +3,9 @@
 
 #include "arrays.h"
 
+// Write the lowest coordinate of points (N, D) along each axis, 0 for none; refuse coordinates that are not finite.
+void lowest_corner(const double* points, Index count, Index dim, double* low);
+
 // The M occupied cells of a box of cells around N points.
 //
 // The key of a cell is its row-major index in the box.
@@ -21,6 +24,12 @@ struct PointCells {
     void group(std::vector<std::int32_t>& start, std::vector<std::int32_t>& order) const;
 
 private:
+    Index key_of(const double* point, Index dim, const double* origin, double size) const {
+        Index key = 0;
+        for (Index d = 0; d < dim; ++d) key = key * shape[d] + Index((point[d] - origin[d]) / size);
+        return key;
+    }
+    void number_by_table(const double* points, Index count, Index dim, const double* origin, double size);
     template <class Key>
     void number(const double* points, Index count, Index dim, const double* origin, double size);
 };
@@ -54,6 +63,9 @@ public:
 
     // Find the `k` points nearest to a position, k <= N, by ascending distance, of equal ones by index.
     void nearest(const double* at, Index k, std::vector<Near>& found) const;
+
+    // Find the points no farther from a position than `reach`, in any order.
+    void within(const double* at, double reach, std::vector<Near>& found) const;
 
 private:
     struct Window {

@@ -4,12 +4,7 @@
 #include <algorithm>
 #include <queue>
 
-namespace {
-
-// Instead of a junction's number: the branch ends at a tip; the branch is a closed loop without a junction.
-enum : Index { FREE = -1, LOOP = -2 };
-
-// Label the 26-connected components of the wanted voxels: (K,) number, -1 elsewhere. A flood fill by a stack.
+// A flood fill by a stack.
 std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted) {
     std::vector<Index> label(table.size(), -1), stack;
     Index components = 0;
@@ -33,6 +28,11 @@ std::vector<Index> label_components(const NeighborTable& table, const std::vecto
     }
     return label;
 }
+
+namespace {
+
+// Instead of a junction's number: the branch ends at a tip; the branch is a closed loop without a junction.
+enum : Index { FREE = -1, LOOP = -2 };
 
 auto connected_components(Matrix<std::int32_t> table) {
     const NeighborTable neighbors(table);

@@ -12,6 +12,27 @@
 #include <algorithm>
 #include <array>
 
+// A neighbor at a fixed step has its key at a fixed difference, so one pass over the keys with two pointers links all voxels in
+// that direction; the opposite direction comes with it.
+std::vector<std::int32_t> link_neighbors(const std::vector<Index>& keys, Index rows, Index columns) {
+    const Index count = Index(keys.size());
+    std::vector<std::int32_t> table(count * NEIGHBORS, -1);
+    count_visits(count * NEIGHBORS);
+    for (int n = 13; n < NEIGHBORS; ++n) {
+        const Offset step = offset_of(n);
+        const Index stride = (step.x * rows + step.y) * columns + step.z;
+        for (Index i = 0, j = 0; i < count; ++i) {
+            const Index wanted = keys[i] + stride;
+            while (j < count && keys[j] < wanted) ++j;
+            if (j < count && keys[j] == wanted) {
+                table[i * NEIGHBORS + n] = std::int32_t(j);
+                table[j * NEIGHBORS + 25 - n] = std::int32_t(i);
+            }
+        }
+    }
+    return table;
+}
+
 namespace {
 
 using Bits = std::uint32_t;
@@ -167,8 +188,6 @@ private:
     std::vector<Index> chosen_;
 };
 
-// A neighbor at a fixed step has its key at a fixed difference, so one pass over the keys with two pointers links all voxels in
-// that direction; the opposite direction comes with it.
 auto neighbor_table(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 3, "coords are not (M, 3)");
@@ -186,21 +205,7 @@ auto neighbor_table(StridedMatrix<Index> coords) {
         keys[i] = (coords(i, 0) * shape[1] + coords(i, 1)) * shape[2] + coords(i, 2);
         require(i == 0 || keys[i - 1] < keys[i], "coords are not in lexicographic order");
     }
-    std::vector<std::int32_t> table(count * NEIGHBORS, -1);
-    count_visits(count * NEIGHBORS);
-    for (int n = 13; n < NEIGHBORS; ++n) {
-        const Offset step = offset_of(n);
-        const Index stride = (step.x * shape[1] + step.y) * shape[2] + step.z;
-        for (Index i = 0, j = 0; i < count; ++i) {
-            const Index wanted = keys[i] + stride;
-            while (j < count && keys[j] < wanted) ++j;
-            if (j < count && keys[j] == wanted) {
-                table[i * NEIGHBORS + n] = std::int32_t(j);
-                table[j * NEIGHBORS + 25 - n] = std::int32_t(i);
-            }
-        }
-    }
-    return to_numpy(std::move(table), count, NEIGHBORS);
+    return to_numpy(link_neighbors(keys, shape[1], shape[2]), count, NEIGHBORS);
 }
 
 auto thin_voxels(Matrix<std::int32_t> table) {

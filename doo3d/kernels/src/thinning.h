@@ -24,6 +24,7 @@ public:
             require(table_[k] >= -1 && table_[k] < size_, "an entry of the table is no voxel");
         }
     }
+    explicit NeighborTable(const std::vector<std::int32_t>& linked) : table_(linked.data()), size_(Index(linked.size()) / NEIGHBORS) {}
     Index size() const { return size_; }
     const std::int32_t* row(Index voxel) const { return table_ + voxel * NEIGHBORS; }
 
@@ -31,3 +32,10 @@ private:
     const std::int32_t* table_;
     Index size_;
 };
+
+// Return the neighbor table of voxels in a box, given by their ascending row-major indices; `rows` and `columns` are the numbers of its
+// cells along the second and the third axis. The outermost cells of the box must be empty.
+std::vector<std::int32_t> link_neighbors(const std::vector<Index>& keys, Index rows, Index columns);
+
+// Label the 26-connected components of the wanted voxels: (K,) number, -1 elsewhere.
+std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted);

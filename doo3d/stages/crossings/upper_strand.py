@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.limits import AT_ONCE
 from ...geometry.noise import COLOR_NOISE
 from ...geometry.projection import Projection
 from ...kernels import sample_bilinear
@@ -31,9 +32,6 @@ MIN_COLOR_LOG_RATIO = 0.35
 
 NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
-
-CLOUD_SEARCH_HALF_WIDTHS = 20.0
-"""Half-widths of a strand round a crossing within which points of a cloud are searched."""
 
 
 def upper_strand_log_odds(
@@ -92,21 +90,27 @@ def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingS
             return np.where((measured > 0) & (_nearest_pixels(mask, positions) > 0), measured, np.nan)
 
         return in_depth_image
-    points, distance = view.project(foreground.points), view.distance(foreground.points)
-    width = float(strands.half_width.max())
-    near = np.zeros(len(points), dtype=bool)
-    for point in strands.point:
-        near |= (np.abs(points - point) < CLOUD_SEARCH_HALF_WIDTHS * width).all(axis=1)
-    if not near.any():
-        return lambda positions: np.full(positions.shape[:-1], np.nan)
-    tree, known = cKDTree(points[near]), np.append(distance[near], np.inf)
+    reach = 0.5 * float(strands.half_width.max())
 
     def in_cloud(positions: Floats) -> Floats:
-        asked = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
-        nearest = known[tree.query(asked, NEAREST_POINTS, distance_upper_bound=0.5 * width)[1]].min(axis=1)
+        asked = positions.reshape(len(positions), -1, 2)
+        low, high = np.fmin.reduce(asked, axis=1) - reach, np.fmax.reduce(asked, axis=1) + reach
+        parts = (foreground.points[first : first + AT_ONCE] for first in range(0, max(len(foreground.points), 1), AT_ONCE))
+        rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
+        tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
+        finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
+        nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
         return np.where(np.isfinite(nearest), nearest, np.nan).reshape(positions.shape[:-1])
 
     return in_cloud
+
+
+def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) -> Floats:
+    """Return (u, v, distance) of those points (N, 3) m that the view shows in one of the boxes from low to high (C, 2)."""
+    shown = view.project(points)
+    inside = (shown >= low[:, None]) & (shown <= high[:, None])
+    near = (inside[..., 0] & inside[..., 1]).any(axis=0)
+    return np.column_stack((shown[near], view.distance(points[near])))
 
 
 def _nearest_pixels(image: Array, positions: Floats) -> Floats:
