@@ -919,6 +919,23 @@ def is_simple(bits: int) -> bool:
     -1) to (1, 1, 1) in lexicographic order, without (0, 0, 0).
     """
 
+def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
+    """Return the largest value in a window around each pixel that is wanted, as a dilation does.
+
+    Parameters
+    ----------
+    values
+        (H, W) float32
+    wanted
+        (H, W) bool, the pixels whose windows are searched
+    half
+        (R + 1,) int64, half the widths of the window's rows: of the middle row, and of those 1 to R above and below it
+
+    Returns
+    -------
+    (H, W) float32; 0 where it is not wanted
+    """
+
 def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
     """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 
