@@ -15,136 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import kernels
-from ..types import Array, Floats
+from ..types import Floats
 
 MAX_DEVIATION_DEG = 20.0
 """Degrees between the line and the straight connection of the ends, at most, when the radius of the arcs is chosen."""
-
-
-@dataclass(frozen=True)
-class Arc:
-    """A circular arc in 2-D or 3-D.
-
-    Its point at the angle t is start + radius (sin t direction + (1 - cos t) normal), 0 <= t <= angle.
-
-    Attributes
-    ----------
-    start
-        (D,) m (px in 2-D), where the arc begins.
-    direction
-        (D,) unit, tangent at the start, pointing along the arc.
-    normal
-        (D,) unit, from the start towards the center of the circle.
-    angle
-        radians from the start to the end of the arc, not negative.
-    radius
-        m (px in 2-D).
-    """
-
-    start: Floats
-    direction: Floats
-    normal: Floats
-    angle: float
-    radius: float
-
-    @staticmethod
-    def from_row(row: Floats) -> Arc:
-        """Return the arc given by a row of 3 D + 2 numbers: start (D,), direction (D,), normal (D,), angle in radians, radius."""
-        start, direction, normal = row[:-2].reshape(3, -1)
-        return Arc(start, direction, normal, float(row[-2]), float(row[-1]))
-
-    def at(self, angles: Array) -> Floats:
-        """Return the points of the arc at given angles.
-
-        angles : (S,) radians from the start of the arc. Returns (S, D) m (px in 2-D).
-        """
-        angles = np.asarray(angles)[:, None]
-        along, across = np.sin(angles) * self.direction, (1 - np.cos(angles)) * self.normal
-        return np.asarray(self.start + self.radius * (along + across))
-
-    @property
-    def end(self) -> Floats:
-        """The point (D,) where the arc ends, m (px in 2-D)."""
-        return np.asarray(self.at(np.array([self.angle]))[0])
-
-    @property
-    def end_direction(self) -> Floats:
-        """The unit tangent (D,) at the end of the arc, pointing onwards."""
-        return np.asarray(math.cos(self.angle) * self.direction + math.sin(self.angle) * self.normal)
-
-
-def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float, opposite: bool = False) -> Arc | None:
-    """Return the arc that leaves a point in a direction and ends pointing straight at a target.
-
-    Parameters
-    ----------
-    start
-        (D,), where the arc begins.
-    direction
-        (D,) unit, tangent at the start.
-    target
-        (D,), the point that the tangent at the arc's end points at.
-    radius
-        radius of the arc, in the unit of the points.
-    opposite
-        True bends the arc away from the target first, so that it turns the long way round.
-
-    Returns
-    -------
-    The arc, or None if the target lies inside its circle.
-    """
-    start, direction, target = (np.asarray(vector, dtype=float) for vector in (start, direction, target))
-    rows = kernels.arc_towards(start, direction, target, float(radius), opposite)
-    return Arc.from_row(rows[0]) if len(rows) else None
-
-
-def arc_line_arc(e1: Floats, d1: Floats, e2: Floats, d2: Floats, radius: float, inside: bool = False) -> tuple[Arc, Arc] | None:
-    """Join two ends by an arc, a straight line and an arc, all tangent to each other (Dubins path, CSC kind).
-
-    Parameters
-    ----------
-    e1, e2
-        (D,), positions of the two ends.
-    d1, d2
-        (D,) unit, direction of each end, pointing out of its chain.
-    radius
-        radius of both arcs, in the unit of the ends.
-    inside
-        False bends each arc towards the other end; True bends it away first, so that it turns the long way round.
-
-    Returns
-    -------
-    The arc that starts at e1 and the arc that starts at e2. Both run into the gap, and the straight line joins the points where
-    they end. The shorter path is returned if two are found, None if there is no path of this radius.
-    """
-    rows = kernels.arc_line_arc(np.array((e1, d1, e2, d2), dtype=float), float(radius), inside)
-    return (Arc.from_row(rows[0]), Arc.from_row(rows[1])) if len(rows) else None
-
-
-def corner_radius(e1: Floats, d1: Floats, e2: Floats, d2: Floats) -> float | None:
-    """Return the radius of the largest circle that rounds the corner of two end lines.
-
-    The end lines are the straight continuations of two chain ends. If they meet ahead of both ends, the circle touches both
-    between the end and the corner. Skew lines have their corner where they are closest.
-
-    Parameters
-    ----------
-    e1, e2
-        (D,), positions of the two ends.
-    d1, d2
-        (D,) unit, direction of each end, pointing out of its chain.
-
-    Returns
-    -------
-    The radius in the unit of the ends; None if the lines are parallel or do not meet ahead of both ends.
-
-    Notes
-    -----
-    A circle of radius r touches the lines at r tan(turn / 2) from the corner, where turn is the angle between d1 and -d2. So the
-    end nearer to the corner limits the radius.
-    """
-    radius = float(kernels.corner_radius(np.array((e1, d1, e2, d2), dtype=float)))
-    return radius if radius > 0 else None
 
 
 @dataclass(frozen=True)
@@ -164,11 +38,6 @@ class GapPath:
 
     ends: Floats
     rows: Floats
-
-    @property
-    def arcs(self) -> tuple[Arc, Arc] | None:
-        """The arcs at the first and the second end, each from its end into the gap; None if the path is only a straight line."""
-        return (Arc.from_row(self.rows[0]), Arc.from_row(self.rows[1])) if len(self.rows) else None
 
     def points(self, spacing: float) -> Floats:
         """Return points along the path from its first to its second end, both included.
@@ -199,8 +68,8 @@ def gap_path(
     """Return the smooth path across the gap from one end to another.
 
     It is an arc, a straight line and an arc, tangent to both ends. If the end lines (the straight continuations of the ends)
-    meet ahead of both ends, the radius is that of `corner_radius`; otherwise it is `radius`. A radius that is too large for the
-    gap is made smaller until there is a path.
+    meet ahead of both ends, the radius is that of the largest circle that touches both there; skew lines meet where they are
+    closest. Otherwise it is `radius`. A radius that is too large for the gap is made smaller until there is a path.
 
     Parameters
     ----------

@@ -275,45 +275,6 @@ def arc_length(points: Floats) -> Floats:
     points : (P, D) float64, P points. Returns (P,) float64 in the unit of the points, the first 0.
     """
 
-def arc_line_arc(ends: Floats, radius: float, inside: bool) -> Floats:
-    """Join two ends by an arc, a straight line and an arc of the same radius, tangent to each other.
-
-    Parameters
-    ----------
-    ends
-        (4, D) float64, rows: first end, its unit direction, second end, its unit direction; the directions point out of the
-        chains
-    radius
-        radius of both arcs, in the unit of the ends
-    inside
-        False bends each arc towards the other end; True bends it away first, so that it turns the long way round
-
-    Returns
-    -------
-    (2, 3 D + 2) float64, one arc per row, at the first and at the second end; each starts at its end and runs into the gap, and
-    the straight line joins the points where the arcs end. Columns: start (D,), unit direction at the start (D,), unit normal
-    from the start towards the center of the circle (D,), angle in radians, radius. (0, 3 D + 2) if no path of this radius was
-    found.
-    """
-
-def arc_towards(start: Floats, direction: Floats, target: Floats, radius: float, opposite: bool) -> Floats:
-    """Find the arc that leaves a point in a direction and ends pointing straight at a target.
-
-    Parameters
-    ----------
-    start, direction, target
-        (D,) float64; the direction is a unit vector
-    radius
-        radius of the arc, in the unit of the points
-    opposite
-        True bends the arc away from the target first, so that it turns the long way round
-
-    Returns
-    -------
-    (1, 3 D + 2) float64, columns: start (D,), direction (D,), unit normal from the start towards the center of the circle (D,),
-    angle in radians, radius. (0, 3 D + 2) if the target lies inside the circle.
-    """
-
 def axis_depth(
     sample: Ints,
     lateral: Floats,
@@ -515,13 +476,6 @@ def connected_components(table: Ints) -> Ints:
     int64, the number of each voxel's component, from 0 in the order of the components' first voxels.
 
     5.7 times as fast as scipy.sparse.csgraph.connected_components on 3,145 voxels (0.16 ms against 0.90 ms).
-    """
-
-def corner_radius(ends: Floats) -> float:
-    """Return the radius of the largest circle that touches both end lines ahead of the ends; -1 if the lines do not meet there.
-
-    ends : (4, D) float64, rows: first end, its outward unit direction, second end, its outward unit direction. Skew lines count
-    as meeting where they are closest. The radius is in the unit of the ends; it is -1 also for parallel lines.
     """
 
 def cover_with_chords(points: Floats, length: float) -> Floats:
@@ -910,13 +864,6 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
     Returns
     -------
     (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
-    """
-
-def is_simple(bits: int) -> bool:
-    """Tell whether a voxel can be deleted without changing the topology (numbers of components, loops and cavities).
-
-    bits : which of the voxel's 26 neighbors are occupied, as a bit set. Bit n is the neighbor at the n-th offset from (-1, -1,
-    -1) to (1, 1, 1) in lexicographic order, without (0, 0, 0).
     """
 
 def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
@@ -1369,7 +1316,7 @@ def sample_gap(arcs: Floats, spacing: float) -> Floats:
     Parameters
     ----------
     arcs
-        (2, 3 D + 2) float64, the arcs at the two ends, as `arc_line_arc` returns them
+        (2, 3 D + 2) float64, the arcs at the two ends, as `solve_gap` returns them
     spacing
         greatest distance between neighboring points along the path, in the unit of the arcs
 
@@ -1569,8 +1516,8 @@ def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -
         (4, D) float64, rows: first end, its outward direction, second end, its outward direction
     radius
         radius of the arcs, in the unit of the ends, if the end lines do not meet ahead of both ends; 0 chooses the largest, up
-        to half the gap, that keeps `max_deviation`. If the lines meet, the radius is that of `corner_radius`. A radius without a
-        path is made smaller until there is one
+        to half the gap, that keeps `max_deviation`. If the lines meet (skew ones where they are closest), the radius is that of
+        the largest circle that touches both ahead of the ends. A radius without a path is made smaller until there is one
     max_deviation
         rad, greatest angle between the straight line and the direct connection of the ends; applies only if the radius is chosen
     inside
@@ -1579,7 +1526,10 @@ def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -
     Returns
     -------
     touch : True if the ends are at the same position
-    arcs : (2, 3 D + 2) float64, columns as for `arc_line_arc`; (0, 3 D + 2) if the ends touch or no path was found
+    arcs : (2, 3 D + 2) float64, one arc per row, at the first and at the second end; each starts at its end and runs into the
+        gap, and the straight line joins the points where the arcs end. Columns: start (D,), unit direction at the start (D,),
+        unit normal from the start towards the center of the circle (D,), angle in radians, radius. (0, 3 D + 2) if the ends
+        touch or no path was found
     """
 
 def sort_into_cells(points: Floats, origin: Floats, size: float, margin: int, limit: float) -> tuple[Ints, Ints, Ints, float]:

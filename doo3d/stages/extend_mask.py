@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 
 from ..config import ExtendMaskConfig
+from ..geometry.noise import COLOR_NOISE
+from ..geometry.radii import STEP_RADII
 from ..kernels import follow_strand
 from ..types import Bools, Chain, Floats
 from . import FrameContext
@@ -20,9 +22,6 @@ STRAND_OFFSETS_RADII = np.linspace(-0.7, 0.7, 5)
 
 BACKGROUND_OFFSETS_RADII = np.array([-2.2, -1.7, 1.7, 2.2])
 """Radii from the middle at which the colors of the background are read, clear of soft edges."""
-
-STEP_RADII = 0.5
-"""Radii; length of a step along a strand."""
 
 LOOKAHEAD_STEPS = 4
 """Steps ahead that a step is judged by: the mean over them."""
@@ -41,9 +40,6 @@ MIN_EXTENSION_RADII = 2.0
 
 MAX_HIDDEN_RADII = 8.0
 """Radii of the strand that may look different: another strand on top, a print, a glare."""
-
-COLOR_NOISE = 6.0
-"""Grey levels of 255 by which the colors of one strand differ anyway."""
 
 MAX_COLOR_DISTANCE = 2.5
 """Squared color distance of the strand ahead from the strand so far, at most, in variances of the latter."""

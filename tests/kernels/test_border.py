@@ -19,8 +19,6 @@ PIXELS = (np.array([1]), np.array([1]))
 CALLS = {
     "angle_legs": (POINTS, POINTS),
     "arc_length": (POINTS,),
-    "arc_line_arc": (np.eye(4, 3), 0.1, False),
-    "arc_towards": (np.zeros(3), np.eye(3)[0], np.ones(3), 0.1, False),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
@@ -39,7 +37,6 @@ CALLS = {
         np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, np.array([0.6, 0.2]), 1e-5,
     ),
     "connected_components": (TABLE,),
-    "corner_radius": (np.eye(4, 3),),
     "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "depth_support": (
@@ -66,7 +63,6 @@ CALLS = {
     "FrameFacts": (np.ones((3, 3), bool),),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
-    "is_simple": (3,),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
     "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),

@@ -19,7 +19,7 @@ import doo3d
 from doo3d import kernels
 
 NEEDED = ("__init__.py", "errors.py", "kernels/__init__.py", "kernels/__init__.pyi", "kernels/_loading.py")
-CALL = "from doo3d import kernels; kernels.is_simple(3); print(kernels._native.__name__, kernels._native.__file__)"
+CALL = "from doo3d import kernels; kernels.visits(); print(kernels._native.__name__, kernels._native.__file__)"
 
 
 def copy_sources(folder: Path) -> Path:

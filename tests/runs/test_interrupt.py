@@ -57,7 +57,8 @@ def test_one_line_from_a_terminal(frames, expected, tmp_path, workers, moment):
     os.killpg(process.pid, signal.SIGINT)
     output, _ = process.communicate(timeout=60)
     assert process.returncode == 130, output
-    assert len(output.splitlines()) == 1, output
+    told = [line for line in output.splitlines() if " failed: " not in line]  # the damaged frame may have come before
+    assert len(told) == 1, output
     assert "to go on: doo3d detect" in output or moment == "start"
     again = started(*command)
     again.communicate()

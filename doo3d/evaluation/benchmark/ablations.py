@@ -52,10 +52,10 @@ def _first(value: Any, *_: Any) -> Any:
     return value
 
 
-def _no_split(mask: Any, *_: Any) -> Any:
+def _no_split(facts: Any, *_: Any) -> Any:
     from ...stages.segment.split_strands import SplitMask
 
-    return SplitMask(mask, 0, None)
+    return SplitMask(facts.mask, 0, None)
 
 
 def _no_strand_filter(readings: Any, *_: Any) -> Any:

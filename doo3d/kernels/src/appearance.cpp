@@ -6,7 +6,7 @@
 
 namespace {
 
-using Histogram = std::vector<double>;  // of COLOR_CELLS cells
+using Histogram = std::vector<double>;  // of color_cells() cells
 
 // Sum by halves down to 128 values, those in eight lanes: the order of NumPy, whose error grows with the logarithm of the size.
 double pairwise_sum(const double* values, Index size) {
@@ -20,8 +20,8 @@ double pairwise_sum(const double* values, Index size) {
 // Convolve a histogram along one axis with a symmetric kernel, half of which is given, the middle first; edge cells are repeated.
 Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half) {
     Histogram to(from.size());
-    count_visits(COLOR_CELLS * Index(half.shape(0)));
-    for (Index start = 0; start < COLOR_CELLS; start += step * COLOR_LEVELS) {
+    count_visits(color_cells() * Index(half.shape(0)));
+    for (Index start = 0; start < color_cells(); start += step * COLOR_LEVELS) {
         for (Index i = 0; i < COLOR_LEVELS; ++i) {
             double* out = &to[start + i * step];
             const double* middle = &from[start + i * step];
@@ -38,8 +38,8 @@ Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half
 
 // Return the smoothed frequencies of the cells, none of them 0.
 Histogram frequencies(Histogram counts, const Vector<double>& half, double least) {
-    for (Index step = COLOR_CELLS / COLOR_LEVELS; step; step /= COLOR_LEVELS) counts = smoothed(counts, step, half);
-    const double sum = std::max(pairwise_sum(counts.data(), COLOR_CELLS), 1e-9);
+    for (Index step = color_cells() / COLOR_LEVELS; step; step /= COLOR_LEVELS) counts = smoothed(counts, step, half);
+    const double sum = std::max(pairwise_sum(counts.data(), color_cells()), 1e-9);
     for (double& value : counts) value = value / sum + least;
     return counts;
 }
@@ -48,7 +48,7 @@ Histogram frequencies(Histogram counts, const Vector<double>& half, double least
 float median_of(const std::vector<float>& values, const Histogram& counts) {
     std::vector<std::pair<float, double>> cells;
     double total = 0.0;
-    for (Index i = 0; i < COLOR_CELLS; ++i) {
+    for (Index i = 0; i < color_cells(); ++i) {
         if (counts[i] > 0) cells.emplace_back(values[i], counts[i]);
         total += counts[i];
     }
@@ -73,7 +73,7 @@ struct Shades {
 
 // Count the colors of the surround: each as seen, and as a share of it in each shade.
 Histogram count_surround(const Byte* color, const Vector<std::int64_t>& pixels, const Shades& shades, double share) {
-    Histogram seen(COLOR_CELLS, 0.0), shaded(COLOR_CELLS, 0.0);
+    Histogram seen(color_cells(), 0.0), shaded(color_cells(), 0.0);
     count_visits(Index(pixels.shape(0)) * Index(1 + shades.dimmed.size()));
     for (std::size_t i = 0; i < pixels.shape(0); ++i) {
         const Byte* rgb = color + CHANNELS * pixels(i);
@@ -83,7 +83,7 @@ Histogram count_surround(const Byte* color, const Vector<std::int64_t>& pixels, 
             ++shaded[color_cell(darker)];
         }
     }
-    for (Index i = 0; i < COLOR_CELLS; ++i) seen[i] += share * shaded[i];
+    for (Index i = 0; i < color_cells(); ++i) seen[i] += share * shaded[i];
     return seen;
 }
 
@@ -99,16 +99,16 @@ auto color_log_odds(Volume<Byte> color, Vector<std::int64_t> object, Vector<std:
     for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
     check_pixels(object, color);
     check_pixels(surround, color);
-    std::vector<float> odds(COLOR_CELLS);
+    std::vector<float> odds(color_cells());
     float separation;
     {
         nb::gil_scoped_release release;
-        Histogram counts(COLOR_CELLS, 0.0);
+        Histogram counts(color_cells(), 0.0);
         count_visits(Index(object.shape(0)));
         for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
         const Histogram ours = frequencies(counts, kernel, least);
         const Histogram theirs = frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least);
-        for (Index i = 0; i < COLOR_CELLS; ++i) odds[i] = ours[i] == theirs[i] ? 0.0f : float(std::log(ours[i] / theirs[i]));
+        for (Index i = 0; i < color_cells(); ++i) odds[i] = ours[i] == theirs[i] ? 0.0f : float(std::log(ours[i] / theirs[i]));
         separation = median_of(odds, counts);
     }
     return std::make_pair(to_numpy(std::move(odds)), separation);

@@ -4,7 +4,7 @@
 #include "arrays.h"
 
 constexpr Index COLOR_LEVELS = 16;  // of 256 values
-constexpr Index COLOR_CELLS = COLOR_LEVELS * COLOR_LEVELS * COLOR_LEVELS;
+constexpr Index color_cells() { return COLOR_LEVELS * COLOR_LEVELS * COLOR_LEVELS; }
 
 inline Index color_cell(const Byte* rgb) {
     const auto level = [](Byte value) { return Index(value) * COLOR_LEVELS / 256; };

@@ -9,7 +9,7 @@
 #endif
 
 using Word = std::uint64_t;
-constexpr Index WORD_BITS = 64;
+constexpr Index word_bits() { return 8 * Index(sizeof(Word)); }
 
 // Return the position of the lowest bit that is set; one must be.
 inline Index lowest_bit(Word word) {
@@ -29,18 +29,18 @@ class BitImage {
 
     BitImage() = default;
     BitImage(Index height, Index width)
-        : height(height), width(width), words((width + WORD_BITS - 1) / WORD_BITS), bits(height * words, 0) {}
+        : height(height), width(width), words((width + word_bits() - 1) / word_bits()), bits(height * words, 0) {}
 
     Word* row(Index y) { return bits.data() + y * words; }
     const Word* row(Index y) const { return bits.data() + y * words; }
     bool any() const {
         return std::any_of(bits.begin(), bits.end(), [](Word word) { return word != 0; });
     }
-    void set(Index y, Index x) { row(y)[x / WORD_BITS] |= Word(1) << x % WORD_BITS; }
+    void set(Index y, Index x) { row(y)[x / word_bits()] |= Word(1) << x % word_bits(); }
     void set_run(Index y, Index start, Index end) {
         while (start < end) {
-            const Index stop = std::min(end, (start / WORD_BITS + 1) * WORD_BITS);
-            row(y)[start / WORD_BITS] |= ~Word(0) >> (WORD_BITS - (stop - start)) << start % WORD_BITS;
+            const Index stop = std::min(end, (start / word_bits() + 1) * word_bits());
+            row(y)[start / word_bits()] |= ~Word(0) >> (word_bits() - (stop - start)) << start % word_bits();
             start = stop;
         }
     }
@@ -106,22 +106,22 @@ class BitImage {
     // Return the first column from x on, or the width, at which the bit differs from those of `same`.
     Index next(Index y, Index x, Word same) const {
         const Word* line = row(y);
-        for (Index word = x / WORD_BITS; word < words; ++word) {
+        for (Index word = x / word_bits(); word < words; ++word) {
             Word differ = line[word] ^ same;
-            if (word == x / WORD_BITS) differ &= ~Word(0) << x % WORD_BITS;
-            if (differ) return std::min(width, word * WORD_BITS + lowest_bit(differ));
+            if (word == x / word_bits()) differ &= ~Word(0) << x % word_bits();
+            if (differ) return std::min(width, word * word_bits() + lowest_bit(differ));
         }
         return width;
     }
     void clear_beyond_width() {
-        if (width % WORD_BITS == 0) return;
-        for (Index y = 0; y < height; ++y) row(y)[words - 1] &= ~(~Word(0) << width % WORD_BITS);
+        if (width % word_bits() == 0) return;
+        for (Index y = 0; y < height; ++y) row(y)[words - 1] &= ~(~Word(0) << width % word_bits());
     }
     static void widen(std::vector<Word>& line) {
         Word before = 0;
         for (std::size_t i = 0; i < line.size(); ++i) {
             const Word word = line[i], after = i + 1 < line.size() ? line[i + 1] : 0;
-            line[i] = word | word << 1 | word >> 1 | before >> (WORD_BITS - 1) | after << (WORD_BITS - 1);
+            line[i] = word | word << 1 | word >> 1 | before >> (word_bits() - 1) | after << (word_bits() - 1);
             before = word;
         }
     }

@@ -6,9 +6,6 @@
 
 namespace {
 
-// Cells per axis on each side of a point's cell that may hold points within the clearance.
-constexpr Index REACH_CELLS = 1;
-
 // Some of the points, sorted into cells whose edge is the clearance or longer.
 class Cells {
 public:
@@ -45,15 +42,15 @@ public:
         for (std::size_t k = 0; k < rows.size(); ++k) order_[filled[cell[k]]++] = rows[k];
     }
 
-    // Tell whether `near` holds for a point in the cells around a point.
+    // Tell whether `near` holds for a point in the cell of a point or those beside it: no other is within an edge of it.
     template <class Near>
     bool any(const double* point, const Near& near) const {
         std::array<Index, 3> first{0, 0, 0}, last{0, 0, 0};
         for (Index d = 0; d < dim_; ++d) {
             const double cell = std::floor((point[d] - low_[d]) / edge_);
             if (!(cell >= -1 && cell <= double(shape_[d]))) return false;
-            first[d] = std::max<Index>(Index(cell) - REACH_CELLS, 0);
-            last[d] = std::min<Index>(Index(cell) + REACH_CELLS, shape_[d] - 1);
+            first[d] = std::max<Index>(Index(cell) - 1, 0);
+            last[d] = std::min<Index>(Index(cell) + 1, shape_[d] - 1);
         }
         for (Index a = first[0]; a <= last[0]; ++a) {
             for (Index b = first[1]; b <= last[1]; ++b) {

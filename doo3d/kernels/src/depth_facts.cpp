@@ -69,21 +69,26 @@ WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, cons
 
 // The readings of the mask as an image of its box with some pixels without reading around it.
 struct MaskedDepth {
+    const FrameFacts& facts;
     Index pitch, padding;
-    std::vector<float> image;
+    Zeros<float> image;
 
     MaskedDepth(const FrameFacts& facts, const float* depth, Index padding)
-        : pitch(facts.columns() + 2 * padding), padding(padding), image((facts.rows() + 2 * padding) * pitch + BLOCK) {
-        count_bytes(4 * Index(image.size()));
+        : facts(facts), pitch(facts.columns() + 2 * padding), padding(padding), image((facts.rows() + 2 * padding) * pitch + BLOCK) {
         count_visits(facts.count());
         for (const Run& run : facts.runs()) {
             const float* from = depth + run.row * facts.width();
-            std::copy(from + run.start, from + run.end, image.begin() + offset(facts, run.row, run.start));
+            std::copy(from + run.start, from + run.end, at(run.row, run.start));
         }
     }
+    ~MaskedDepth() {
+        for (const Run& run : facts.runs()) std::fill_n(at(run.row, run.start), run.end - run.start, 0.0f);
+    }
+    MaskedDepth(const MaskedDepth&) = delete;
+    MaskedDepth& operator=(const MaskedDepth&) = delete;
 
-    Index offset(const FrameFacts& facts, Index row, Index column) const {
-        return (row - facts.box().top + padding) * pitch + column - facts.box().left + padding;
+    float* at(Index row, Index column) {
+        return image.data() + (row - facts.box().top + padding) * pitch + column - facts.box().left + padding;
     }
 };
 
@@ -110,7 +115,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
                                    Index min_agreeing) {
     AgreeingReadings result;
     half_width = std::min(half_width, std::max(facts.rows(), facts.columns()));
-    const MaskedDepth masked(facts, depth, half_width);
+    MaskedDepth masked(facts, depth, half_width);
     std::vector<float> limits(half_width + 1);
     for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
     Votes votes;
@@ -118,7 +123,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     for (const Run& run : facts.runs()) {
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);
-            const float* own = masked.image.data() + masked.offset(facts, run.row, start);
+            const float* own = masked.at(run.row, start);
             count_votes(own, masked.pitch, half_width, limits.data(), votes);
             for (Index i = 0; i < count; ++i) {
                 if (!(own[i] >= low && own[i] <= high)) continue;
@@ -138,16 +143,20 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
 // Only pixels without a reading are looked at, in an image of the box that says which readings were kept and, later, which pixels lie
 // far from all of them.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
-    constexpr Byte KEPT = 1, FAR = 2;
+    enum : Byte { EMPTY, KEPT, FAR };
     const Box& box = facts.box();
     reach = std::min(reach, std::max(facts.rows(), facts.columns()));
     const Index pitch = facts.columns() + 2 * reach;
-    std::vector<Byte> image((facts.rows() + 2 * reach) * pitch);
+    Zeros<Byte> zeros((facts.rows() + 2 * reach) * pitch);
+    Byte* image = zeros.data();
     const auto at = [&](Index column, Index row) { return (row - box.top + reach) * pitch + column - box.left + reach; };
-    for (Index k = 0; k < count; ++k) {
-        const Index u = kept[2 * k], v = kept[2 * k + 1];
-        if (u >= box.left && u < box.right && v >= box.top && v < box.bottom) image[at(u, v)] = KEPT;
-    }
+    const auto mark_kept = [&](Byte mark) {
+        for (Index k = 0; k < count; ++k) {
+            const Index u = kept[2 * k], v = kept[2 * k + 1];
+            if (u >= box.left && u < box.right && v >= box.top && v < box.bottom) image[at(u, v)] = mark;
+        }
+    };
+    mark_kept(KEPT);
     const auto has_near = [&](Index center, Byte wanted) {
         for (Index row = center - reach * pitch; row <= center + reach * pitch; row += pitch) {
             for (Index i = row - reach; i <= row + reach; ++i) {
@@ -157,7 +166,6 @@ std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, cons
         return false;
     };
     std::vector<Index> empty, holes;
-    count_bytes(Index(image.size()));
     count_visits(count + facts.count());
     facts.for_each_pixel([&](Index row, Index column) {
         const Index i = at(column, row);
@@ -167,10 +175,11 @@ std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, cons
     for (std::size_t k = 0; k < empty.size(); k += 3) {
         if (!has_near(empty[k + 2], KEPT)) far.push_back(empty[k + 2]);
     }
-    if (far.empty()) return holes;
     for (const Index i : far) image[i] = FAR;
-    for (std::size_t k = 0; k < empty.size(); k += 3) {
+    for (std::size_t k = 0; k < empty.size() && !far.empty(); k += 3) {
         if (has_near(empty[k + 2], FAR)) holes.insert(holes.end(), {empty[k], empty[k + 1]});
     }
+    for (const Index i : far) image[i] = 0;
+    mark_kept(0);
     return holes;
 }

@@ -3,9 +3,6 @@
 
 #include "cells.h"
 
-// Share of the reach within which the targets of most points are found.
-inline constexpr double NEAR_SHARE = 0.5;
-
 // Points (N, D) and the targets (S, D) of which the nearest to each is looked for; where distance and index are filled in.
 struct NearestSearch {
     const double* targets;
@@ -44,7 +41,7 @@ inline void find_nearest(const NearestSearch& search, const double* points, Inde
     const Index dim = search.dim;
     std::vector<Index> rows(count);
     for (Index n = 0; n < count; ++n) rows[n] = n;
-    if (count > search.size) rows = find_within(search, points, rows, NEAR_SHARE * reach);
+    if (count > search.size) rows = find_within(search, points, rows, reach / 2);
     if (rows.empty()) return;
     std::sort(rows.begin(), rows.end());
     std::vector<double> left;

@@ -133,29 +133,34 @@ void FrameFacts::fill_holes(Index min_pixels) {
     for (const Run& run : holes) filled_ += run.end - run.start;
 }
 
+FrameFacts::~FrameFacts() {
+    if (!distance_) return;
+    for (const Run& run : runs_) std::fill_n(distance_at(run.row, run.start), run.end - run.start, 0.0f);
+}
+
+float* FrameFacts::distance_at(Index row, Index column) {
+    return distance_->data() + (row - box_.top + PADDING) * (columns() + 2 * PADDING) + column - box_.left + PADDING;
+}
+
 // Two passes, down and up, each along the runs only: what is outside keeps the distance 0.
-const std::vector<float>& FrameFacts::distance() {
-    if (!distance_.empty() || runs_.empty()) return distance_;
+const float* FrameFacts::distance() {
+    if (distance_) return distance_->data();
     const Index pitch = columns() + 2 * PADDING;
-    count_bytes(4 * (rows() + 2 * PADDING) * pitch);
     count_visits(2 * count_);
-    distance_.assign((rows() + 2 * PADDING) * pitch, 0.0f);
-    const auto at = [&](const Run& run, Index column) {
-        return distance_.data() + (run.row - box_.top + PADDING) * pitch + column - box_.left + PADDING;
-    };
+    distance_ = std::make_unique<Zeros<float>>((rows() + 2 * PADDING) * pitch);
     for (const Run& run : runs_) {
         const Index count = run.end - run.start;
-        float* pixels = at(run, run.start);
+        float* pixels = distance_at(run.row, run.start);
         step_from_rows(pixels, count, pitch, false);
         for (Index i = 0; i < count; ++i) pixels[i] = least(pixels[i], pixels[i - 1] + SIDE);
     }
     for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
         const Index count = run->end - run->start;
-        float* pixels = at(*run, run->start);
+        float* pixels = distance_at(run->row, run->start);
         step_from_rows(pixels, count, -pitch, true);
         for (Index i = count; i--;) pixels[i] = least(pixels[i], pixels[i + 1] + SIDE);
     }
-    return distance_;
+    return distance_->data();
 }
 
 const MedialAxis& FrameFacts::axis() {
@@ -168,7 +173,7 @@ const MedialAxis& FrameFacts::axis() {
         while (start && runs_[start - 1].row == runs_[stop - 1].row) --start;
         for (std::size_t k = start; k < stop; ++k) {
             const Run& run = runs_[k];
-            const float* pixel = distance_.data() + (run.row - box_.top + PADDING) * pitch + run.start - box_.left + PADDING;
+            const float* pixel = distance_at(run.row, run.start);
             for (Index column = run.start; column < run.end; ++column, ++pixel) {
                 float farthest = most(pixel[-1], pixel[1]);
                 for (Index side = -1; side < 2; ++side) farthest = most(farthest, most(pixel[side - pitch], pixel[side + pitch]));
@@ -183,79 +188,85 @@ const MedialAxis& FrameFacts::axis() {
 }
 
 std::vector<Index> FrameFacts::skeleton() {
-    const std::vector<float>& inside = distance();
+    distance();
     const Index width = columns() + 2, pitch = columns() + 2 * PADDING;
-    std::vector<Byte> codes((rows() + 2) * width);
-    count_bytes(2 * Index(codes.size()));
-    count_visits(count_);
+    Zeros<Byte> image((rows() + 2) * width);
+    Byte* codes = image.data();
+    count_visits(3 * count_);
     std::vector<std::int32_t> pixels;
     std::vector<Index> kept;
     pixels.reserve(count_);
+    const auto code_of = [&](Index row, Index column) -> Byte& { return codes[(row - box_.top + 1) * width + column - box_.left + 1]; };
     for_each_pixel([&](Index row, Index column) {
-        const Index v = row - box_.top, u = column - box_.left, pixel = (v + 1) * width + u + 1;
-        const float* at = inside.data() + (v + PADDING) * pitch + u + PADDING;
-        codes[pixel] = 255;
-        pixels.push_back(std::int32_t(pixel));
+        const float* at = distance_at(row, column);
+        Byte& code = code_of(row, column);
+        code = 255;
+        pixels.push_back(std::int32_t(&code - codes));
         if (*at >= 2) return;  // farther in, all neighbors are of the object
         for (int k = 0; k < 8; ++k) {
-            if (!(at[RING_ROWS[k] * pitch + RING_COLUMNS[k]] > 0)) codes[pixel] &= Byte(~(1 << k));
+            if (!(at[RING_ROWS[k] * pitch + RING_COLUMNS[k]] > 0)) code &= Byte(~(1 << k));
         }
-        if (!codes[pixel]) kept.push_back(pixel);
+        if (!code) kept.push_back(&code - codes);
     });
     const std::size_t alone = kept.size();  // pixels without neighbors: their code is 0, and they stay
     thin_codes(codes, width, std::move(pixels));
-    const Index end = Index(codes.size());
-    for (Index pixel = first_set(codes.data(), 0, end); pixel < end; pixel = first_set(codes.data(), pixel + 1, end)) {
-        kept.push_back(pixel);
-    }
+    for_each_pixel([&](Index row, Index column) {
+        Byte& code = code_of(row, column);
+        if (code) kept.push_back(&code - codes);
+        code = 0;
+    });
     std::inplace_merge(kept.begin(), kept.begin() + Index(alone), kept.end());
     return kept;
 }
 
-// Set the pixels of the box within `reach` columns of each run to the largest distance that near in their row.
-void FrameFacts::spread_rows(Index reach, std::vector<float>& spread) const {
-    const Index width = columns(), pitch = width + 2 * PADDING;
-    std::vector<float> row(width + 2 * reach);  // the distances of the row, with `reach` columns of outside on either side
-    for (std::size_t start = 0, stop = 0; start < runs_.size(); start = stop) {
-        const Index v = runs_[start].row - box_.top;
-        const float* inside = distance_.data() + (v + PADDING) * pitch + PADDING;
-        std::copy(inside, inside + width, row.begin() + reach);
-        for (Index done = 0; stop < runs_.size() && runs_[stop].row == runs_[start].row; ++stop) {
-            const Index first = std::max(done, runs_[stop].start - box_.left - reach);
-            const Index count = std::min(width, runs_[stop].end - box_.left + reach) - first;
-            float* to = spread.data() + v * width + first;
-            for (Index shift = 0; shift <= 2 * reach; ++shift) {
-                const float* from = row.data() + first + shift;
-                for (Index i = 0; i < count; ++i) to[i] = most(to[i], from[i]);
-            }
-            done = std::max(done, first + count);
-        }
+template <class Visit>
+void FrameFacts::for_each_widened(Index reach, Visit visit) const {
+    Index done = 0, row = -1;
+    for (const Run& run : runs_) {
+        if (run.row != row) done = 0;
+        row = run.row;
+        const Index first = std::max(done, run.start - box_.left - reach), last = std::min(columns(), run.end - box_.left + reach);
+        visit(row, first, last - first);
+        done = last;
     }
 }
 
 // The largest along the rows first, for all pixels near a run; then along the columns, for the pixels of the runs alone.
 std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index reach, float fraction, float margin) {
     distance();
-    const Index width = columns(), pitch = width + 2 * PADDING;
+    const Index width = columns();
     reach = std::min(reach, std::max(rows(), width));
-    std::vector<float> spread(rows() * width), peak(rows() * width);
-    count_bytes(8 * rows() * width);
-    count_visits(count + (4 * reach + 2) * (count_ + reach * Index(runs_.size())));
-    spread_rows(reach, spread);
+    Zeros<float> spread(rows() * width), peak(rows() * width);
+    const auto at = [&](Zeros<float>& image, Index row, Index column) { return image.data() + (row - box_.top) * width + column; };
+    Visits visits{count};
+    std::vector<float> near;
+    for_each_widened(reach, [&](Index row, Index first, Index length) {
+        near.assign(length + 2 * reach, 0.0f);  // the distances of the row, with `reach` columns on either side
+        const Index left = std::max<Index>(first - reach, 0), right = std::min(first + length + reach, width);
+        std::copy_n(distance_at(row, box_.left + left), right - left, near.begin() + left - (first - reach));
+        float* to = at(spread, row, first);
+        for (Index shift = 0; shift <= 2 * reach; ++shift) {
+            for (Index i = 0; i < length; ++i) to[i] = most(to[i], near[i + shift]);
+        }
+        visits.count += (2 * reach + 1) * length;
+    });
     for (const Run& run : runs_) {
-        const Index v = run.row - box_.top, length = run.end - run.start;
-        float* to = peak.data() + v * width + run.start - box_.left;
-        for (Index row = std::max<Index>(0, v - reach); row <= std::min(rows() - 1, v + reach); ++row) {
-            const float* from = spread.data() + row * width + run.start - box_.left;
+        const Index length = run.end - run.start;
+        float* to = at(peak, run.row, run.start - box_.left);
+        for (Index row = std::max(box_.top, run.row - reach); row <= std::min(box_.bottom - 1, run.row + reach); ++row) {
+            const float* from = at(spread, row, run.start - box_.left);
             for (Index i = 0; i < length; ++i) to[i] = most(to[i], from[i]);
         }
+        visits.count += (2 * reach + 1) * length;
     }
     std::vector<Byte> core(count);
     for (Index k = 0; k < count; ++k) {
-        const Index u = pixels[2 * k] - box_.left, v = pixels[2 * k + 1] - box_.top;
-        if (u < 0 || v < 0 || u >= width || v >= rows()) continue;
-        const float own = distance_[(v + PADDING) * pitch + u + PADDING], largest = peak[v * width + u];
+        const Index u = pixels[2 * k], v = pixels[2 * k + 1];
+        if (u < box_.left || v < box_.top || u >= box_.right || v >= box_.bottom) continue;
+        const float own = *distance_at(v, u), largest = *at(peak, v, u - box_.left);
         core[k] = own > 0 && own >= std::min(fraction * largest, largest - margin);
     }
+    for_each_widened(reach, [&](Index row, Index first, Index length) { std::fill_n(at(spread, row, first), length, 0.0f); });
+    for (const Run& run : runs_) std::fill_n(at(peak, run.row, run.start - box_.left), run.end - run.start, 0.0f);
     return core;
 }

@@ -6,8 +6,10 @@
 #pragma once
 
 #include "runs.h"
+#include "zeros.h"
 
 #include <algorithm>
+#include <memory>
 
 // px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
 constexpr float SIDE = 1.0f, CORNER = 1.4f, KNIGHT = 2.1969f;
@@ -36,6 +38,7 @@ public:
 
     // Facts of a mask without its small components, and with its small holes filled.
     FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels);
+    ~FrameFacts();
 
     Index height() const { return height_; }
     Index width() const { return width_; }
@@ -57,7 +60,7 @@ public:
     }
 
     // The chamfer distance to the outside, px, as an image of the padded box.
-    const std::vector<float>& distance();
+    const float* distance();
     const MedialAxis& axis();
     // The pixels left by Zhang-Suen thinning, as row-major indices in the box with one pixel around it, ascending.
     std::vector<Index> skeleton();
@@ -66,14 +69,17 @@ public:
     std::vector<Byte> in_core(const Index* pixels, Index count, Index reach, float fraction, float margin);
 
 private:
-    void spread_rows(Index reach, std::vector<float>& spread) const;
+    // Call `visit` with the row, the first column and the number of columns within `reach` of the runs of a row, all in the box.
+    template <class Visit>
+    void for_each_widened(Index reach, Visit visit) const;
+    float* distance_at(Index row, Index column);
     void remove_components(Index min_pixels);
     void fill_holes(Index min_pixels);
 
     Index height_, width_, selected_ = 0, removed_ = 0, filled_ = 0, count_ = 0;
     Box box_;
     std::vector<Run> runs_;
-    std::vector<float> distance_;
+    std::unique_ptr<Zeros<float>> distance_;
     MedialAxis axis_;
     bool has_axis_ = false;
 };

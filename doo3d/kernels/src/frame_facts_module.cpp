@@ -67,9 +67,9 @@ auto distance_image(FrameFacts& facts) {
     std::vector<float> image(rows * columns);
     {
         nb::gil_scoped_release released;
-        const std::vector<float>& padded = facts.distance();
+        const float* padded = facts.distance();
         for (Index row = 0; row < rows; ++row) {
-            const float* from = padded.data() + (row + FrameFacts::PADDING) * pitch + FrameFacts::PADDING;
+            const float* from = padded + (row + FrameFacts::PADDING) * pitch + FrameFacts::PADDING;
             std::copy(from, from + columns, image.begin() + row * columns);
         }
     }

@@ -233,11 +233,6 @@ using Rows = std::vector<double>;
 
 void check_dimension(Index dim) { require(dim == 2 || dim == 3, "points have neither 2 nor 3 coordinates"); }
 
-template <class Array>
-Vec vec(const Array& array, Index dim) {
-    return {array(0), array(1), dim == 3 ? array(2) : 0.0};
-}
-
 Ends read_ends(const Matrix<double>& ends) {
     const Index dim = ends.shape(1);
     require(ends.shape(0) == 4, "ends are not (4, D)");
@@ -265,22 +260,6 @@ Arc read_arc(const Matrix<double>& rows, Index i, Index dim) {
     auto part = [&](Index k) { return Vec{rows(i, k * dim), rows(i, k * dim + 1), dim == 3 ? rows(i, k * dim + 2) : 0.0}; };
     return {part(0), part(1), part(2), rows(i, 3 * dim), rows(i, 3 * dim + 1)};
 }
-
-auto arc_towards(Vector<double> start, Vector<double> direction, Vector<double> target, double radius, bool opposite) {
-    const Index dim = start.shape(0);
-    check_dimension(dim);
-    require(Index(direction.shape(0)) == dim && Index(target.shape(0)) == dim, "start, direction and target differ in length");
-    const auto [found, arc] = turn_towards(vec(start, dim), vec(direction, dim), vec(target, dim), radius, opposite, dim == 2);
-    Rows rows;
-    if (found) write_arc(arc, dim, rows);
-    return to_numpy(std::move(rows), found ? 1 : 0, 3 * dim + 2);
-}
-
-auto arc_line_arc(Matrix<double> ends, double radius, bool inside) {
-    return to_rows(connect(read_ends(ends), radius, inside), ends.shape(1));
-}
-
-double corner_radius(Matrix<double> ends) { return corner_radius_of(read_ends(ends)); }
 
 auto solve_gap(Matrix<double> given, double radius, double max_deviation, bool inside) {
     const Index dim = given.shape(1);
@@ -346,10 +325,6 @@ auto sample_gap(Matrix<double> arcs, double spacing) {
 }  // namespace
 
 void bind_gap_path(nb::module_& m) {
-    m.def("arc_towards", &arc_towards, "start"_a.noconvert(), "direction"_a.noconvert(), "target"_a.noconvert(), "radius"_a,
-          "opposite"_a);
-    m.def("arc_line_arc", &arc_line_arc, "ends"_a.noconvert(), "radius"_a, "inside"_a);
-    m.def("corner_radius", &corner_radius, "ends"_a.noconvert());
     m.def("solve_gap", &solve_gap, "ends"_a.noconvert(), "radius"_a, "max_deviation"_a, "inside"_a);
     m.def("sample_gap", &sample_gap, "arcs"_a.noconvert(), "spacing"_a);
 }

@@ -8,9 +8,6 @@
 
 namespace {
 
-constexpr double STRAIGHT = 0.955;  // px; chamfer distance of OpenCV (DIST_L2, 3 x 3) between pixels side by side,
-constexpr double DIAGONAL = 1.3693;  // and across a corner
-
 // Return half the widths of the pixels within a chamfer distance of one, in its row and in the rows above and below.
 std::vector<Index> chamfer_ball(double px) {
     std::vector<Index> half_widths;
@@ -166,7 +163,7 @@ class MaskEdge {
     void move(Volume<Byte> color, Vector<float> log_odds, Vector<float> kernel) {
         const Index reach = Index(kernel.shape(0)) / 2;
         require_color(color, height, width);
-        require(Index(log_odds.shape(0)) == COLOR_CELLS, "log_odds has to have a value for each cell of colors");
+        require(Index(log_odds.shape(0)) == color_cells(), "log_odds has to have a value for each cell of colors");
         require(kernel.shape(0) % 2 == 1 && reach <= room, "the kernel has no middle, or is wider than the ring");
         nb::gil_scoped_release release;
         const BitImage rows = band.dilated(std::vector<Index>(reach + 1, 0));

@@ -5,8 +5,6 @@
 
 namespace {
 
-constexpr float STRAIGHT = 0.955f, DIAGONAL = 1.3693f;  // the chamfer distance of 3 x 3 pixels
-
 // Return the value at a share of sorted values, between neighbors as NumPy's percentile does.
 float percentile(std::vector<float>& values, double share) {
     const double at = share * double(values.size() - 1);
@@ -76,7 +74,7 @@ auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::
 
 // Widen the distances of the pixels over a row's runs, from the row before (from the one after, and from the right, if not forward).
 void HalfWidths::pass(const Run* first, const Run* last, bool forward) {
-    const float unknown = std::numeric_limits<float>::max();
+    const float unknown = std::numeric_limits<float>::max(), straight = float(STRAIGHT), diagonal = float(DIAGONAL);
     const Index step = forward ? 1 : -1, count = last - first;
     const Index border = forward ? 0 : height - 1, start = (forward ? first : last - 1)->row;
     for (Index y = -1; y < 2; ++y) beyond(y, unknown);
@@ -94,8 +92,8 @@ void HalfWidths::pass(const Run* first, const Run* last, bool forward) {
         const float* before = row(run.row - step);
         float* own = row(run.row);
         for (Index x = forward ? run.start : run.end - 1; x >= run.start && x < run.end; x += step, pixel += step) {
-            const float least = std::min({before[x - step] + DIAGONAL, before[x] + STRAIGHT, before[x + step] + DIAGONAL,
-                                          own[x - step] + STRAIGHT});
+            const float least = std::min({before[x - step] + diagonal, before[x] + straight, before[x + step] + diagonal,
+                                          own[x - step] + straight});
             own[x] = distance[pixel] = std::min(distance[pixel], least);
         }
     }

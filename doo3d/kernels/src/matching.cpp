@@ -354,7 +354,7 @@ public:
             require(std::isfinite(weight.data()[k]), "a weight is not finite");
             heaviest = std::max(heaviest, weight.data()[k]);
         }
-        if (heaviest > 0) scale_ = WEIGHT_STEPS / heaviest;
+        if (heaviest > 0) scale_ = std::ldexp(1.0, 50) / heaviest;  // sums of some weights stay below 2^63
     }
     std::int64_t rounded(double weight) const { return std::int64_t(std::llround(std::max(weight, 0.0) * scale_)); }
     std::int64_t operator()(Index a, Index b) const { return rounded(weight_(std::min(a, b), std::max(a, b))); }
@@ -362,8 +362,6 @@ public:
 private:
     // the table of pairs takes about 40 bytes for each
     static constexpr Index MAX_BLOSSOM_MEMBERS = 5000;
-    // steps from 0 to the heaviest: sums of some weights stay below 2^63
-    static constexpr double WEIGHT_STEPS = double(Index(1) << 50);
 
     const Matrix<double>& weight_;
     double scale_ = 1.0;

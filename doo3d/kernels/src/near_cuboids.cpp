@@ -3,9 +3,6 @@
 
 namespace {
 
-// Share of a cuboid's size by which a gap has to be wider than rounding to tell that there is one.
-constexpr double MIN_GAP = 1e-6;
-
 // A segment as a cuboid: its middle, its unit axes along the segment and across it, and half its edges.
 struct Cuboid {
     double middle[3], axis[3][3], half[3];
@@ -37,8 +34,9 @@ Cuboid cuboid_of(const double* start, const double* end, Index dim, double width
 // Tell whether there is a gap between two cuboids along one of the axes of the first.
 bool gap_along(const Cuboid& first, const Cuboid& second) {
     const double between[3] = {second.middle[0] - first.middle[0], second.middle[1] - first.middle[1], second.middle[2] - first.middle[2]};
+    const double rounding = 1e-6;  // share of the size of the cuboids
     for (Index k = 0; k < 3; ++k) {
-        double reach = first.half[k] + MIN_GAP * (first.half[0] + first.half[1] + second.half[0] + second.half[1]);
+        double reach = first.half[k] + rounding * (first.half[0] + first.half[1] + second.half[0] + second.half[1]);
         for (Index j = 0; j < 3; ++j) reach += second.half[j] * std::fabs(dot(first.axis[k], second.axis[j]));
         if (std::fabs(dot(between, first.axis[k])) > reach) return true;
     }

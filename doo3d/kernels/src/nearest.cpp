@@ -121,7 +121,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
     for (std::size_t k = 0; k < axes.size(); ++k) require(std::fabs(axes.data()[k]) <= 1.001, "an axis is not a unit vector");
     std::vector<Index> table;
     std::vector<Byte> is_filled(size);
-    constexpr Index EMPTY = INT64_MIN;
+    const Index empty = INT64_MIN;  // no key
     const Cells cells(points.data(), points.shape(0), 3, reach / CELLS_PER_REACH);
     for (Index s = 0; s < size; ++s) {
         const double *origin = origins.data() + 3 * s, *axis = axes.data() + 6 * s;
@@ -130,7 +130,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
         std::size_t slots = 16;
         int shift = 60;
         for (; double(slots) < 2 * left; --shift) slots *= 2;
-        table.assign(slots, EMPTY);
+        table.assign(slots, empty);
         for_each_offset(cells, centers.data() + 3 * s, reach, [&](const double* offset) {
             Index key = 0;
             for (Index k = 0; k < 2; ++k) {
@@ -140,8 +140,8 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
                 key = key * (Index(1) << 31) + (cell - (along / edge < double(cell))) % (Index(1) << 30);
             }
             std::size_t slot = (std::uint64_t(key) * 0x9E3779B97F4A7C15u) >> shift;
-            while (table[slot] != EMPTY && table[slot] != key) slot = (slot + 1) & (slots - 1);
-            occupied += table[slot] == EMPTY;
+            while (table[slot] != empty && table[slot] != key) slot = (slot + 1) & (slots - 1);
+            occupied += table[slot] == empty;
             left -= 1;
             table[slot] = key;
             return occupied <= wanted && occupied + left > wanted;

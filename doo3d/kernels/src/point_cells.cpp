@@ -183,18 +183,18 @@ auto sort_into_cells(Matrix<double> points, Vector<double> origin, double size, 
 
 // The values are counted in bins of equal width; only values of bins that hold a wanted rank are compared.
 std::vector<double> ranked(const double* points, Index count, Index dim, const std::vector<Index>& ranks) {
-    constexpr Index BINS = 4096;
+    const Index bins = 4096;
     std::vector<double> low(dim), high(dim), result(ranks.size() * dim);
     bounds(points, count, dim, low.data(), high.data());
     count_visits(2 * dim * count);
     for (Index d = 0; d < dim; ++d) {
-        const double scale = double(BINS) / (high[d] - low[d]);
-        const auto bin_of = [&](double value) { return std::isfinite(scale) ? std::min(Index((value - low[d]) * scale), BINS - 1) : 0; };
-        std::vector<Index> before(BINS + 1);
+        const double scale = double(bins) / (high[d] - low[d]);
+        const auto bin_of = [&](double value) { return std::isfinite(scale) ? std::min(Index((value - low[d]) * scale), bins - 1) : 0; };
+        std::vector<Index> before(bins + 1);
         for (Index n = 0; n < count; ++n) ++before[bin_of(points[n * dim + d]) + 1];
-        for (Index b = 0; b < BINS; ++b) before[b + 1] += before[b];
-        std::vector<std::vector<double>> wanted(BINS);
-        std::vector<Byte> is_wanted(BINS);
+        for (Index b = 0; b < bins; ++b) before[b + 1] += before[b];
+        std::vector<std::vector<double>> wanted(bins);
+        std::vector<Byte> is_wanted(bins);
         const auto rank_bin = [&](Index rank) { return std::upper_bound(before.begin(), before.end(), rank) - before.begin() - 1; };
         for (const Index rank : ranks) is_wanted[rank_bin(rank)] = 1;
         for (Index n = 0; n < count; ++n) {

@@ -99,10 +99,10 @@ struct Turned {
     Index height, width;
 
     std::pair<Index, Index> rows(Index column, Index count) const {
-        constexpr double MARGIN = 3.0;  // px: what an interpolation reads beside the image
+        const double margin = 3.0;  // px: what an interpolation reads beside the image
         double first = 0, last = double(count);
         const auto cut = [&](const double (&to)[3], Index size) {
-            const double at = to[0] * double(column) + to[2], low = -MARGIN - at, high = double(size) + MARGIN - at;
+            const double at = to[0] * double(column) + to[2], low = -margin - at, high = double(size) + margin - at;
             if (std::fabs(to[1]) < 1e-9) {
                 if (low > 0 || high < 0) last = 0;
                 return;

@@ -7,7 +7,7 @@
 namespace {
 
 // Instead of a junction's number: the branch ends at a tip; the branch is a closed loop without a junction.
-constexpr Index FREE = -1, LOOP = -2;
+enum : Index { FREE = -1, LOOP = -2 };
 
 // Label the 26-connected components of the wanted voxels: (K,) number, -1 elsewhere. A flood fill by a stack.
 std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted) {

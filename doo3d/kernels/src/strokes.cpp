@@ -12,8 +12,6 @@ namespace {
 
 using Pixels = nb::ndarray<Byte, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-constexpr double HALF_PIXEL = 0.5;
-
 // One point of a stroke, px.
 struct Node {
     double x, y, half_width;
@@ -28,7 +26,7 @@ public:
 
     // Add the capsule between two points; a blunt end is cut off at the point, others are round.
     void add(const Node& a, const Node& b, bool blunt_a, bool blunt_b) {
-        const double reach = std::max(a.half_width, b.half_width) + HALF_PIXEL;
+        const double reach = std::max(a.half_width, b.half_width) + 0.5;
         const double step_x = b.x - a.x, step_y = b.y - a.y, squared = step_x * step_x + step_y * step_y, length = std::sqrt(squared);
         const Index first = row_within(std::ceil(std::min(a.y, b.y) - reach));
         const Index last = row_within(std::floor(std::max(a.y, b.y) + reach) + 1);
@@ -50,11 +48,11 @@ public:
                 const double along = squared > 0.0 ? (x * step_x + y * step_y) / squared : 0.0, at = share(along);
                 const double off_x = x - at * step_x, off_y = y - at * step_y;
                 const double half_width = a.half_width + (b.half_width - a.half_width) * at, distance = off_x * off_x + off_y * off_y;
-                if (half_width < -HALF_PIXEL || distance > (half_width + HALF_PIXEL) * (half_width + HALF_PIXEL)) continue;
-                double covered = half_width + HALF_PIXEL - std::sqrt(distance);
-                if (blunt_a) covered = std::min(covered, HALF_PIXEL + along * length);
-                if (blunt_b) covered = std::min(covered, HALF_PIXEL + (1.0 - along) * length);
-                const Byte level = Byte(255.0 * share(covered) + HALF_PIXEL);
+                if (half_width < -0.5 || distance > (half_width + 0.5) * (half_width + 0.5)) continue;
+                double covered = half_width + 0.5 - std::sqrt(distance);
+                if (blunt_a) covered = std::min(covered, 0.5 + along * length);
+                if (blunt_b) covered = std::min(covered, 0.5 + (1.0 - along) * length);
+                const Byte level = Byte(255.0 * share(covered) + 0.5);
                 pixels[column] = std::max(pixels[column], level);
             }
         }

@@ -67,9 +67,9 @@ bool is_one_piece(Bits cells, Bits seeds) {
 
 // Tell whether a voxel with these neighbors can be deleted without a change of the topology.
 bool is_simple(Bits bits) {
-    constexpr Bits IN_18 = 0x2EBDEBA, FACES = 0x0415410;
+    const Bits in_18 = 0x2EBDEBA, faces = 0x0415410;  // of the cube of 27
     const Bits cube = Cube::of_neighbors(bits);
-    return is_one_piece<Cube::with_26>(cube, cube) && is_one_piece<Cube::with_6>(~cube & IN_18, FACES);
+    return is_one_piece<Cube::with_26>(cube, cube) && is_one_piece<Cube::with_6>(~cube & in_18, faces);
 }
 
 // Tell whether a voxel with these neighbors is simple and no end of a curve, which has one neighbor or none.
@@ -215,6 +215,5 @@ auto thin_voxels(Matrix<std::int32_t> table) {
 
 void bind_thinning(nb::module_& m) {
     m.def("neighbor_table", &neighbor_table, "coords"_a.noconvert());
-    m.def("is_simple", &is_simple, "bits"_a);
     m.def("thin_voxels", &thin_voxels, "table"_a.noconvert());
 }

@@ -43,7 +43,7 @@ const Rules RULES;
 // code 0, and so has one without neighbors, which stays; a pixel never loses its last neighbor. The two repeat until none deletes; a
 // last pass takes the corners of staircases. Which pixels are deletable no processor can foresee: both lists are written without
 // branches.
-void thin_codes(std::vector<Byte>& codes, Index width, std::vector<std::int32_t> active) {
+void thin_codes(Byte* codes, Index width, std::vector<std::int32_t> active) {
     std::int32_t offsets[8];
     for (int k = 0; k < 8; ++k) offsets[k] = std::int32_t(RING_ROWS[k] * width + RING_COLUMNS[k]);
     std::vector<std::int32_t> chosen(active.size());
@@ -103,7 +103,7 @@ auto thin_pixels(StridedMatrix<Index> coords) {
         for (int k = 0; k < 8; ++k) codes[pixels[i]] |= Byte(object[pixels[i] + RING_ROWS[k] * width + RING_COLUMNS[k]] << k);
         kept[i] = codes[pixels[i]] == 0;
     }
-    thin_codes(codes, width, pixels);
+    thin_codes(codes.data(), width, pixels);
     for (Index i = 0; i < count; ++i) kept[i] |= codes[pixels[i]] != 0;
     return to_numpy_bool(kept);
 }

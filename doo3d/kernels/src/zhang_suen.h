@@ -10,4 +10,4 @@ constexpr int RING_ROWS[8] = {-1, -1, 0, 1, 1, 1, 0, -1}, RING_COLUMNS[8] = {0, 
 //
 // codes : the neighborhood of each pixel of the object in row-major order, 0 elsewhere; the object does not reach the border.
 // active : ascending indices of the pixels of the object.
-void thin_codes(std::vector<Byte>& codes, Index width, std::vector<std::int32_t> active);
+void thin_codes(Byte* codes, Index width, std::vector<std::int32_t> active);

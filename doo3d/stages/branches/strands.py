@@ -196,7 +196,7 @@ def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain, viewpoi
 
 
 def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None = None) -> tuple[Bools, Ints]:
-    """Tell which samples of a strand lie inside another strand, or within JUNCTION_RADII (0.7) radii of its surface.
+    """Tell which samples of a strand lie inside another strand, or within JUNCTION_RADII (0.8) radii of its surface.
 
     Parameters
     ----------

@@ -22,9 +22,6 @@ from .ends import End, Pair, ends_of
 GapCosts = Callable[[Sequence[Pair]], list[float]]
 """Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""
 
-MERGES_PER_CLEANUP = 32
-"""Forced connections after which the pairs are forgotten that may no longer be joined."""
-
 StraightGaps: TypeAlias = "Callable[[Floats], Floats] | None"
 """Function from costs (E, E) without gap paths to costs with straight gaps; or None."""
 
@@ -283,6 +280,7 @@ def force_merges(
     def are_large(first: Ints, second: Ints) -> Bools:
         return np.asarray(is_possible(first, second) & large[first // 2] & large[second // 2])
 
+    merges_per_cleanup = 32
     while len(groups) > (config.chains or 1):
         large = groups.in_large(sizes)
         link = _cheapest(candidates.select(are_large), gap_costs, config.max_cost * FORCED_COST_FACTOR)
@@ -291,7 +289,7 @@ def force_merges(
         used[[link.first.row, link.second.row]] = True
         forced.append(link)
         groups.join(link.first.chain, link.second.chain)
-        if len(forced) % MERGES_PER_CLEANUP == 0:
+        if len(forced) % merges_per_cleanup == 0:  # forget the pairs that may no longer be joined
             candidates.drop(is_possible)
     return forced
 

@@ -128,7 +128,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
     split = SplitMask(facts.mask, 0, None)
     if method != "everything":
-        split = split_strands(facts.mask, selected, frame.color, frame.depth, config.equal_widths)
+        split = split_strands(facts, selected if cleaned.closed_holes else None, frame.color, frame.depth, config.equal_widths)
         facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
     radius = facts.radius(frame.camera.fx)
     readings, slope, outliers = filter_readings(facts, config)
@@ -173,7 +173,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     cleaned = clean_mask(selected, config, mask is None)
     facts = cleaned.facts
     _check_size(facts.count)
-    split = split_strands(facts.mask, selected, color, None, config.equal_widths)
+    split = split_strands(facts, selected if cleaned.closed_holes else None, color, None, config.equal_widths)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     foreground = Foreground(

@@ -18,8 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import bounding_box
-from ...kernels import long_parts
+from ...kernels import long_parts, medial_axis
 from ...types import Array, Bools
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
@@ -47,15 +48,17 @@ class SplitMask(NamedTuple):
     side_by_side: Bools | None
 
 
-def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Array | None, equal_widths: bool = True) -> SplitMask:
+def split_strands(
+    facts: FrameFacts, selected: Bools | None, color: Array | None, depth: Array | None, equal_widths: bool = True
+) -> SplitMask:
     """Remove the valleys between strands that run side by side from a mask.
 
     Parameters
     ----------
-    mask
-        (H, W) bool, the cleaned mask.
+    facts
+        the cleaned mask.
     selected
-        (H, W) bool, the mask before small holes were closed: they are gaps between strands.
+        (H, W) bool, the mask before small holes were closed: they are gaps between strands. None if there were none.
     color
         (H, W, 3) uint8 RGB, in which a valley is darker than the strands beside it; None uses the depth.
     depth
@@ -66,14 +69,19 @@ def split_strands(mask: Bools, selected: Bools, color: Array | None, depth: Arra
 
     Returns
     -------
-    The mask, split; `mask` itself with `side_by_side` None if nowhere a stretch is much wider than one strand.
+    The mask, split; the mask of the facts itself with `side_by_side` None if nowhere a stretch is much wider than one strand.
     """
+    mask = facts.mask
     whole = SplitMask(mask, 0, None)
-    if not mask.any():
+    if not facts.count:
         return whole
-    box = bounding_box(mask)
-    part = np.pad(mask[box] & ~long_parts(mask[box] & ~selected[box], MIN_GAP_PX), 1)
-    bundles = find_bundles(part)
+    box = facts.slices
+    part, half_width = mask[box], facts.axis[2]
+    if selected is not None and (gaps := long_parts(part & ~selected[box], MIN_GAP_PX)).any():
+        part = part & ~gaps
+        half_width = medial_axis(part)[2] - 0.5
+    part = np.pad(part, 1)
+    bundles = find_bundles(part, half_width)
     if bundles is None:
         return whole
     inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)

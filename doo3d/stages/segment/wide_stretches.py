@@ -68,9 +68,12 @@ class Bundles:
         return np.asarray(cv2.distanceTransform(np.pad(self.closed, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1])
 
 
-def find_bundles(part: Bools) -> Bundles | None:
-    """Return the stretches of a mask (h, w) bool much wider than one strand over several radii; None without any."""
-    radius = strand_radius(medial_axis(part)[2] - 0.5)
+def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
+    """Return the stretches of a mask (h, w) bool much wider than one strand over several radii; None without any.
+
+    half_width : (K,) px, along the mask's medial axis.
+    """
+    radius = strand_radius(half_width)
     if not radius:
         return None
     if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):

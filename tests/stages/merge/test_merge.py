@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from builders.contexts import context_of
+from builders.gap_arcs import arcs_of
 
 from doo3d.config import MergeConfig, load_config
 from doo3d.geometry.polyline import unit
@@ -92,7 +93,7 @@ def test_all_four_combinations_of_ends(dim, first_turned, second_turned):
     (assembly,) = run(chains, config())
     assert joined([assembly], *facing)
     check_whole([assembly], chains)
-    turns = assembly.gap_paths[0].arcs
+    turns = arcs_of(assembly.gap_paths[0])
     before, after = turns[0].direction, turns[1].direction
     along = unit(assembly.pieces[0][-1] - assembly.pieces[0][-2]), unit(assembly.pieces[1][0] - assembly.pieces[1][1])
     np.testing.assert_allclose(before, along[0], atol=1e-6)
@@ -327,5 +328,5 @@ def test_gap_paths_are_led_on_the_side_of_the_settings(side):
     one, other = chain((-0.04, 0.02), (1, 0.6)), chain((-0.04, -0.02), (1, -0.6))
     one, other = (Chain(c.joints - c.joints[-1] + at, STEP) for c, at in ((one, [0, 0.02, 0.5]), (other, [0, -0.02, 0.5])))
     (assembly,) = run([one, other], config(gap_side=side))
-    first = assembly.gap_paths[0].arcs[0]
+    first = arcs_of(assembly.gap_paths[0])[0]
     assert bool(first.angle > np.pi) == (side == "inside")

@@ -9,6 +9,7 @@ from builders.drawn_masks import axis_error, frame_of
 from scipy.spatial import cKDTree
 
 import doo3d
+from doo3d.facts.frame_facts import FrameFacts
 from doo3d.stages.segment.split_strands import split_strands
 from doo3d.stages.segment.wide_stretches import strand_radius
 
@@ -65,7 +66,7 @@ def pieces(mask, which):
 def test_strands_of_a_bundle_are_pieces_of_their_own(count, shaded):
     strands = [fan(k - (count - 1) / 2) for k in range(count)]
     mask, color, which = drawn(strands, [RADIUS] * count, shaded)
-    found = split_strands(mask, mask, color, None)
+    found = split_strands(FrameFacts(mask), None, color, None)
     number, purity = pieces(found.mask, which)
     assert number == count
     assert purity > 0.95
@@ -76,14 +77,14 @@ def test_strands_of_a_bundle_are_pieces_of_their_own(count, shaded):
 def test_a_thick_and_a_thin_strand():
     thick, thin = fan(-1, 7.0), fan(1, 7.0)
     mask, color, which = drawn([thick, thin], [10.0, RADIUS])
-    number, purity = pieces(split_strands(mask, mask, color, None).mask, which)
+    number, purity = pieces(split_strands(FrameFacts(mask), None, color, None).mask, which)
     assert number == 2
     assert purity > 0.95
 
 
 def test_turns_of_a_coil_part():
     mask, color, _ = drawn([spiral()], [RADIUS])
-    found = split_strands(mask, mask, color, None)
+    found = split_strands(FrameFacts(mask), None, color, None)
     before, after = (cv2.distanceTransform(m.astype(np.uint8), cv2.DIST_L2, 5).max() for m in (mask, found.mask))
     assert before > 2 * RADIUS
     assert after < 1.6 * RADIUS
@@ -128,8 +129,8 @@ def test_what_is_one_strand_is_left_alone(scene, shaded):
     mask, color, _ = drawn(strands, radii, shaded)
     if scene == "stripe":
         color[round(MIDDLE) - 1 : round(MIDDLE) + 2] //= 3
-    found = split_strands(mask, mask, color, None)
-    assert found.mask is mask
+    found = split_strands(FrameFacts(mask), None, color, None)
+    assert np.shares_memory(found.mask, mask)
     assert found.removed == 0
     assert found.side_by_side is None
 
@@ -143,4 +144,4 @@ def test_the_radius_of_one_strand_is_that_of_the_thinnest_stretches():
 
 def test_an_empty_mask_stays_empty():
     mask = np.zeros((20, 30), dtype=bool)
-    assert split_strands(mask, mask, None, None).mask is mask
+    assert np.shares_memory(split_strands(FrameFacts(mask), None, None, None).mask, mask)
