@@ -64,15 +64,13 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     pixels = np.flatnonzero(label)
     own = label.ravel()[pixels]
     ends = _line_ends(label, bundles.radius)
-    carried = [_carry_on(end, label, bundles) for end in ends]
-    position = np.array([end.position for end in ends]).reshape(-1, 2)
-    number = np.array([end.line for end in ends], dtype=np.int64)
-    near = cKDTree(position).query_pairs(2 * REACH_RADII * bundles.radius, output_type="ndarray")
+    ahead, is_ahead, opening = _carry_on(ends, label, bundles)
+    near = cKDTree(ends.position).query_pairs(2 * REACH_RADII * bundles.radius, output_type="ndarray")
     size = int(label.max()) + 1
-    graph = coo_array((np.ones(len(near)), (number[near[:, 0]], number[near[:, 1]])), shape=(size, size))
+    graph = coo_array((np.ones(len(near)), (ends.line[near[:, 0]], ends.line[near[:, 1]])), shape=(size, size))
     group = connected_components(graph, directed=False)[1]
     opens = np.zeros(size, dtype=bool)
-    opens[group[number[np.array([opening for _, opening in carried], dtype=bool)]]] = True
+    opens[group[ends.line[opening]]] = True
     in_gap = np.bincount(own[~bundles.part.ravel()[pixels]], minlength=size)
     opens[group[in_gap >= REACH_RADII * bundles.radius]] = True
     length = np.bincount(group, weights=np.bincount(own, minlength=size), minlength=size)
@@ -81,69 +79,66 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     kept = (opens & (length >= MIN_VALLEY_WIDTHS * width))[group]
     result = np.zeros_like(bundles.part)
     result.ravel()[pixels[kept[own]]] = True
-    for end, (ahead, _) in zip(ends, carried, strict=True):
-        if kept[end.line]:
-            result[ahead[:, 0], ahead[:, 1]] = True
+    result[tuple(ahead[is_ahead & kept[ends.line][:, None]].T)] = True
     return result & bundles.closed
 
 
-class _LineEnd(NamedTuple):
-    """An end of a line: the line's number, the end's (row, column), and the unit direction (2,) in which the line leaves it."""
+class _LineEnds(NamedTuple):
+    """The ends of lines: the lines' numbers (E,), the ends' (row, column) (E, 2), and unit directions (E, 2) out of the lines."""
 
-    line: int
+    line: Ints
     position: Ints
     direction: Floats
 
 
-def _line_ends(label: Ints, radius: float) -> list[_LineEnd]:
+def _line_ends(label: Ints, radius: float) -> _LineEnds:
     """Return the ends of labelled lines (h, w); lines shorter than their window have none."""
     lines = label > 0
     neighbors = cv2.filter2D(lines.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
     window = math.ceil(2 * radius)
-    padded = np.pad(label, window)
-    ends = []
-    for row, column in np.argwhere(lines & (neighbors == 2)):
-        near = padded[row : row + 2 * window + 1, column : column + 2 * window + 1]
-        back = np.argwhere(near == label[row, column]).mean(axis=0) - window
-        length = float(np.hypot(*back))
-        if length > 0:
-            ends.append(_LineEnd(int(label[row, column]), np.array((row, column)), -back / length))
-    return ends
+    ends: Ints = np.argwhere(lines & (neighbors == 2))
+    line = label[ends[:, 0], ends[:, 1]]
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(label, window), (2 * window + 1, 2 * window + 1))
+    near = windows[ends[:, 0], ends[:, 1]] == line[:, None, None]
+    by_row, by_column = near.sum(axis=2), near.sum(axis=1)
+    total = np.column_stack([count @ np.arange(2 * window + 1) for count in (by_row, by_column)])
+    back = total / by_row.sum(axis=1)[:, None] - window
+    length = np.hypot(*back.T)
+    kept = length > 0
+    return _LineEnds(line[kept], ends[kept], -back[kept] / length[kept, None])
 
 
-def _carry_on(end: _LineEnd, label: Ints, bundles: Bundles) -> tuple[Ints, bool]:
-    """Carry a line on, straight from its end, to the background or to another line.
+def _carry_on(ends: _LineEnds, label: Ints, bundles: Bundles) -> tuple[Ints, Bools, Bools]:
+    """Carry lines on, straight from their ends, to the background or to another line.
 
     Returns
     -------
-    ahead : (A, 2) int64 (row, column), the pixels up to there; none if neither is near.
-    opening : whether it meets the background, and has a strand on either side there.
+    ahead : (E, A, 2) int64 (row, column), pixels ahead of each end.
+    is_ahead : (E, A) bool, the pixels up to there; none if neither is near.
+    opening : (E,) bool, whether the line meets the background, and has a strand on either side there.
     """
-    nothing = np.zeros((0, 2), dtype=np.int64)
-    reach = math.ceil(REACH_RADII * bundles.radius)
-    ahead = _ray(end.position, end.direction, np.arange(0, reach, 0.5), label.shape)
-    free = ~bundles.part[ahead[:, 0], ahead[:, 1]]
-    other = label[ahead[:, 0], ahead[:, 1]]
-    met = np.flatnonzero(free | ((other > 0) & (other != end.line)))
-    if not len(met):
-        return nothing, False
-    ahead = ahead[: met[0] + 1]
-    if not free[met[0]]:
-        return ahead, False
-    beyond = ahead[-1] + OPENING_RADII * bundles.radius * end.direction
-    if not len(_ray(beyond, end.direction, np.zeros(1), label.shape)):
-        return ahead, False
-    across = np.array((-end.direction[1], end.direction[0]))
-    sides = [_ray(beyond, side, np.arange(0, SIDE_RADII * bundles.radius, 0.5), label.shape) for side in (across, -across)]
-    middle_is_free = not bundles.part[sides[0][0, 0], sides[0][0, 1]]
-    return ahead, bool(middle_is_free and all(bundles.part[side[:, 0], side[:, 1]].any() for side in sides))
+    part, direction = bundles.part, ends.direction
+    ahead, seen = _rays(ends.position, direction, np.arange(0, math.ceil(REACH_RADII * bundles.radius), 0.5), part.shape)
+    free = seen & ~part[ahead[:, :, 0], ahead[:, :, 1]]
+    other = label[ahead[:, :, 0], ahead[:, :, 1]]
+    is_met = free | (seen & (other > 0) & (other != ends.line[:, None]))
+    met, end = is_met.argmax(axis=1), np.arange(len(ahead))
+    is_ahead = is_met.any(axis=1)[:, None] & (np.arange(ahead.shape[1]) <= met[:, None])
+    beyond = ahead[end, met] + OPENING_RADII * bundles.radius * direction
+    opening = free[end, met]
+    across = np.column_stack((-direction[:, 1], direction[:, 0]))
+    for way in (across, -across):
+        side, seen = _rays(beyond, way, np.arange(0, SIDE_RADII * bundles.radius, 0.5), part.shape)
+        in_part = seen & part[side[:, :, 0], side[:, :, 1]]
+        opening &= seen[:, 0] & ~in_part[:, 0] & in_part.any(axis=1)
+    return ahead, is_ahead, opening
 
 
-def _ray(start: Array, direction: Floats, distances: Floats, shape: tuple[int, ...]) -> Ints:
-    """Return the pixels (A, 2) (row, column) at distances in px from a start, up to the border of an image (h, w)."""
-    pixels = np.rint(start + direction * distances[:, None]).astype(np.int64)
-    inside = ((pixels >= 0) & (pixels < shape)).all(axis=1)
-    return pixels[: len(pixels) if inside.all() else int(inside.argmin())]
+def _rays(start: Array, direction: Floats, distances: Floats, shape: tuple[int, ...]) -> tuple[Ints, Bools]:
+    """Return the pixels (E, A, 2) (row, column) at A distances in px from each start, and which are within an image (h, w)."""
+    pixels = np.rint(start[:, None] + direction[:, None] * distances[:, None]).astype(np.int64)
+    inside = ((pixels >= 0) & (pixels < shape)).all(axis=2)
+    return np.clip(pixels, 0, np.array(shape) - 1), np.logical_and.accumulate(inside, axis=1)
 
 
 def _thinned(mask: Bools) -> Bools:

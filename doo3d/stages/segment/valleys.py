@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from ...geometry.noise import SAMPLES
-from ...kernels import valley_bottoms, valley_depth
+from ...kernels import largest_within, valley_bottoms, valley_depth
 from ...types import Array, Bools
-from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, close_gaps
+from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, close_gaps, ellipse
 
 VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
 
@@ -115,25 +115,11 @@ def _equal_widths(part: Bools, radius: float, widest: float) -> Array:
     The width is that of the mask with the wedges between parting strands filled, so that the strands run on straight into these.
     """
     outline = close_gaps(part, math.ceil(GAP_RADII * radius))
-    distance = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
-    half_width = _largest_within(distance, min(math.ceil(widest), math.ceil(max(MAX_BUNDLE_RADII * radius, MAX_BUNDLE_PX))))
+    distance = np.ascontiguousarray(cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1])
+    within = min(math.ceil(widest), math.ceil(max(MAX_BUNDLE_RADII * radius, MAX_BUNDLE_PX)))
+    half_width = largest_within(distance, part, ellipse(within))
     strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / radius))
     return np.where(part, -np.cos(np.pi * distance / np.maximum(strand, 1)), -CLIP).astype(np.float32)
-
-
-def _largest_within(values: Array, radius: int) -> Array:
-    """Return the largest of the values (h, w) within a radius in px of each pixel: a dilation by an ellipse, row by row of it.
-
-    A row of the ellipse is a running maximum, whose time does not depend on its length.
-    """
-    height = len(values)
-    ellipse = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
-    result = values.copy()
-    for row in range(min(radius, height - 1) + 1):
-        running = cv2.dilate(values, np.ones((1, int(ellipse[radius + row].sum())), np.uint8))
-        np.maximum(result[: height - row], running[row:], out=result[: height - row])
-        np.maximum(result[row:], running[: height - row], out=result[row:])
-    return result
 
 
 def _nearness(depth: Array, part: Bools, radius: float) -> Array:

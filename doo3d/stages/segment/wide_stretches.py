@@ -79,7 +79,7 @@ def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
     if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
         return None
     closing = max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))
-    closed, deep = close_mask(part, _ellipse(closing), WIDE_RADII * radius + 0.5)
+    closed, deep = close_mask(part, ellipse(closing), WIDE_RADII * radius + 0.5)
     if deep < WIDE_LENGTH_RADII * radius:  # fewer pixels of any kind are so deep, and so fewer of the medial axis
         return None
     rows, columns, inside = medial_axis(closed)
@@ -132,7 +132,7 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
 
 def close_gaps(mask: Bools, px: int) -> Bools:
     """Return a mask with gaps up to 2 `px` wide closed; nothing is added at its border."""
-    return close_mask(mask, _ellipse(px), 0.0)[0]
+    return close_mask(mask, ellipse(px), 0.0)[0]
 
 
 def dilate(mask: Bools, px: float) -> Bools:
@@ -140,7 +140,7 @@ def dilate(mask: Bools, px: float) -> Bools:
     return near_mask(mask, px + 1e-3, True)
 
 
-def _ellipse(px: int) -> Ints:
+def ellipse(px: int) -> Ints:
     """Return half the widths, from the middle row on, of an ellipse of 2 `px` + 1 rows and columns."""
     shape = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
     return np.asarray(shape[px:].sum(axis=1, dtype=np.int64) // 2)

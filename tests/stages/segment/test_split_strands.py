@@ -11,7 +11,6 @@ from scipy.spatial import cKDTree
 import doo3d
 from doo3d.facts.frame_facts import FrameFacts
 from doo3d.stages.segment.split_strands import split_strands
-from doo3d.stages.segment.valleys import _largest_within
 from doo3d.stages.segment.wide_stretches import strand_radius
 
 SIZE = (240, 640)
@@ -146,10 +145,3 @@ def test_the_radius_of_one_strand_is_that_of_the_thinnest_stretches():
 def test_an_empty_mask_stays_empty():
     mask = np.zeros((20, 30), dtype=bool)
     assert np.shares_memory(split_strands(FrameFacts(mask), None, None, None).mask, mask)
-
-
-@pytest.mark.parametrize(("shape", "radius"), [((50, 70), 3), ((20, 90), 33), ((100, 40), 1), ((30, 30), 0)])
-def test_the_largest_within_a_radius_is_a_dilation_by_an_ellipse(shape, radius):
-    values = np.random.default_rng(0).random(shape).astype(np.float32)
-    ellipse = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
-    np.testing.assert_array_equal(_largest_within(values, radius), cv2.dilate(values, ellipse))
