@@ -12,12 +12,12 @@ inline constexpr double CELLS_PER_REACH = 3.0;
 // squared distance so far and whose it is. The edge of the cells is doubled until their number is in proportion to the points.
 class Cells {
 public:
-    Cells(const double* points, Index count, Index dim, double edge)
-        : Cells(points, count, dim, edge, [](const double*) { return true; }) {}
+    Cells(const double* points, Index count, Index dim, double edge, double cells_per_point = 1)
+        : Cells(points, count, dim, edge, [](const double*) { return true; }, cells_per_point) {}
 
     // The same cells, without the points of which `is_wanted` is false.
     template <class IsWanted>
-    Cells(const double* points, Index count, Index dim, double edge, IsWanted is_wanted) : dim_(dim) {
+    Cells(const double* points, Index count, Index dim, double edge, IsWanted is_wanted, double cells_per_point = 1) : dim_(dim) {
         visits_.count = 2 * count;
         double low[3] = {0, 0, 0}, high[3] = {0, 0, 0}, extent[3] = {0, 0, 0};
         if (dim == 2) {
@@ -31,7 +31,7 @@ public:
             if (d != shortest) axis_[k++] = d;
         }
         const double rows = extent[axis_[0]], columns = extent[axis_[1]];
-        while ((std::floor(rows / edge) + 1) * (std::floor(columns / edge) + 1) > double(count) + 4096.0) edge *= 2;
+        while ((std::floor(rows / edge) + 1) * (std::floor(columns / edge) + 1) > cells_per_point * double(count) + 4096.0) edge *= 2;
         per_unit_ = 1 / edge;
         for (Index k = 0; k < 2; ++k) {
             low_[k] = low[axis_[k]];

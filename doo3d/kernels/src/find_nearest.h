@@ -16,7 +16,7 @@ struct NearestSearch {
 // Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
 // the points of a cell lie one behind the other in memory.
 inline std::vector<Index> find_within(const NearestSearch& search, const double* points, const std::vector<Index>& rows, double reach) {
-    Cells cells(points, Index(rows.size()), search.dim, reach / CELLS_PER_REACH);
+    Cells cells(points, Index(rows.size()), search.dim, reach / CELLS_PER_REACH, 4.0);  // strands far apart leave most cells empty
     for (Index s = 0; s < search.size && cells.size > 0; ++s) cells.offer(search.targets + s * search.dim, s, reach);
     std::vector<Index> others;
     for (Index k = 0; k < cells.size; ++k) {

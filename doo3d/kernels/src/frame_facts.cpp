@@ -187,7 +187,8 @@ const MedialAxis& FrameFacts::axis() {
     return axis_;
 }
 
-std::vector<Index> FrameFacts::skeleton() {
+const std::vector<Index>& FrameFacts::skeleton() {
+    if (!skeleton_.empty() || runs_.empty()) return skeleton_;
     distance();
     const Index width = columns() + 2, pitch = columns() + 2 * PADDING;
     Zeros<Byte> image((rows() + 2) * width);
@@ -216,7 +217,8 @@ std::vector<Index> FrameFacts::skeleton() {
         code = 0;
     });
     std::inplace_merge(kept.begin(), kept.begin() + Index(alone), kept.end());
-    return kept;
+    skeleton_ = std::move(kept);
+    return skeleton_;
 }
 
 template <class Visit>

@@ -63,7 +63,7 @@ public:
     const float* distance();
     const MedialAxis& axis();
     // The pixels left by Zhang-Suen thinning, as row-major indices in the box with one pixel around it, ascending.
-    std::vector<Index> skeleton();
+    const std::vector<Index>& skeleton();
     // Tell for each of `count` pixels (u, v) whether its distance is at least `fraction` of the largest within `reach` px of it in rows
     // and columns, or at most `margin` less. Pixels outside of the mask are in no core.
     std::vector<Byte> in_core(const Index* pixels, Index count, Index reach, float fraction, float margin);
@@ -81,5 +81,6 @@ private:
     std::vector<Run> runs_;
     std::unique_ptr<Zeros<float>> distance_;
     MedialAxis axis_;
+    std::vector<Index> skeleton_;
     bool has_axis_ = false;
 };

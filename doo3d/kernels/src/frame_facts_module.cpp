@@ -44,6 +44,12 @@ auto mask_image(const FrameFacts& facts) {
     return MatrixResult<bool>(image, {height, width}, owner);
 }
 
+// Hand pixels, u and v in turn, to NumPy as (N, 2).
+MatrixResult<Index> to_pairs(std::vector<Index>&& pixels) {
+    const std::size_t count = pixels.size() / 2;
+    return to_numpy(std::move(pixels), count, 2);
+}
+
 // Sorted by column by counting the pixels of each.
 auto pixels(const FrameFacts& facts) {
     std::vector<Index> next(facts.columns() + 1), found(2 * facts.count());
@@ -58,7 +64,7 @@ auto pixels(const FrameFacts& facts) {
             pixel[1] = row;
         });
     }
-    return to_numpy(std::move(found), facts.count(), 2);
+    return to_pairs(std::move(found));
 }
 
 // The image of the box without its padding, a copy.
@@ -94,8 +100,7 @@ auto skeleton(FrameFacts& facts) {
             found.insert(found.end(), {pixel % width - 1 + facts.box().left, pixel / width - 1 + facts.box().top});
         }
     }
-    const std::size_t count = found.size() / 2;
-    return to_numpy(std::move(found), count, 2);
+    return to_pairs(std::move(found));
 }
 
 auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fraction, double margin) {
@@ -129,8 +134,7 @@ auto agreeing(const Facts& facts, double low, double high, Index half_width, dou
         nb::gil_scoped_release released;
         found = agreeing_readings(facts, depth, float(low), float(high), half_width, slope, min_agreeing);
     }
-    const std::size_t count = found.depth.size();
-    return std::make_tuple(to_numpy(std::move(found.pixels), count, 2), to_numpy(std::move(found.depth)),
+    return std::make_tuple(to_pairs(std::move(found.pixels)), to_numpy(std::move(found.depth)),
                            to_numpy(std::move(found.means)), found.dropped);
 }
 
@@ -145,8 +149,7 @@ auto holes(const Facts& facts, Matrix<Index> kept, Index reach) {
         nb::gil_scoped_release released;
         found = depth_holes(facts, depth, pixels, count, reach);
     }
-    const std::size_t count = found.size() / 2;
-    return to_numpy(std::move(found), count, 2);
+    return to_pairs(std::move(found));
 }
 
 // Pixels of an axis relative to the mask's first row and column are those of the image.
