@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,9 +49,17 @@ class Curves:
         """Return the points of one curve, (P, D), a view of the array of all."""
         return self.points[self.rows_of(number)]
 
+    def __iter__(self) -> Iterator[Floats]:
+        """Yield the points of each curve."""
+        return map(self.__getitem__, range(len(self)))
+
     def rows_of(self, number: int) -> slice:
         """Return the slice that selects the points of one curve in arrays over the points of all."""
         return slice(*self.bounds[number : number + 2].tolist())
+
+    def of_numbers(self, numbers: Ints) -> Curves:
+        """Return some of the curves."""
+        return Curves.of([self[number] for number in numbers], self.closed[numbers].tolist())
 
     def with_points(self, points: Floats) -> Curves:
         """Return the same curves through other points, (N, E)."""
@@ -81,6 +89,13 @@ class Curves:
     def tips(self) -> Ints:
         """The rows of the first and the last point of each curve, (2 K,)."""
         return np.column_stack((self.bounds[:-1], self.bounds[1:] - 1)).ravel()
+
+    @cached_property
+    def segments(self) -> Ints:
+        """The rows of the points that a segment leads from, to the next row, (N - K,)."""
+        is_followed = np.ones(len(self.points), dtype=bool)
+        is_followed[self.bounds[1:] - 1] = False
+        return np.flatnonzero(is_followed)
 
     def ends(self, window: float) -> tuple[Floats, Floats]:
         """Return the outward tangents and the curvature vectors at both ends of each curve, (2 K, D) each.

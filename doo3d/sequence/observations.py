@@ -226,12 +226,8 @@ def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
     """Return the pieces that merging dropped, laid along their axes as those of the chains are."""
     context = stages.context
     least = MIN_STRAND_RADII * context.radius
-    dropped = [
-        item.chain
-        for item in stages.merged.dropped
-        if item.chain.joints.shape[1] == 3 and (len(item.chain.joints) - 1) * item.chain.segment_length >= least
-    ]
+    dropped = [Assembly((item.joints,)) for item in stages.merged.dropped if item.joints.shape[1] == 3 and item.length >= least]
     if not dropped:
         return []
-    paths = fill([Assembly((chain.joints,)) for chain in dropped], context)
+    paths = fill(dropped, context)
     return lay_chains(estimate_centerline(paths, context, config.refine), paths, context, config.refine)
