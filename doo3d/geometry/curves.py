@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +11,6 @@ import numpy as np
 
 from .. import kernels
 from ..types import Bools, Floats, Ints
-from ..types.arrays import sealed
 from .projection import Projection
 
 
@@ -21,7 +21,8 @@ class Curves:
     Attributes
     ----------
     points
-        (N, D), the points of all curves, one curve after the other: positions, m (px in 2-D), or D values at each.
+        (N, D), the points of all curves, one curve after the other: positions, m (px in 2-D), or D values at each. The array
+        is read-only from then on.
     bounds
         (K + 1,) int, row of the first point of each curve, and N.
     closed
@@ -33,7 +34,7 @@ class Curves:
     closed: Bools
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", sealed(self.points))
+        self.points.flags.writeable = False
 
     @classmethod
     def of(cls, lines: Sequence[Floats], closed: Sequence[bool] | None = None) -> Curves:
@@ -47,15 +48,16 @@ class Curves:
 
     def __getitem__(self, number: int) -> Floats:
         """Return the points of one curve, (P, D), a view of the array of all."""
-        return self.points[self.rows_of(number)]
+        return self.points[self.parts[number]]
 
     def __iter__(self) -> Iterator[Floats]:
         """Yield the points of each curve."""
-        return map(self.__getitem__, range(len(self)))
+        return (self.points[part] for part in self.parts)
 
-    def rows_of(self, number: int) -> slice:
-        """Return the slice that selects the points of one curve in arrays over the points of all."""
-        return slice(*self.bounds[number : number + 2].tolist())
+    @cached_property
+    def parts(self) -> list[slice]:
+        """For each curve the slice that selects its points in arrays over the points of all."""
+        return [slice(*both) for both in itertools.pairwise(self.bounds.tolist())]
 
     def of_numbers(self, numbers: Ints) -> Curves:
         """Return some of the curves."""
@@ -73,7 +75,7 @@ class Curves:
     @cached_property
     def owner(self) -> Ints:
         """The curve that each point belongs to, (N,)."""
-        return np.repeat(np.arange(len(self)), self.counts)
+        return np.repeat(np.arange(len(self.closed)), np.diff(self.bounds))
 
     @cached_property
     def lengths(self) -> Floats:
@@ -96,6 +98,11 @@ class Curves:
         is_followed = np.ones(len(self.points), dtype=bool)
         is_followed[self.bounds[1:] - 1] = False
         return np.flatnonzero(is_followed)
+
+    @cached_property
+    def segment_bounds(self) -> Ints:
+        """The bounds of the segments of each curve in arrays over the segments of all, (K + 1,)."""
+        return self.bounds - np.arange(len(self) + 1)
 
     def ends(self, window: float) -> tuple[Floats, Floats]:
         """Return the outward tangents and the curvature vectors at both ends of each curve, (2 K, D) each.

@@ -31,10 +31,10 @@ def test_each_curve_has_the_values_that_it_has_alone(drawn):
     tangents, bends = curves.ends(2.0)
     for k, (part, one) in enumerate(zip(parts, alone, strict=True)):
         np.testing.assert_array_equal(curves[k], part)
-        np.testing.assert_array_equal(curves.owner[curves.rows_of(k)], k)
+        np.testing.assert_array_equal(curves.owner[curves.parts[k]], k)
         np.testing.assert_array_equal(curves.points[curves.tips[2 * k : 2 * k + 2]], part[[0, -1]])
         assert curves.lengths[k] == one.lengths[0] == pytest.approx(polyline.arc_length(part)[-1])
-        np.testing.assert_array_equal(curves.tangents[curves.rows_of(k)], one.tangents)
+        np.testing.assert_array_equal(curves.tangents[curves.parts[k]], one.tangents)
         for values, own in zip((tangents, bends), one.ends(2.0), strict=True):
             np.testing.assert_array_equal(values[2 * k : 2 * k + 2], own)
 
@@ -50,7 +50,7 @@ def test_samples_lie_on_their_curve_at_their_arc_length(drawn, count):
     for k in range(len(curves)):
         at = np.linspace(0, curves.lengths[k], count)
         np.testing.assert_allclose(samples[k], polyline.resample(curves[k], at), atol=1e-9)
-        assert (np.diff(segment[samples.rows_of(k)]) >= 0).all()
+        assert (np.diff(segment[samples.parts[k]]) >= 0).all()
         np.testing.assert_array_equal(samples[k][-1], curves[k][-1])
 
 
@@ -64,6 +64,24 @@ def test_lengths_tangents_and_bends_of_a_line_and_of_a_circle_are_the_known_ones
     tangents, bends = curves.ends(0.3)
     np.testing.assert_allclose(tangents, [(-1, 0), (1, 0), (0, -1), (0, -1)], atol=1e-3)
     np.testing.assert_allclose(np.linalg.norm(bends, axis=1), (0, 0, 1 / 3, 1 / 3), atol=1e-3)
+
+
+@given(lines())
+def test_segments_lead_from_each_point_but_the_last_of_a_curve(drawn):
+    curves = Curves.of(*drawn)
+    steps = curves.points[curves.segments + 1] - curves.points[curves.segments]
+    for k, part in enumerate(np.split(steps, curves.segment_bounds[1:-1])):
+        np.testing.assert_array_equal(part, np.diff(curves[k], axis=0))
+
+
+@given(lines(), st.randoms())
+def test_some_of_the_curves_are_the_same_curves(drawn, random):
+    curves = Curves.of(*drawn)
+    numbers = np.array(random.sample(range(len(curves)), random.randint(1, len(curves))))
+    some = curves.of_numbers(numbers)
+    np.testing.assert_array_equal(some.closed, curves.closed[numbers])
+    for one, number in zip(some, numbers, strict=True):
+        np.testing.assert_array_equal(one, curves[number])
 
 
 def test_no_curves_have_no_values():

@@ -223,10 +223,11 @@ def with_confidence(
     foreground = context.foreground
     lengths = _object_lengths(chains, bodies)
     longest = int(np.argmax(lengths))
-    samples = _samples(chains, foreground)
+    curves = Curves.of([chain.joints for chain in chains])
+    samples = _samples(curves, chains, foreground)
     beside = _beside(samples, chains)
     turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
-    doubts = _depth_doubts(chains, foreground)
+    doubts = _depth_doubts(curves, chains, foreground)
     unclaimed = math.sqrt(_unclaimed(samples, foreground))
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
@@ -235,7 +236,7 @@ def with_confidence(
         is_stray = config.merge.chains is None and lengths[i] <= STRAY_LENGTH_SHARE * lengths[longest]
         looks = Looks()
         if is_stray or not foreground.is_told:
-            looks = looks_of(chain, lengths[i], samples.view[i], samples.reach[samples.view.rows_of(i)], foreground)
+            looks = looks_of(chain, lengths[i], samples.view[i], samples.reach[samples.view.parts[i]], foreground)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
@@ -282,10 +283,9 @@ class _Samples:
     along: Floats
 
 
-def _samples(chains: Sequence[Chain], foreground: Foreground) -> _Samples:
+def _samples(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> _Samples:
     """Return samples half a radius apart along chains, without those behind the camera; at most about MAX_SAMPLES."""
     radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
-    curves = Curves.of([chain.joints for chain in chains])
     spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
     samples, _ = curves.sampled(spacing, np.ceil(curves.lengths / spacing).astype(int), curves.closed)
     along = (np.arange(len(samples.points)) - samples.bounds[samples.owner]) * spacing[samples.owner]
@@ -299,9 +299,9 @@ def _samples(chains: Sequence[Chain], foreground: Foreground) -> _Samples:
     return _Samples(in_view, reach, along[seen] / radius[owner])
 
 
-def _depth_doubts(chains: Sequence[Chain], foreground: Foreground) -> list[tuple[float, float]]:
+def _depth_doubts(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> list[tuple[float, float]]:
     """Return for each chain the share of segments whose depth is doubtful, and the residual of the readings in radii."""
-    supports = depth_support([chain.joints for chain in chains], [chain.radius for chain in chains], foreground)
+    supports = depth_support(curves, [chain.radius for chain in chains], foreground)
     doubts = []
     for i, chain in enumerate(chains):
         support = None if supports is None else supports[i]
@@ -335,10 +335,10 @@ def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
     corner = np.array((box[1].start, box[0].start))
     pixels = np.rint(samples.view.points - corner)
     thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
-    for c, count in enumerate(samples.view.counts.tolist()):
-        part = samples.view.rows_of(c)
+    for part in samples.view.parts:
+        count = part.stop - part.start
         every = max(DRAWN_EVERY, count // MAX_LINES)
-        if count and np.abs(samples.view[c]).max() < MAX_PIXEL:
+        if count and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
             _draw_line(left, pixels[part][::every].astype(np.int32), thickness[part][::every].astype(int))
     return int(np.count_nonzero(left)) / total
 

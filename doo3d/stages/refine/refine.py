@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import RefineConfig
+from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
@@ -128,10 +129,10 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     laid = [p for p in range(len(paths)) if len(joints[p]) > 1]
     if not laid:
         return []
-    radius = samples.radius[samples.bounds[:-1]].tolist()
+    radius = samples.radius[samples.curves.bounds[:-1]].tolist()
     of_path = _Laid.of([each if len(each) > 1 else each[:0] for each in joints], samples, context, config)
-    support = depth_support([joints[p] for p in laid], [radius[p] for p in laid], context.foreground)
-    is_reversed = _are_reversed([joints[p] for p in laid], [samples.closed[p] for p in laid], context.foreground)
+    support = depth_support(Curves.of([joints[p] for p in laid]), [radius[p] for p in laid], context.foreground)
+    is_reversed = _are_reversed([joints[p] for p in laid], [samples.curves.closed[p] for p in laid], context.foreground)
     chains = []
     for k, p in enumerate(laid):
         size, order = len(joints[p]) - 1, -1 if is_reversed[k] else 1
@@ -142,8 +143,8 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
                 radius[p],
                 samples.radii[of_path.joint_sample[p]][::order],
                 of_path.occluded[p][::order],
-                samples.closed[p],
-                _connections(paths[p], of_path.segment_sample[p] - samples.bounds[p], samples.of_path(p), order),
+                bool(samples.curves.closed[p]),
+                _connections(paths[p], of_path.segment_sample[p] - samples.curves.bounds[p], samples.curves.parts[p], order),
                 depth_filled=np.zeros(size, dtype=bool) if support is None else support[k].is_filled[::order],
             )
         )
@@ -155,8 +156,8 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
 
 def _joints(samples: Samples, p: int, ahead: tuple[SurfaceAhead, SurfaceAhead] | None, length: float) -> Floats:
     """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment; ahead : None for a ring."""
-    part = samples.of_path(p)
-    axis = samples.positions[part]
+    part = samples.curves.parts[p]
+    axis = samples.curves.points[part]
     if ahead is None:
         return equal_ring(axis, length)
     end_of = _strip_end if axis.shape[1] == 2 else _wall_end
@@ -202,8 +203,8 @@ class _Laid(NamedTuple):
         joint_bounds, bounds = (np.cumsum([0, *map(len, each)]) for each in (joints, middles))
         middle = np.concatenate(middles)
         length = context.segment_length
-        at_joint = nearest_of_own(np.concatenate(joints), joint_bounds, samples.positions, samples.bounds, length)
-        at_middle = nearest_of_own(middle, bounds, samples.positions, samples.bounds, length)
+        at_joint = nearest_of_own(np.concatenate(joints), joint_bounds, samples.curves.points, samples.curves.bounds, length)
+        at_middle = nearest_of_own(middle, bounds, samples.curves.points, samples.curves.bounds, length)
         occluded = np.ones(len(middle), dtype=bool)
         if config.occluded != "from_depth":
             occluded = samples.filled[at_middle]
