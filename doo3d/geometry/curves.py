@@ -150,3 +150,9 @@ class Curves:
     def seen_in(self, view: Projection) -> Curves:
         """Return the curves as a view shows them: (u, v, distance) of each point, NaN where it is behind the camera."""
         return self.with_points(np.column_stack((view.project(self.points), view.distance(self.points))))
+
+
+def runs(values: Bools) -> list[tuple[int, int]]:
+    """Return the bounds (first, end) of each run of True in (N,) bool values: values[first:end] are True."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..config import Config
+from ..geometry.curves import runs
 from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
@@ -214,12 +215,6 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
         rest = strand.length - arc
         result.append(ObservedStrand(strand.points[after], strand.arcs[after] - arc, rest, (UNKNOWN, last), strand.chain))
     return result
-
-
-def runs(values: Bools) -> list[tuple[int, int]]:
-    """Return the bounds (first, end) of each run of True in (N,) bool values: values[first:end] are True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8)))
-    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
 
 
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..config import PruneConfig
 from ..errors import require
-from ..geometry.curves import Curves
+from ..geometry.curves import Curves, runs
 from ..geometry.polyline import unit
 from ..kernels import near_cuboids
 from ..types import Bools, Floats, Ints
@@ -96,13 +96,13 @@ def _runs(chains: Curves, kept: Bools) -> Curves:
     """Return the runs of kept segments, (S,) bool over those of all chains, as chains; one that lost a segment is no ring."""
     if kept.all():
         return chains
-    runs: list[Floats] = []
+    left: list[Floats] = []
     closed: list[bool] = []
     for line, own, is_ring in zip(chains, np.split(kept, np.cumsum(chains.counts - 1)[:-1]), chains.closed, strict=True):
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], own, [False])).astype(int)))
-        runs += [line[a : b + 1] for a, b in zip(edges[::2], edges[1::2], strict=True)]
-        closed += [bool(is_ring and own.all())] * (len(edges) // 2)
-    return Curves.of(runs, closed)
+        parts = [line[first : end + 1] for first, end in runs(own)]
+        left += parts
+        closed += [bool(is_ring and own.all())] * len(parts)
+    return Curves.of(left, closed)
 
 
 class Cuboids:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doo3d.geometry import polyline
-from doo3d.geometry.curves import Curves
+from doo3d.geometry.curves import Curves, runs
 from doo3d.geometry.projection import Projection
 
 
@@ -82,6 +82,23 @@ def test_some_of_the_curves_are_the_same_curves(drawn, random):
     np.testing.assert_array_equal(some.closed, curves.closed[numbers])
     for one, number in zip(some, numbers, strict=True):
         np.testing.assert_array_equal(one, curves[number])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("closed", [False, True])
+def test_tangents_of_a_ring_are_those_of_the_circle(dim, closed):
+    turn = np.radians(np.arange(360))
+    level = ((0, 0), (0, dim - 2))
+    circle, exact = (np.pad(np.column_stack(xy), level) for xy in ((np.cos(turn), np.sin(turn)), (-np.sin(turn), np.cos(turn))))
+    found = Curves.of([circle], [closed]).tangents
+    inner = slice(None) if closed else slice(1, -1)
+    np.testing.assert_allclose(found[inner], exact[inner], atol=1e-9)
+    np.testing.assert_allclose(found, exact, atol=0.02)
+
+
+def test_runs_are_those_of_true_values():
+    assert runs(np.array([True, True, False, True, False, False, True])) == [(0, 2), (3, 4), (6, 7)]
+    assert runs(np.zeros(3, dtype=bool)) == runs(np.zeros(0, dtype=bool)) == []
 
 
 def test_no_curves_have_no_values():

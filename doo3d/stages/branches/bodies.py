@@ -15,6 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...geometry.curves import Curves
 from ...geometry.polyline import unit
 from ...types import Floats
 from .costs import BRANCH_COST, MISFIT_COST, TURN_COST
@@ -105,11 +106,10 @@ def _distance(first: SampledChain, p: int, second: SampledChain, q: int) -> floa
 
 def _nearest_samples(strands: Sequence[SampledChain]) -> Iterator[tuple[int, int, int, int]]:
     """Yield (strand, sample, strand, sample) where axes come nearest to each other, one for each stretch of contact."""
-    points = np.concatenate([strand.points for strand in strands])
+    curves = Curves.of([strand.points for strand in strands])
+    points, number, first = curves.points, curves.owner, curves.bounds
     radii = np.concatenate([strand.radii for strand in strands])
     along = np.concatenate([strand.along for strand in strands])
-    number = np.repeat(np.arange(len(strands)), [len(strand.points) for strand in strands])
-    first = np.cumsum([0, *(len(strand.points) for strand in strands)])
     factor = CONTACT_RADII if points.shape[1] == 3 else PLANAR_CONTACT_RADII
     pairs = cKDTree(points).query_pairs(2 * factor * float(radii.max()), output_type="ndarray")
     if not len(pairs):
