@@ -59,7 +59,7 @@ class Curves:
         """For each curve the slice that selects its points in arrays over the points of all."""
         return [slice(*both) for both in itertools.pairwise(self.bounds.tolist())]
 
-    def of_numbers(self, numbers: Ints) -> Curves:
+    def of_numbers(self, numbers: Sequence[int]) -> Curves:
         """Return some of the curves."""
         return Curves.of([self[number] for number in numbers], self.closed[numbers].tolist())
 
@@ -102,7 +102,7 @@ class Curves:
     @cached_property
     def segment_bounds(self) -> Ints:
         """The bounds of the segments of each curve in arrays over the segments of all, (K + 1,)."""
-        return self.bounds - np.arange(len(self) + 1)
+        return self.segments.searchsorted(self.bounds)
 
     def ends(self, window: float) -> tuple[Floats, Floats]:
         """Return the outward tangents and the curvature vectors at both ends of each curve, (2 K, D) each.

@@ -86,8 +86,8 @@ def _longest(chains: Curves) -> tuple[Curves, Curves]:
     """Return the MAX_CHAINS chains with the most segments, of equal ones the first, and the others, each in the order given."""
     if len(chains) <= MAX_CHAINS:
         return chains, Curves.of([])
-    order = np.argsort(-chains.counts, kind="stable")
-    return chains.of_numbers(np.sort(order[:MAX_CHAINS])), chains.of_numbers(np.sort(order[MAX_CHAINS:]))
+    order = np.argsort(-chains.counts, kind="stable").tolist()
+    return chains.of_numbers(sorted(order[:MAX_CHAINS])), chains.of_numbers(sorted(order[MAX_CHAINS:]))
 
 
 def _notes(left_out: Curves) -> tuple[str, ...]:
