@@ -32,8 +32,8 @@ CALLS = {
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         10, 4, np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
     ),
-    "color_log_odds": (
-        np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, np.array([0.6, 0.2]), 1e-5,
+    "ColorOdds": (
+        np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, 0.6, 1e-5,
     ),
     "connected_components": (TABLE,),
     "cover_with_chords": (POINTS, 0.01),
