@@ -495,7 +495,7 @@ def color_bands(
 
 def color_log_odds(
     color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, kernel: Floats, least: float
-) -> tuple[Floats, float]:
+) -> tuple[Floats, Floats, float]:
     """Return the log-odds that a color is of an object and not of its surround, from two color histograms.
 
     Parameters
@@ -517,6 +517,7 @@ def color_log_odds(
     Returns
     -------
     log_odds : (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last
+    noise : (4096,) float32 nat, their standard deviations: sqrt(1/a + 1/b) for a and b pixels in the smoothed cells
     separation : nat, median of the log-odds over the pixels of the object; 0 without any
     """
 

@@ -26,7 +26,8 @@ def counts(colors):
 
 def frequencies(count):
     smooth = gaussian_filter(count.reshape(16, 16, 16), SIGMA, mode="nearest").ravel()
-    return smooth / max(smooth.sum(), 1e-9) + LEAST
+    total = max(smooth.sum(), 1e-9)
+    return smooth / total + LEAST, total
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 300), st.integers(0, 300))
@@ -34,17 +35,19 @@ def test_log_odds_as_by_numpy(seed, ours, theirs):
     random = np.random.default_rng(seed)
     image = random.integers(0, random.integers(2, 257), (20, 30, 3), np.uint8)
     inside, around = (random.integers(0, 600, size) for size in (ours, theirs))
-    found, separation = color_log_odds(image, inside, around, SHADES, SHARE, KERNEL, LEAST)
+    found, noise, separation = color_log_odds(image, inside, around, SHADES, SHARE, KERNEL, LEAST)
     surround = image.reshape(-1, 3)[around]
     background = counts(surround) + SHARE * sum(counts((surround * shade).astype(np.uint8)) for shade in SHADES)
-    expected = np.log(frequencies(counts(image.reshape(-1, 3)[inside])) / frequencies(background)).astype(np.float32)
+    (own, pixels), (other, beside) = frequencies(counts(image.reshape(-1, 3)[inside])), frequencies(background)
+    expected = np.log(own / other).astype(np.float32)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(noise, np.sqrt(1 / (own * pixels) + 1 / (other * beside)), rtol=1e-6)
     assert separation == np.median(found[cells(image.reshape(-1, 3)[inside])])
 
 
 def test_without_pixels_nothing_is_told():
     none = np.zeros(0, np.int64)
-    found, separation = color_log_odds(np.zeros((2, 2, 3), np.uint8), none, none, SHADES, SHARE, KERNEL, LEAST)
+    found, _, separation = color_log_odds(np.zeros((2, 2, 3), np.uint8), none, none, SHADES, SHARE, KERNEL, LEAST)
     assert not found.any()
     assert separation == 0
 

@@ -89,7 +89,9 @@ DEPTH = ("stereo", "ragged")
 BRANCHED = ("harnesses",)
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={f"{_STAGES}.segment.segment:repair_mask": _first}, modules=("stages.segment.mask_repair",), made_for=("ragged",)
+        places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, _: (mask, None)},
+        modules=("stages.segment.mask_repair",),
+        made_for=("ragged",),
     ),
     "split strands": Ablation(
         places={f"{_STAGES}.segment.segment:split_strands": _no_split},

@@ -36,11 +36,12 @@ Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half
     return to;
 }
 
-// Return the smoothed frequencies of the cells, none of them 0.
-Histogram frequencies(Histogram counts, const Vector<double>& half, double least) {
+// Return the smoothed frequencies of the cells, none of them 0, and add the squares of their relative errors to `variance`.
+Histogram frequencies(Histogram counts, const Vector<double>& half, double least, Histogram& variance) {
     for (Index step = color_cells() / COLOR_LEVELS; step; step /= COLOR_LEVELS) counts = smoothed(counts, step, half);
     const double sum = std::max(pairwise_sum(counts.data(), color_cells()), 1e-9);
     for (double& value : counts) value = value / sum + least;
+    for (Index i = 0; i < color_cells(); ++i) variance[i] += 1 / (counts[i] * sum);
     return counts;
 }
 
@@ -99,19 +100,20 @@ auto color_log_odds(Volume<Byte> color, Vector<std::int64_t> object, Vector<std:
     for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
     check_pixels(object, color);
     check_pixels(surround, color);
-    std::vector<float> odds(color_cells());
+    std::vector<float> odds(color_cells()), noise(color_cells());
     float separation;
     {
         nb::gil_scoped_release release;
-        Histogram counts(color_cells(), 0.0);
+        Histogram counts(color_cells(), 0.0), variance(color_cells(), 0.0);
         count_visits(Index(object.shape(0)));
         for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
-        const Histogram ours = frequencies(counts, kernel, least);
-        const Histogram theirs = frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least);
+        const Histogram ours = frequencies(counts, kernel, least, variance);
+        const Histogram theirs = frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least, variance);
         for (Index i = 0; i < color_cells(); ++i) odds[i] = ours[i] == theirs[i] ? 0.0f : float(std::log(ours[i] / theirs[i]));
+        for (Index i = 0; i < color_cells(); ++i) noise[i] = float(std::sqrt(variance[i]));
         separation = median_of(odds, counts);
     }
-    return std::make_pair(to_numpy(std::move(odds)), separation);
+    return std::make_tuple(to_numpy(std::move(odds)), to_numpy(std::move(noise)), separation);
 }
 
 }  // namespace
