@@ -283,7 +283,7 @@ class MaskEdge:
         color
             (H, W, 3) uint8 RGB.
         log_odds
-            (4096,) float32, of each cell of colors, as `color_log_odds` returns them.
+            (4096,) float32, of each cell of colors, as `ColorOdds.log_odds` has them.
         kernel
             (2 R + 1,) float32, symmetric weights by which the log-odds are smoothed along rows and columns; at the border of the
             image they are mirrored.
