@@ -44,8 +44,8 @@ class StrandColors(NamedTuple):
         image : (H, W, 3) uint8 RGB. positions : (..., S, A, 2) px, of S samples along each strand at A lateral offsets; NaN for
         none.
         """
-        colors = np.moveaxis(colors_at(image, positions), -3, -1)
-        return cls(medians(colors), np.isfinite(colors).all(axis=(-3, -2)).sum(axis=-1))
+        colors = colors_at(image, positions).swapaxes(-3, -1)
+        return cls(medians(colors).swapaxes(-2, -1), np.isfinite(colors).all(axis=(-3, -2)).sum(axis=-1))
 
 
 def colors_at(image: Array, positions: Floats) -> Floats:
