@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ..kernels import color_log_odds
-from ..types import Array, Floats, Ints
+from ..kernels import ColorOdds, MaskEdge
+from ..types import Array, Foreground
+from ..types.arrays import set_sealed
+
+BAND_PX = 4
+"""px outside a mask where the edge of the object may be: its colors are neither those of the object nor of its surround."""
+
+RING_PX = 24
+"""px; the colors of the surround are those from the band to so far from the mask."""
+
+SURROUND_SAMPLES = 20_000
+"""Pixels of the surround, evenly spread, that its colors are learned from; up to twice as many. It bounds the time."""
 
 HISTOGRAM_SMOOTHING = 0.6
 """Cells of the color histograms by which they are smoothed: light varies along a cable."""
@@ -19,43 +27,39 @@ MIN_FREQUENCY = 1e-5
 """Frequency of a color that was never seen; it bounds the log ratios. With 1e-4, 2 of 45 right frames of 48 are lost."""
 
 
-@dataclass(frozen=True)
-class Appearance:
+class Appearance(ColorOdds):
     """The colors of an object against those of its surround.
 
     The log-odds are the logarithm of the likelihood ratio of two color histograms: the frequency of a color on the object over
     that around it (Jones and Rehg, "Statistical color models with application to skin detection", IJCV 46, 2002). Both histograms
     have 16 levels per channel and are smoothed by a Gaussian. Darker shades of the surround count as surround, since objects
-    cast shadows.
+    cast shadows. A color that was seen on neither has log-odds of 0.
 
-    The noise of an answer is that of the counts: about sqrt(1/a + 1/b) nat for a color of which a object pixels and b surround
-    pixels were seen. It is below 0.2 nat for the main colors of both, and above 1 nat for colors seen at few pixels. The answers
-    for neighboring pixels are not combined: average them. All answers lie within 11.5 nat of 0, the logarithm of MIN_FREQUENCY.
+    The noise of an answer is that of the counts: at most sqrt(1/a + 1/b) nat for a color of which a object pixels and b surround
+    pixels were seen. It is below 0.2 nat for colors that both have, 3 nat for the main colors of the object if the surround has
+    none of them, and 8 nat for colors of neither. The answers for neighboring pixels are not combined: average them. All answers
+    lie within 11.5 nat of 0, the logarithm of MIN_FREQUENCY.
 
-    Attributes
-    ----------
-    log_odds
-        (4096,) float32 nat, of each cell of colors, the blue channel last: above 0 for colors of the object.
-    separation
-        nat, median of the log-odds over the object pixels learned from; 0 without any. Near 0, the colors do not tell the object
-        from its surround.
+    `log_odds_at` and `noise_at` answer for pixels of the image, `log_odds` has the answers for all cells of colors. `separation`
+    is the median of the log-odds over the object pixels learned from: near 0, the colors do not tell object from surround.
     """
 
-    log_odds: Floats
-    separation: float
+    def __init__(self, color: Array, edge: MaskEdge) -> None:
+        """Learn the colors of an object and of its surround.
 
-    @classmethod
-    def learn(cls, color: Array, inside: Ints, around: Ints) -> Appearance:
-        """Learn the colors of an object and of its surround from pixels of an image.
-
-        Parameters
-        ----------
-        color
-            (H, W, 3) uint8 RGB.
-        inside, around
-            (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
+        color : (H, W, 3) uint8 RGB. edge : the edge of the object's mask, whose pixels inside and around are learned from.
         """
-        x = np.arange(int(4 * HISTOGRAM_SMOOTHING + 0.5) + 1)
-        kernel = np.exp(-0.5 / HISTOGRAM_SMOOTHING**2 * x**2)
-        kernel /= kernel.sum() + kernel[1:].sum()
-        return cls(*color_log_odds(color, inside, around, np.array(SHADES), SHADOW_SHARE, kernel, MIN_FREQUENCY))
+        pixels = edge.inside(), edge.around(SURROUND_SAMPLES)
+        super().__init__(color, *pixels, np.array(SHADES), SHADOW_SHARE, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
+
+
+def appearance_of(foreground: Foreground) -> Appearance | None:
+    """Return the appearance of a foreground's object, learned when it is first asked for, or where its mask was repaired.
+
+    foreground : the object's points. Returns None without a mask or without color.
+    """
+    if foreground.appearance is None and foreground.mask is not None and foreground.color is not None:
+        edge = MaskEdge(foreground.mask, BAND_PX, RING_PX)
+        set_sealed(foreground, appearance=Appearance(np.ascontiguousarray(foreground.color), edge))
+    learned: Appearance | None = foreground.appearance
+    return learned

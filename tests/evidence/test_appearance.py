@@ -2,49 +2,109 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
-from doo3d.evidence.appearance import Appearance
+from doo3d import Frame
+from doo3d.config import SegmentConfig
+from doo3d.evidence.appearance import BAND_PX, RING_PX, Appearance, appearance_of
+from doo3d.kernels import MaskEdge
+from doo3d.stages.segment import segment
+from doo3d.types import Camera, Foreground
 
-INSIDE, AROUND = np.arange(400), np.arange(400, 4000)
-
-
-def photographed(object_color, surround_color, noise=4.0):
-    """A noisy image (40, 100, 3) whose first pixels, INSIDE, show the object."""
-    image = np.full((4000, 3), surround_color, float)
-    image[INSIDE] = object_color
-    image += np.random.default_rng(0).normal(0, noise, image.shape)
-    return np.clip(image, 0, 255).astype(np.uint8).reshape(40, 100, 3)
+RED, GRAY = (200, 40, 30), (150, 150, 145)
 
 
-def answer(appearance, rgb):
-    red, green, blue = (value >> 4 for value in rgb)
-    return appearance.log_odds[256 * red + 16 * green + blue]
+def cable(length=200, width=10):
+    """The mask (120, 240) of a straight cable."""
+    mask = np.zeros((120, 240), bool)
+    mask[55 : 55 + width, 20 : 20 + length] = True
+    return mask
 
 
-def test_colors_of_the_object_have_positive_log_odds_and_those_around_negative_ones():
-    learned = Appearance.learn(photographed((20, 60, 200), (150, 150, 145)), INSIDE, AROUND)
-    assert answer(learned, (20, 60, 200)) > 5
-    assert answer(learned, (150, 150, 145)) < -5
-    assert answer(learned, (255, 0, 0)) == 0
-    assert learned.separation > 5
-    assert np.abs(learned.log_odds).max() < -np.log(1e-5)
+def photographed(mask, color=RED, surround=GRAY, noise=4.0, seed=0):
+    image = np.where(mask[..., None], color, surround).astype(float)
+    return np.clip(image + np.random.default_rng(seed).normal(0, noise, image.shape), 0, 255).astype(np.uint8)
+
+
+def learned(mask, image):
+    return Appearance(image, MaskEdge(mask, BAND_PX, RING_PX))
+
+
+def answer(mask, image, rgb):
+    """The log-odds of a color and their noise, asked at a pixel far from the cable."""
+    shown = image.copy()
+    shown[0, 0] = rgb
+    appearance, corner = learned(mask, shown), np.zeros((1, 2), int)
+    return float(appearance.log_odds_at(corner)[0]), float(appearance.noise_at(corner)[0])
+
+
+def test_pixels_of_a_red_cable_on_gray_have_positive_log_odds_and_those_around_negative_ones():
+    mask = cable()
+    appearance = learned(mask, photographed(mask))
+    v, u = np.nonzero(mask)
+    assert np.median(appearance.log_odds_at(np.column_stack((u, v)))) == pytest.approx(appearance.separation)
+    assert (appearance.log_odds_at(np.column_stack((u, v))) > 3).all()
+    v, u = np.nonzero(~mask)
+    assert (appearance.log_odds_at(np.column_stack((u, v))) < -3).all()
+    assert np.abs(appearance.log_odds).max() < -np.log(1e-5)
+
+
+def test_a_color_that_was_never_seen_is_of_neither_and_its_noise_says_so():
+    mask = cable()
+    log_odds, noise = answer(mask, photographed(mask), (0, 0, 255))
+    assert log_odds == 0
+    assert noise > 2 * answer(mask, photographed(mask), RED)[1]
 
 
 def test_shadows_of_the_surround_are_not_of_the_object():
-    learned = Appearance.learn(photographed((20, 60, 200), (150, 150, 145)), INSIDE, AROUND)
+    mask = cable()
     for shade in (0.85, 0.7, 0.55, 0.4):
-        assert answer(learned, [int(value * shade) for value in (150, 150, 145)]) < -3
+        assert answer(mask, photographed(mask), [int(value * shade) for value in GRAY])[0] < -3
 
 
 def test_equal_colors_do_not_separate():
-    learned = Appearance.learn(photographed((150, 150, 145), (150, 150, 145)), INSIDE, AROUND)
-    assert abs(learned.separation) < 0.5
+    mask = cable()
+    assert abs(learned(mask, photographed(mask, GRAY)).separation) < 0.5
 
 
-def test_the_noise_is_that_of_the_counts():
-    image = photographed((150, 150, 145), (150, 150, 145), noise=10)
-    drawn = [np.random.default_rng(seed).choice(4000, 400, replace=False) for seed in range(40)]
-    answers = [answer(Appearance.learn(image, some[:200], some[200:]), (152, 152, 152)) for some in drawn]
-    cell = (image.reshape(-1, 3) >> 4 == 9).all(axis=1).mean() * 200
-    assert 0.3 < np.std(answers) / np.sqrt(2 / cell) < 1.3
+def test_the_noise_falls_with_the_root_of_the_pixels():
+    few, many = (answer(cable(length), photographed(cable(length), GRAY), GRAY)[1] for length in (20, 80))
+    assert 1.5 < few / many < 2.2
+
+
+def test_the_noise_bounds_the_spread_of_the_answers():
+    mask = cable(40)
+    images = (photographed(mask, GRAY, noise=10, seed=seed) for seed in range(40))
+    log_odds, noise = np.array([answer(mask, image, (152, 152, 152)) for image in images]).T
+    assert 0.2 < np.std(log_odds) / noise.mean() < 1
+
+
+def test_the_appearance_of_a_foreground_is_learned_once():
+    mask = cable()
+    foreground = Foreground(points=np.zeros((0, 2)), mask=mask, color=photographed(mask))
+    first = appearance_of(foreground)
+    assert first is not None
+    assert appearance_of(foreground) is first
+    assert appearance_of(replace(foreground, is_told=False)) is first
+
+
+def test_without_color_or_mask_there_is_no_appearance():
+    mask = cable()
+    assert appearance_of(Foreground(points=np.zeros((0, 2)), mask=mask)) is None
+    assert appearance_of(Foreground(points=np.zeros((0, 2)), color=photographed(mask))) is None
+
+
+def test_the_colors_that_repaired_a_mask_are_not_learned_again():
+    mask = cable(width=16)
+    ragged = mask.copy()
+    for start in range(20, 220, 16):
+        ragged[51:59, start : start + 8] = True
+        ragged[67:, start + 8 : start + 16] = False
+        ragged[63:71, start + 8 : start + 16] = False
+    frame = Frame(photographed(mask), np.full(mask.shape, 0.6, np.float32), Camera(200, 200, 120, 60, 240, 120))
+    foreground = segment(frame, SegmentConfig(), ragged).foreground
+    assert isinstance(foreground.appearance, Appearance)
+    assert appearance_of(foreground) is foreground.appearance

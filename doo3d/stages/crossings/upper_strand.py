@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.curves import Curves
+from ...geometry.intersections import Intersections
 from ...geometry.limits import AT_ONCE
-from ...geometry.noise import COLOR_NOISE
 from ...geometry.projection import Projection
-from ...kernels import sample_bilinear
-from ...types import Array, Floats, Foreground
-from .overlap import CrossingStrands, Lookup, color_order, depth_order, sample_strands
+from ...types import Floats, Foreground
+from .overlap import CrossingStrands, Lookup, color_log_odds, depth_order, sample_strands
 
 DEPTH_DEVIATION = 0.5
 """Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
@@ -22,20 +21,12 @@ SURFACE_WEIGHT = 0.75
 MAX_DEPTH_DIFFERENCE = 1.5
 """Thicknesses up to which a difference in depth counts."""
 
-COLOR_LOG_ODDS = 3.0
-"""Log odds per log ratio by which one strand's colors explain the overlap better, up to MAX_COLOR_LOG_RATIO of that."""
-
-MAX_COLOR_LOG_RATIO = 2.0
-
-MIN_COLOR_LOG_RATIO = 0.35
-"""A log ratio of colors that is less than this says nothing: so much comes from light and texture."""
-
 NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
 
 
 def upper_strand_log_odds(
-    intersections: Intersections, chains: PolylineSet, radius: Floats, view: Projection, foreground: Foreground
+    intersections: Intersections, chains: Curves, radius: Floats, view: Projection, foreground: Foreground
 ) -> Floats:
     """Return the log odds that the first strand of each crossing is the upper one, judged by depth and color.
 
@@ -61,12 +52,7 @@ def upper_strand_log_odds(
     log_odds = np.zeros(len(depth))
     if foreground.points.shape[1] == 3:
         log_odds += _depth_log_odds(strands, depth, radius, _surface_lookup(foreground, view, strands))
-    color = foreground.color
-    if color is not None:
-        ratio = color_order(strands, lambda positions: _colors(color, positions), COLOR_NOISE)
-        telling = np.abs(ratio) >= MIN_COLOR_LOG_RATIO
-        log_odds += COLOR_LOG_ODDS * np.where(telling, np.clip(ratio, -MAX_COLOR_LOG_RATIO, MAX_COLOR_LOG_RATIO), 0.0)
-    return log_odds
+    return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
 
 
 def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, surface: Lookup) -> Floats:
@@ -86,8 +72,10 @@ def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingS
         depth, mask = foreground.depth, foreground.mask
 
         def in_depth_image(positions: Floats) -> Floats:
-            measured = _nearest_pixels(depth, positions)
-            return np.where((measured > 0) & (_nearest_pixels(mask, positions) > 0), measured, np.nan)
+            u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
+            inside = (u >= 0) & (v >= 0) & (u < depth.shape[1]) & (v < depth.shape[0])
+            pixels = np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)
+            return np.where(inside & mask[pixels] & (depth[pixels] > 0), depth[pixels].astype(float), np.nan)
 
         return in_depth_image
     reach = 0.5 * float(strands.half_width.max())
@@ -111,18 +99,3 @@ def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) 
     inside = (shown >= low[:, None]) & (shown <= high[:, None])
     near = (inside[..., 0] & inside[..., 1]).any(axis=0)
     return np.column_stack((shown[near], view.distance(points[near])))
-
-
-def _nearest_pixels(image: Array, positions: Floats) -> Floats:
-    """Return the image's pixels (H, W) or (H, W, K) at positions (..., 2) px; NaN outside."""
-    height, width = image.shape[:2]
-    u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
-    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    pixels = image[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)].astype(float)
-    return np.where(inside if image.ndim == 2 else inside[..., None], pixels, np.nan)
-
-
-def _colors(image: Array, positions: Floats) -> Floats:
-    """Return the bilinear colors (..., 3) of the image at positions (..., 2) px; NaN outside."""
-    flat = sample_bilinear(np.ascontiguousarray(image), positions.reshape(-1, 2))
-    return np.asarray(flat).reshape(*positions.shape[:-1], -1)

@@ -4,21 +4,12 @@ from __future__ import annotations
 
 import cv2
 
-from ...evidence.appearance import Appearance
+from ...evidence.appearance import BAND_PX, RING_PX, Appearance
 from ...kernels import MaskEdge, off_edge_share
 from ...types import Array, Bools
 
-BAND_PX = 4
-"""px; the edge of the object is looked for up to so far outside the mask, and on either side in the quick test of its edge."""
-
-RING_PX = 24
-"""px; the colors of the background are those from the band to so far from the mask."""
-
 ITERATIONS = 3
 """Times the colors are learned: the first time from the mask as given, then from what was found."""
-
-SURROUND_SAMPLES = 20_000
-"""Pixels of the background, evenly spread, that its colors are learned from; up to twice as many. It bounds the time."""
 
 SMOOTHING_PX = 0.8
 """px; standard deviation of the Gauss filter of log ratios."""
@@ -36,7 +27,7 @@ MAX_OFF_SHARE = 0.12
 """Share of the edge's pixels whose largest step within BAND_PX is not at the edge, up to which a mask surely is not ragged."""
 
 
-def repair_mask(mask: Bools, color: Array) -> Bools:
+def repair_mask(mask: Bools, color: Array) -> tuple[Bools, Appearance | None]:
     """Move the edge of a ragged mask to where the colors of the image change, and drop the parts that show the background.
 
     The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the
@@ -52,17 +43,18 @@ def repair_mask(mask: Bools, color: Array) -> Bools:
 
     Returns
     -------
-    (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from the
-    background.
+    mask : (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from
+        the background
+    appearance : the colors learned last if the mask was repaired, else None
     """
     if off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE:
-        return mask
+        return mask, None
     edge = MaskEdge(mask, BAND_PX, RING_PX)
     kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
     for _ in range(ITERATIONS):
-        appearance = Appearance.learn(color, edge.inside(), edge.around(SURROUND_SAMPLES))
+        appearance = Appearance(color, edge)
         if appearance.separation < MIN_CONTRAST:
-            return mask
+            return mask, None
         edge.move(color, appearance.log_odds, kernel)
     edge.restore_parts(MIN_THICKNESS_PX, MIN_ELONGATION)
-    return edge.mask() if edge.raggedness() >= MIN_RAGGEDNESS else mask
+    return (edge.mask(), appearance) if edge.raggedness() >= MIN_RAGGEDNESS else (mask, None)
