@@ -1313,32 +1313,32 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     """
 
 def ribbon_scores(
-    image: Array, widths: Floats, noise: float, length_widths: float, min_length: int, back: Floats, shape: tuple[int, int]
+    image: Array, directions: int, widths: Floats, noise: float, length_widths: float, min_length: int
 ) -> tuple[Array, Array]:
-    """Score how much each pixel looks like the middle of a horizontal ribbon.
+    """Score how much each pixel looks like the middle of a ribbon in each direction.
 
     The score is the mean squared difference of a side's pixels from the ribbon's mean color, of the side that differs less,
     divided by the variance along the ribbon plus `noise`. The middle 0.7 of a ribbon's width counts as inside; a side begins a
-    pixel beyond its edge and is a quarter as wide, 2 px at least. Pixels beyond the border repeat the outermost ones.
+    pixel beyond its edge and is a quarter as wide, 2 px at least. Pixels beyond the border repeat the outermost ones. Pixels and
+    scores are interpolated between those of the image turned so that the ribbon is horizontal.
 
     Parameters
     ----------
     image
         (H, W, 3) float32, at least one pixel.
+    directions
+        number of directions D over half a turn, the first horizontal, the others from x to y.
     widths
         (K,) px, widths of ribbons, K from 1 to 255.
     noise
         squared unit of the image, over 0; variance that is noise.
     length_widths, min_length
         length of the window along a ribbon, in its widths, and in px at least.
-    back, shape
-        (2, 3) affine transformation from column and row to those of the image before it was turned, and the shape of that image.
-        Rows of which none is within 3 px of that image in 128 columns are not scored.
 
     Returns
     -------
-    score : (H, W) float32, of the width that scores most; 0 where nothing is scored.
-    width : (H, W) uint8, the index of that width.
+    score : (D, H, W) float32, of the width that scores most.
+    width : (D, H, W) uint8, the index of that width.
     """
 
 def sample_bilinear(image: Array, positions: Floats) -> Floats:

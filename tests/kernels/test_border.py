@@ -92,7 +92,7 @@ CALLS = {
     "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
-    "ribbon_scores": (np.zeros((3, 3, 3), np.float32), np.ones(1), 1.0, 2.0, 3, np.eye(2, 3), (3, 3)),
+    "ribbon_scores": (np.zeros((3, 3, 3), np.float32), 2, np.ones(1), 1.0, 2.0, 3),
     "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
