@@ -1313,6 +1313,13 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     (H, W) bool
     """
 
+def resample(points: Floats, at: Floats) -> Floats:
+    """Return the points of a polyline at given arc lengths, by linear interpolation.
+
+    points : (P, D) float64, P >= 1 points. at : (S,) float64, arc lengths from the first point; lengths below 0 or beyond the end
+    give the end points. Returns (S, D) float64.
+    """
+
 def ribbon_scores(
     image: Array, directions: int, widths: Floats, noise: float, length_widths: float, min_length: int
 ) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ PIXELS = (np.array([1]), np.array([1]))
 CALLS = {
     "angle_legs": (POINTS, POINTS),
     "arc_length": (POINTS,),
+    "resample": (POINTS, np.ones(4)),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
