@@ -84,7 +84,8 @@ DOO3D_WIDE_VECTORS void score_row(Rows i, Rows a, Rows b, Index count, Factors t
     const Index R = STRIP, G = 2 * STRIP, B = 3 * STRIP, S = 4 * STRIP;
     for (Index x = 0; x < count; ++x) {
         const float spread = difference(i.last[x], i.first[x]) * to.spread, red = difference(i.last[x + R], i.first[x + R]) * to.inside;
-        const float green = difference(i.last[x + G], i.first[x + G]) * to.inside, blue = difference(i.last[x + B], i.first[x + B]) * to.inside;
+        const float green = difference(i.last[x + G], i.first[x + G]) * to.inside;
+        const float blue = difference(i.last[x + B], i.first[x + B]) * to.inside;
         const float own = red * red + green * green + blue * blue, r = red * to.side, g = green * to.side, t = blue * to.side;
         const float up = difference(a.last[x + S], a.first[x + S]) * to.square + own -
                          (difference(a.last[x + R], a.first[x + R]) * r + difference(a.last[x + G], a.first[x + G]) * g +
@@ -116,10 +117,11 @@ struct Width {
 // An image of PLANES numbers a pixel less the mean color, the last of them 0, with its last row and column twice.
 struct Centered {
     Index height, width;
-    float largest = 1.0f;  // of all numbers, without their sign
+    float square = 1.0f;  // the largest sum of squares of a pixel
     std::vector<float> values;
 
-    explicit Centered(const Volume<float>& image) : height(image.shape(0)), width(image.shape(1)), values((height + 1) * (width + 1) * PLANES) {
+    explicit Centered(const Volume<float>& image)
+        : height(image.shape(0)), width(image.shape(1)), values((height + 1) * (width + 1) * PLANES) {
         double mean[CHANNELS] = {};
         for (Index i = 0; i < height * width; ++i) {
             for (Index k = 0; k < CHANNELS; ++k) mean[k] += double(image.data()[i * CHANNELS + k]);
@@ -129,10 +131,8 @@ struct Centered {
             for (Index x = 0; x <= width; ++x) {
                 const float* from = image.data() + (std::min(row, height - 1) * width + std::min(x, width - 1)) * CHANNELS;
                 float* to = values.data() + (row * (width + 1) + x) * PLANES;
-                for (Index k = 0; k < CHANNELS; ++k) {
-                    to[k] = from[k] - float(mean[k]);
-                    largest = std::max(largest, std::fabs(to[k]));
-                }
+                for (Index k = 0; k < CHANNELS; ++k) to[k] = from[k] - float(mean[k]);
+                square = std::max(square, to[0] * to[0] + to[1] * to[1] + to[2] * to[2]);
             }
         }
     }
@@ -252,7 +252,7 @@ using Blocks = std::vector<std::pair<Index, Index>>;  // the rows at which each 
 
 class Ribbons {
    public:
-    Ribbons(float largest, const Vector<double>& widths, double noise, double length_widths, Index min_length) : noise(float(noise)) {
+    Ribbons(float square, const Vector<double>& widths, double noise, double length_widths, Index min_length) : noise(float(noise)) {
         for (std::size_t w = 0; w < widths.shape(0); ++w) add_width(widths(w), length_widths, min_length);
         for (SummedRows& rows : summed) {
             margin = std::max(margin, rows.half);
@@ -263,7 +263,7 @@ class Ribbons {
         colors.resize(across * PLANES);
         pixels.resize(across * PLANES);
         along.resize((across + 1) * PLANES);
-        choose_scales(largest);
+        choose_scales(square);
     }
 
     // Write the score of each pixel of a turned image that is looked at, and the width.
@@ -308,13 +308,15 @@ class Ribbons {
         ribbons.push_back({summed.size() - 1, core, gap, side});
     }
 
-    void choose_scales(float largest) {
-        float rows = 1.0f, window = 1.0f;
-        for (const Width& at : ribbons) rows = std::max(rows, float(std::max(2 * at.core + 1, at.side)));
+    void choose_scales(float square) {
+        float inside = 1.0f, side = 1.0f, window = 1.0f;  // rows and pixels of the largest
+        for (const Width& at : ribbons) {
+            inside = std::max(inside, float(2 * at.core + 1));
+            side = std::max(side, float(at.side));
+        }
         for (const SummedRows& at : summed) window = std::max(window, float(2 * at.half + 1));
-        const auto power = [](float limit) { return std::ldexp(1.0f, 30 - int(std::ceil(std::log2(limit)))); };
-        const float square = float(CHANNELS) * largest * largest;
-        scales = {power(largest * rows * window), power(square * rows * window), power(square * rows)};
+        const auto power = [](float limit) { return std::ldexp(1.0f, 31 - int(std::ceil(std::log2(1.01f * limit)))); };
+        scales = {power(std::sqrt(square) * std::max(inside, side) * window), power(square * side * window), power(square * inside)};
     }
 
     void load_row(Turned& image, Index left, Index row) {
@@ -373,7 +375,7 @@ auto ribbon_scores(Volume<float> image, Index directions, Vector<double> widths,
     {
         nb::gil_scoped_release released;
         const Centered centered(image);
-        Ribbons ribbons(centered.largest, widths, noise, length_widths, min_length);
+        Ribbons ribbons(centered.square, widths, noise, length_widths, min_length);
         std::vector<float> score;
         std::vector<Byte> which;
         for (std::size_t direction = 0; direction < count; ++direction) {
