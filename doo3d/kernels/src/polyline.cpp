@@ -35,13 +35,15 @@ auto arc_length(Points points) {
 auto resample(Points points, Vector<double> at) {
     const Index count = points.shape(0), dim = points.shape(1), samples = at.shape(0);
     require(count > 0, "there are no points");
-    count_visits(count + samples);
-    std::vector<double> along(count), found(samples * dim);
-    for (Index i = 1; i < count; ++i) along[i] = along[i - 1] + step_length(points, i - 1, i);
+    double farthest = 0.0;
+    for (Index k = 0; k < samples; ++k) farthest = std::max(farthest, at(k));
+    std::vector<double> along{0.0}, found(samples * dim);
+    for (Index i = 1; i < count && along.back() <= farthest; ++i) along.push_back(along.back() + step_length(points, i - 1, i));
+    count_visits(Index(along.size()) + samples);
     for (Index k = 0; k < samples; ++k) {
         const Index i = std::upper_bound(along.begin(), along.end(), at(k)) - along.begin() - 1;  // the last point not beyond
         const Index from = std::max<Index>(i, 0);
-        const bool is_between = i >= 0 && i + 1 < count && along[from] != at(k);
+        const bool is_between = i >= 0 && i + 1 < Index(along.size()) && along[from] != at(k);
         for (Index d = 0; d < dim; ++d) {
             const double start = points(from, d);
             found[k * dim + d] = start;
