@@ -68,8 +68,7 @@ def resample(points: Floats, at: Array) -> Floats:
     -------
     (S, D)
     """
-    along = kernels.arc_length(points)
-    return np.column_stack([np.interp(at, along, column) for column in points.T])
+    return np.asarray(kernels.resample(points, np.asarray(at, dtype=float)))
 
 
 def densify(points: Floats, spacing: float) -> Floats:

@@ -1061,7 +1061,7 @@ def moving_mean(points: Floats, half_width: int) -> Floats:
     By running sums: 10 times as fast as the same sums by np.cumsum on 79 points (1.5 us against 15.6 us).
     """
 
-def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> Ints:
+def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[Ints, Bools]:
     """Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
 
     A pair is left out if there is a gap between the two along one of the axes of either cuboid. Consecutive segments of a chain,
@@ -1078,7 +1078,8 @@ def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> Int
 
     Returns
     -------
-    (K, 2) int64, indices (i, j) with i < j, in lexicographic order.
+    pairs : (K, 2) int64, indices (i, j) with i < j, in lexicographic order.
+    overlap : (K,) bool, the pairs that intersect for certain: by more than rounding along each axis that could part them.
 
     Notes
     -----
@@ -1325,33 +1326,40 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     (H, W) bool
     """
 
+def resample(points: Floats, at: Floats) -> Floats:
+    """Return the points of a polyline at given arc lengths, by linear interpolation.
+
+    points : (P, D) float64, P >= 1 points. at : (S,) float64, arc lengths from the first point; lengths below 0 or beyond the end
+    give the end points. Returns (S, D) float64.
+    """
+
 def ribbon_scores(
-    image: Array, widths: Floats, noise: float, length_widths: float, min_length: int, back: Floats, shape: tuple[int, int]
+    image: Array, directions: int, widths: Floats, noise: float, length_widths: float, min_length: int
 ) -> tuple[Array, Array]:
-    """Score how much each pixel looks like the middle of a horizontal ribbon.
+    """Score how much each pixel looks like the middle of a ribbon in each direction.
 
     The score is the mean squared difference of a side's pixels from the ribbon's mean color, of the side that differs less,
     divided by the variance along the ribbon plus `noise`. The middle 0.7 of a ribbon's width counts as inside; a side begins a
-    pixel beyond its edge and is a quarter as wide, 2 px at least. Pixels beyond the border repeat the outermost ones.
+    pixel beyond its edge and is a quarter as wide, 2 px at least. Pixels beyond the border repeat the outermost ones. Pixels and
+    scores are interpolated between those of the image turned so that the ribbon is horizontal.
 
     Parameters
     ----------
     image
         (H, W, 3) float32, at least one pixel.
+    directions
+        number of directions D over half a turn, the first horizontal, the others from x to y.
     widths
         (K,) px, widths of ribbons, K from 1 to 255.
     noise
         squared unit of the image, over 0; variance that is noise.
     length_widths, min_length
         length of the window along a ribbon, in its widths, and in px at least.
-    back, shape
-        (2, 3) affine transformation from column and row to those of the image before it was turned, and the shape of that image.
-        Rows of which none is within 3 px of that image in 128 columns are not scored.
 
     Returns
     -------
-    score : (H, W) float32, of the width that scores most; 0 where nothing is scored.
-    width : (H, W) uint8, the index of that width.
+    score : (D, H, W) float32, of the width that scores most.
+    width : (D, H, W) uint8, the index of that width.
     """
 
 def sample_bilinear(image: Array, positions: Floats) -> Floats:

@@ -79,13 +79,13 @@ def _keep(cuboids: Cuboids, owner: Ints, closed: Bools) -> Bools:
     """
     kept = np.ones(len(owner), dtype=bool)
     size = np.bincount(owner)
-    first = np.concatenate(([0], np.cumsum(size)[:-1]))
-    total = size.copy()
-    for i, j in cuboids.near_pairs(owner).tolist():
-        a, b = owner[i], owner[j]
-        if a == b and closed[a] and i == first[a] and j - i == total[a] - 1:
-            continue  # first and last of a ring share a joint
-        if kept[i] and kept[j] and cuboids.overlap(i, j):
+    last = np.cumsum(size) - 1
+    pairs, certain = cuboids.near_pairs(owner)
+    share_joint = np.flatnonzero(closed)  # first and last of a ring
+    joined = set(zip((last - size + 1)[share_joint].tolist(), last[share_joint].tolist(), strict=True))
+    for (i, j), is_certain in zip(pairs.tolist(), certain.tolist(), strict=True):
+        if kept[i] and kept[j] and (i, j) not in joined and (is_certain or cuboids.overlap(i, j)):
+            a, b = owner[i], owner[j]
             loser = j if size[b] <= size[a] else i
             kept[loser] = False
             size[owner[loser]] -= 1
@@ -119,10 +119,10 @@ class Cuboids:
     def __init__(self, starts: Floats, ends: Floats, width: float) -> None:
         self.starts, self.ends, self.width = starts, ends, width
 
-    def near_pairs(self, owner: Ints) -> Ints:
-        """Return the pairs (i, j), i < j, that may intersect, in order: (K, 2); owner : (S,), chain of each segment.
+    def near_pairs(self, owner: Ints) -> tuple[Ints, Bools]:
+        """Return the pairs (i, j), i < j, that may intersect, in order: (K, 2), and those that do for certain, (K,).
 
-        Consecutive segments of a chain are left out.
+        owner : (S,), chain of each segment. Consecutive segments of a chain are left out.
         """
         return near_cuboids(self.starts, self.ends, owner, self.width)
 

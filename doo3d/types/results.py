@@ -110,12 +110,14 @@ class Chain(Drawn):
                 f"joints have shape {joints.shape} and type {joints.dtype}, expected numbers (N + 1, 2 or 3) with N >= 1",
                 code="chain-shape",
             )
-        joints = arguments.numbers(joints, "joints", (None, joints.shape[1]), "chain-shape")
+        arguments.check_count(len(joints), current_limits().max_points, "joints", "rows")
+        joints = joints.astype(float, copy=False)
         for name in ("segment_length", "radius", "confidence"):
             object.__setattr__(self, name, arguments.number(getattr(self, name), name))
         if not np.isfinite(joints).all():
             raise InputError("joints hold a number that is not finite", code="chain-shape")
-        steps = np.linalg.norm(np.diff(joints, axis=0), axis=1)
+        offsets = joints[1:] - joints[:-1]
+        steps = np.sqrt((offsets * offsets).sum(axis=1))
         if not (np.abs(steps - self.segment_length) <= 1e-6 * self.segment_length).all():
             raise InputError(
                 f"joints are {steps.min():.6g} to {steps.max():.6g} apart, expected {self.segment_length:.6g}",

@@ -13,6 +13,14 @@ def slow_gap(first, second):
     return max(np.abs(axes @ (other_middle - middle)) - half - np.abs(axes @ other_axes.T) @ other_half)
 
 
+def slow_gap_across_edges(first, second):
+    """Largest gap between two cuboids along the axes perpendicular to an edge of each."""
+    across = np.cross(first[0][:, None], second[0]).reshape(-1, 3)
+    across = unit(across[np.linalg.norm(across, axis=1) > 1e-6])
+    reach = sum(np.abs(across @ axes.T) @ half for axes, half, _ in (first, second))
+    return max(np.abs(across @ (second[2] - first[2])) - reach)
+
+
 def slow_cuboid(start, end, width):
     start, end = (np.pad(point, (0, 3 - len(point))) for point in (start, end))
     x = unit(end - start)
@@ -36,12 +44,14 @@ def test_near_cuboids_are_those_without_a_gap(dim, seed, width):
         for j in range(i + 1, 40)
         if max(slow_gap(boxes[i], boxes[j]), slow_gap(boxes[j], boxes[i])) < 0 and not (j == i + 1 and chain[i] == chain[j])
     ]
-    found = near_cuboids(starts, ends, chain, width).tolist()
-    assert found == expected
+    found, overlap = near_cuboids(starts, ends, chain, width)
+    assert found.tolist() == expected
     assert 0 < len(found) < 780
+    assert overlap.tolist() == [slow_gap_across_edges(boxes[i], boxes[j]) < 0 for i, j in expected]
+    assert dim == 3 or overlap.all()
 
 
 def test_the_last_segment_of_a_chain_and_the_first_of_the_next_are_a_pair():
     starts, ends = np.array([(0.0, 0.0), (1.0, 0.0)]), np.array([(1.0, 0.0), (2.0, 0.0)])
-    assert near_cuboids(starts, ends, np.array([0, 1]), 0.1).tolist() == [[0, 1]]
-    assert not len(near_cuboids(starts, ends, np.array([0, 0]), 0.1))
+    assert near_cuboids(starts, ends, np.array([0, 1]), 0.1)[0].tolist() == [[0, 1]]
+    assert not len(near_cuboids(starts, ends, np.array([0, 0]), 0.1)[0])

@@ -16,6 +16,23 @@ def test_as_numpy_has_it(dim):
     np.testing.assert_array_equal(lines.unit(points[3]), lines.unit_rows(points)[3])
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("count", [1, 2, 40])
+def test_points_at_arc_lengths_are_those_of_interpolation(dim, count):
+    rng = np.random.default_rng(count)
+    points = rng.normal(size=(count, dim))
+    points[count // 2 :: 7] = points[count // 2]
+    along = lines.arc_length(points)
+    at = np.concatenate((rng.uniform(-1, along[-1] + 1, 30), along))
+    expected = np.column_stack([np.interp(at, along, column) for column in points.T])
+    np.testing.assert_array_equal(lines.resample(points, at), expected)
+
+
+def test_a_line_without_points_has_none_at_any_length():
+    with pytest.raises(ValueError, match="no points"):
+        lines.resample(np.zeros((0, 2)), np.zeros(1))
+
+
 def test_places_that_coincide_and_empty_lines():
     points = np.array([(0.0, 0.0), (0.0, 0.0), (2.0, 0.0), (2.0, 0.0)])
     assert resample(points, np.array([-1.0, 0.0, 1.0, 2.0, 3.0])).tolist() == [[0, 0], [0, 0], [1, 0], [2, 0], [2, 0]]

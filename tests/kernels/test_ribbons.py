@@ -8,8 +8,6 @@ import pytest
 
 from doo3d.kernels import ribbon_scores
 
-STRAIGHT = np.eye(2, 3)
-
 
 def slow(image, widths, noise, length_widths, min_length):
     height, width = image.shape[:2]
@@ -36,40 +34,46 @@ def slow(image, widths, noise, length_widths, min_length):
 def test_as_by_loops(shape):
     image = np.random.default_rng(0).normal(0, 10, (*shape, 3)).astype(np.float32)
     widths = np.array((2.0, 3.5, 6.0))
-    score, which = ribbon_scores(image, widths, 4.0, 1.5, 5, STRAIGHT, shape)
-    expected, index = slow(image, widths, 4.0, 1.5, 5)
-    np.testing.assert_allclose(score, expected, rtol=1e-3, atol=1e-4)
-    if min(shape) > 1:  # in a single row several widths see the same, and either is right
-        assert (which == index).mean() > 0.99
+    scores, widest = ribbon_scores(image, 2, widths, 4.0, 1.5, 5)
+    for score, which, turned in zip(scores, widest, (image, image.transpose(1, 0, 2)), strict=True):
+        expected, index = (part if turned is image else part.T for part in slow(turned, widths, 4.0, 1.5, 5))
+        np.testing.assert_allclose(score, expected, rtol=1e-3, atol=2e-4)
+        if min(shape) > 1:  # in a single row several widths see the same, and either is right
+            assert (which == index).mean() > 0.99
+
+
+def test_a_direction_is_that_of_the_image_turned():
+    image = cv2.GaussianBlur(np.random.default_rng(1).normal(0, 40, (21, 26, 3)).astype(np.float32), (0, 0), 1.5)
+    widths = np.array((2.0, 4.0))
+    turn = cv2.getRotationMatrix2D((12.5, 10), 45, 1)
+    size = tuple(int(47 * np.sqrt(0.5) + 2) for _ in range(2))
+    turn[:, 2] += (size[0] - 26) / 2, (size[1] - 21) / 2
+    turned = cv2.warpAffine(image, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    score = slow(turned, widths, 4.0, 1.5, 5)[0].astype(np.float32)
+    expected = cv2.warpAffine(score, cv2.invertAffineTransform(turn), (26, 21), flags=cv2.INTER_LINEAR)
+    np.testing.assert_allclose(ribbon_scores(image, 4, widths, 4.0, 1.5, 5)[0][1], expected, rtol=2e-3, atol=1e-3)
 
 
 def test_a_ribbon_of_its_width_scores_most():
     image = np.zeros((60, 80, 3), np.float32)
     image[26:35] = (40, 10, -20)
-    score, which = ribbon_scores(image, np.array((3.0, 4.5, 6.5, 9.0, 12.5)), 9.0, 2.2, 13, STRAIGHT, (60, 80))
-    assert score[30, 40] == pytest.approx(2100 / 9, rel=1e-3)
-    assert score[10, 40] == 0
-    assert which[30, 40] == 3
-
-
-def test_only_the_pixels_of_the_image_that_was_turned_need_a_score():
-    image = np.random.default_rng(0).normal(0, 10, (300, 300, 3)).astype(np.float32)
-    widths = np.array((3.0, 9.0))
-    back = cv2.invertAffineTransform(cv2.getRotationMatrix2D((60, 60), 40, 1) + np.array(((0, 0, 90), (0, 0, 90))))
-    found = ribbon_scores(image, widths, 4.0, 1.5, 5, back, (120, 120))
-    all_of_it = ribbon_scores(image, widths, 4.0, 1.5, 5, STRAIGHT, (300, 300))
-    rows, columns = np.mgrid[:300, :300]
-    x, y = (back[i, 0] * columns + back[i, 1] * rows + back[i, 2] for i in (0, 1))
-    inside = (np.abs(x - 59.5) < 62) & (np.abs(y - 59.5) < 62)
-    for some, every in zip(found, all_of_it, strict=True):
-        np.testing.assert_array_equal(some[inside], every[inside])
-    assert (found[0] == 0).mean() > 0.2
+    score, which = ribbon_scores(image, 2, np.array((3.0, 4.5, 6.5, 9.0, 12.5)), 9.0, 2.2, 13)
+    assert score[0, 30, 40] == pytest.approx(2100 / 9, rel=1e-3)
+    assert score[0, 10, 40] < 1e-5
+    assert which[0, 30, 40] == 3
+    assert score[1, 30, 40] < 1
 
 
 @pytest.mark.parametrize(
-    ("image", "widths", "noise"),
-    [((4, 4, 2), (3.0,), 1.0), ((0, 4, 3), (3.0,), 1.0), ((4, 4, 3), (), 1.0), ((4, 4, 3), (3.0,), 0.0)],
+    ("image", "directions", "widths", "noise"),
+    [
+        ((4, 4, 2), 1, (3.0,), 1.0),
+        ((0, 4, 3), 1, (3.0,), 1.0),
+        ((4, 4, 3), 1, (), 1.0),
+        ((4, 4, 3), 1, (3.0,), 0.0),
+        ((4, 4, 3), 0, (3.0,), 1.0),
+    ],
 )
-def test_what_does_not_fit_is_refused(image, widths, noise):
-    with pytest.raises(ValueError, match=r"image|noise"):
-        ribbon_scores(np.zeros(image, np.float32), np.array(widths), noise, 2.2, 13, STRAIGHT, (4, 4))
+def test_what_does_not_fit_is_refused(image, directions, widths, noise):
+    with pytest.raises(ValueError, match=r"image|noise|directions"):
+        ribbon_scores(np.zeros(image, np.float32), directions, np.array(widths), noise, 2.2, 13)

@@ -53,7 +53,9 @@ def overlaps(starts, ends, width, owner=None):
     """Pairs of segments whose cuboids intersect, without consecutive ones of a chain."""
     cuboids = Cuboids(starts, ends, width)
     owner = np.arange(len(starts)) if owner is None else owner
-    return [(i, j) for i, j in cuboids.near_pairs(owner).tolist() if cuboids.overlap(i, j)]
+    pairs, certain = cuboids.near_pairs(owner)
+    assert all(cuboids.overlap(i, j) for i, j in pairs[certain].tolist())
+    return [(i, j) for i, j in pairs.tolist() if cuboids.overlap(i, j)]
 
 
 @dims

@@ -54,6 +54,8 @@ template <class T>
 using VectorResult = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
 template <class T>
 using MatrixResult = nb::ndarray<nb::numpy, T, nb::ndim<2>, nb::c_contig>;
+template <class T>
+using VolumeResult = nb::ndarray<nb::numpy, T, nb::ndim<3>, nb::c_contig>;
 
 template <class T>
 T* release(std::vector<T>&& values, nb::capsule& owner) {
@@ -77,6 +79,14 @@ MatrixResult<T> to_numpy(std::vector<T>&& values, std::size_t rows, std::size_t 
     nb::capsule owner;
     T* data = release(std::move(values), owner);
     return MatrixResult<T>(data, {rows, columns}, owner);
+}
+
+// Hand a vector to NumPy as an array (layers, rows, columns), in C order.
+template <class T>
+VolumeResult<T> to_numpy(std::vector<T>&& values, std::size_t layers, std::size_t rows, std::size_t columns) {
+    nb::capsule owner;
+    T* data = release(std::move(values), owner);
+    return VolumeResult<T>(data, {layers, rows, columns}, owner);
 }
 
 inline bool* release_bool(const std::vector<std::uint8_t>& flags, nb::capsule& owner) {

@@ -1,4 +1,4 @@
-// Pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
+// Pairs of segments that intersect or may, each taken as a cuboid with a square cross-section.
 #include "cells.h"
 
 namespace {
@@ -31,16 +31,39 @@ Cuboid cuboid_of(const double* start, const double* end, Index dim, double width
     return box;
 }
 
-// Tell whether there is a gap between two cuboids along one of the axes of the first.
-bool gap_along(const Cuboid& first, const Cuboid& second) {
+const double ROUNDING = 1e-6;  // share of the size of two cuboids
+
+// Return how far two cuboids reach along an axis beyond the distance of their middles, in units of the axis.
+double common_reach(const Cuboid& first, const Cuboid& second, const double* axis) {
     const double between[3] = {second.middle[0] - first.middle[0], second.middle[1] - first.middle[1], second.middle[2] - first.middle[2]};
-    const double rounding = 1e-6;  // share of the size of the cuboids
-    for (Index k = 0; k < 3; ++k) {
-        double reach = first.half[k] + rounding * (first.half[0] + first.half[1] + second.half[0] + second.half[1]);
-        for (Index j = 0; j < 3; ++j) reach += second.half[j] * std::fabs(dot(first.axis[k], second.axis[j]));
-        if (std::fabs(dot(between, first.axis[k])) > reach) return true;
+    double reach = -std::fabs(dot(between, axis));
+    for (const Cuboid* box : {&first, &second}) {
+        for (Index k = 0; k < 3; ++k) reach += box->half[k] * std::fabs(dot(box->axis[k], axis));
     }
-    return false;
+    return reach;
+}
+
+double size_of(const Cuboid& first, const Cuboid& second) { return first.half[0] + first.half[1] + second.half[0] + second.half[1]; }
+
+// Return the least reach over the axes of both cuboids: below 0 there is a gap.
+double least_reach(const Cuboid& first, const Cuboid& second) {
+    double least = common_reach(first, second, first.axis[0]);
+    for (const Cuboid* cuboid : {&first, &second}) {
+        for (const auto& axis : cuboid->axis) least = std::min(least, common_reach(first, second, axis));
+    }
+    return least;
+}
+
+// Tell whether no axis across an edge of both parts two cuboids, by more than rounding.
+bool edges_overlap(const Cuboid& first, const Cuboid& second) {
+    for (const auto& x : first.axis) {
+        for (const auto& y : second.axis) {
+            const double axis[3] = {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
+            const double length = std::sqrt(dot(axis, axis));
+            if (length > ROUNDING && common_reach(first, second, axis) < 10 * ROUNDING * size_of(first, second) * length) return false;
+        }
+    }
+    return true;
 }
 
 auto near_cuboids(Matrix<double> starts, Matrix<double> ends, Vector<Index> chain, double width) {
@@ -53,6 +76,7 @@ auto near_cuboids(Matrix<double> starts, Matrix<double> ends, Vector<Index> chai
         require(std::isfinite(starts.data()[k]) && std::isfinite(ends.data()[k]), "a coordinate is not finite");
     }
     std::vector<Index> pairs;
+    std::vector<Byte> overlap;
     if (count > 0) {
         nb::gil_scoped_release released;
         std::vector<Cuboid> boxes(count);
@@ -72,14 +96,19 @@ auto near_cuboids(Matrix<double> starts, Matrix<double> ends, Vector<Index> chai
             cells.for_each_around(middles.data() + i * dim, reach, [&](Index k) {
                 const Index j = cells.order[k];
                 const bool are_neighbors = j == i + 1 && chain(i) == chain(j);
-                if (j > i && !are_neighbors && !gap_along(boxes[i], boxes[j]) && !gap_along(boxes[j], boxes[i])) others.push_back(j);
+                if (j <= i || are_neighbors) return;
+                if (least_reach(boxes[i], boxes[j]) >= -ROUNDING * size_of(boxes[i], boxes[j])) others.push_back(j);
             });
             std::sort(others.begin(), others.end());
-            for (const Index j : others) pairs.insert(pairs.end(), {i, j});
+            for (const Index j : others) {
+                pairs.insert(pairs.end(), {i, j});
+                const bool is_clear = least_reach(boxes[i], boxes[j]) > 10 * ROUNDING * size_of(boxes[i], boxes[j]);
+                overlap.push_back(is_clear && edges_overlap(boxes[i], boxes[j]));
+            }
         }
     }
     const std::size_t found = pairs.size() / 2;
-    return to_numpy(std::move(pairs), found, 2);
+    return nb::make_tuple(to_numpy(std::move(pairs), found, 2), to_numpy_bool(overlap));
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Polylines: the small sums that every stage asks for thousands of times.
 #include "arrays.h"
 
+#include <algorithm>
+
 namespace {
 
 using Points = StridedMatrix<double>;  // (P, D): slices, reversed and read-only arrays, too
@@ -28,6 +30,27 @@ auto arc_length(Points points) {
     std::vector<double> along(points.shape(0));
     for (Index i = 1; i < Index(along.size()); ++i) along[i] = along[i - 1] + step_length(points, i - 1, i);
     return to_numpy(std::move(along));
+}
+
+auto resample(Points points, Vector<double> at) {
+    const Index count = points.shape(0), dim = points.shape(1), samples = at.shape(0);
+    require(count > 0, "there are no points");
+    double farthest = 0.0;
+    for (Index k = 0; k < samples; ++k) farthest = std::max(farthest, at(k));
+    std::vector<double> along{0.0}, found(samples * dim);
+    for (Index i = 1; i < count && along.back() <= farthest; ++i) along.push_back(along.back() + step_length(points, i - 1, i));
+    count_visits(Index(along.size()) + samples);
+    for (Index k = 0; k < samples; ++k) {
+        const Index i = std::upper_bound(along.begin(), along.end(), at(k)) - along.begin() - 1;  // the last point not beyond
+        const Index from = std::max<Index>(i, 0);
+        const bool is_between = i >= 0 && i + 1 < Index(along.size()) && along[from] != at(k);
+        for (Index d = 0; d < dim; ++d) {
+            const double start = points(from, d);
+            found[k * dim + d] = start;
+            if (is_between) found[k * dim + d] = (points(i + 1, d) - start) / (along[i + 1] - along[i]) * (at(k) - along[i]) + start;
+        }
+    }
+    return to_numpy(std::move(found), samples, dim);
 }
 
 auto moving_mean(Points points, Index half_width) {
@@ -204,6 +227,7 @@ auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
 void bind_polyline(nb::module_& m) {
     m.def("steps", &steps, "points"_a.noconvert(), "closed"_a = false);
     m.def("arc_length", &arc_length, "points"_a.noconvert());
+    m.def("resample", &resample, "points"_a.noconvert(), "at"_a.noconvert());
     m.def("polyline_lengths", &polyline_lengths, "points"_a.noconvert(), "bounds"_a.noconvert());
     m.def("sample_polylines", &sample_polylines, "points"_a.noconvert(), "bounds"_a.noconvert(), "spacing"_a.noconvert(),
           "counts"_a.noconvert(), "to_end"_a.noconvert());

@@ -1,4 +1,5 @@
-// How much a place in an image looks like the middle of a horizontal ribbon: uniform along its length, and unlike both sides.
+// How much a pixel looks like the middle of a ribbon in each direction: uniform along its length, and unlike both sides. The image
+// is turned so that the direction is horizontal, strip by strip, and the scores are turned back.
 #include "arrays.h"
 
 #include <algorithm>
@@ -12,248 +13,386 @@
 
 namespace {
 
-constexpr Index PLANES = CHANNELS + 1, STRIP = 128;  // the channels, and the sum of their squares; columns at a time
+// channels and the sum of their squares; columns at a time; numbers of a row of sums: the planes and the spread along the window
+constexpr Index PLANES = CHANNELS + 1, STRIP = 128, BLOCK = STRIP / 8, KEPT = (PLANES + 1) * STRIP;
+using Sum = std::uint32_t;  // of integers: what overflows cancels out in a difference
 
-// Write the means over a window that moves along a row of pixels of PLANES numbers; `sums` are those of the window at the first.
-DOO3D_WIDE_VECTORS void average_along(const float* row, Index window, Index count, float share, double* sums, float* means) {
-    double sum[PLANES];
-    for (Index k = 0; k < PLANES; ++k) sum[k] = sums[k];
+float difference(Sum last, Sum first) { return float(std::int32_t(last - first)); }
+
+// Powers of two that make integers of channels, squares and spreads, so that the sums over all windows are exact.
+struct Scales {
+    float channel, square, spread;
+};
+
+// Add one row of a strip to the sums along it, plane by plane.
+void sum_along(const std::int32_t* row, Index count, Sum* sums) {
+    for (Index k = 0; k < PLANES; ++k, row += count, sums += count + 1) {
+        Sum sum = 0;
+        for (Index x = 0; x < count; ++x) {
+            sums[x] = sum;
+            sum += Sum(row[x]);
+        }
+        sums[count] = sum;
+    }
+}
+
+// Make integers of the pixels of a row, channel by channel, and of the sum of their squares.
+DOO3D_WIDE_VECTORS void to_integers(const float* __restrict row, Index count, Scales to, Index stride, std::int32_t* __restrict planes) {
+    const float back = 1 / to.channel;
     for (Index x = 0; x < count; ++x) {
-        const float *last = row + x * PLANES, *next = last + window * PLANES;
-        for (Index k = 0; k < PLANES; ++k) means[x * PLANES + k] = float(sum[k]) * share;
-        for (Index k = 0; k < PLANES; ++k) sum[k] += double(next[k]) - double(last[k]);
+        float square = 0.0f;
+        for (Index k = 0; k < CHANNELS; ++k) {
+            planes[k * stride + x] = std::int32_t(row[x * PLANES + k] * to.channel);
+            const float kept = float(planes[k * stride + x]) * back;
+            square += kept * kept;
+        }
+        planes[CHANNELS * stride + x] = std::int32_t(square * to.square + 0.5f);
     }
-    for (Index k = 0; k < PLANES; ++k) sums[k] = sum[k];
 }
 
-// Write the variance in the window, and after it the means plane by plane.
-DOO3D_WIDE_VECTORS void spread_planes(const float* means, float* planes) {
+// Write the sums over the rows up to the next: of the variance in a window along the row, and of the planes.
+DOO3D_WIDE_VECTORS void add_row(const Sum* sums, Index stride, Index window, Scales to, const Sum* __restrict before,
+                               Sum* __restrict after) {
+    const float channel = 1 / (to.channel * float(window)), squares = 1 / (to.square * float(window));
+    const Sum *r = sums, *g = r + stride, *b = g + stride, *s = b + stride;
     for (Index x = 0; x < STRIP; ++x) {
-        const float a = means[4 * x], b = means[4 * x + 1], c = means[4 * x + 2], square = means[4 * x + 3];
-        planes[x] = std::max(square - (a * a + b * b + c * c), 0.0f);
-        planes[STRIP + x] = a;
-        planes[2 * STRIP + x] = b;
-        planes[3 * STRIP + x] = c;
-        planes[4 * STRIP + x] = square;
+        const Sum red = r[x + window] - r[x], green = g[x + window] - g[x], blue = b[x + window] - b[x], square = s[x + window] - s[x];
+        const float p = difference(red, 0) * channel, q = difference(green, 0) * channel, t = difference(blue, 0) * channel;
+        const float spread = difference(square, 0) * squares - (p * p + q * q + t * t);
+        after[x] = before[x] + Sum(std::int32_t((spread > 0.0f ? spread : 0.0f) * to.spread));
+        after[x + STRIP] = before[x + STRIP] + red;
+        after[x + 2 * STRIP] = before[x + 2 * STRIP] + green;
+        after[x + 3 * STRIP] = before[x + 3 * STRIP] + blue;
+        after[x + 4 * STRIP] = before[x + 4 * STRIP] + square;
     }
 }
 
-DOO3D_WIDE_VECTORS void move_window(float* sums, const float* leaves, const float* enters) {
-    for (Index i = 0; i < PLANES * STRIP; ++i) sums[i] = (sums[i] - leaves[i]) + enters[i];
-}
+// The sums above and below the rows of a window, and factors that make means of their differences.
+struct Rows {
+    const Sum *first, *last;
+
+    Rows from(Index x) const { return {first + x, last + x}; }
+};
+struct Factors {
+    float inside, spread, side, square;
+};
 
 // The score of a pixel is the mean squared difference between the ribbon's color and the pixels of one side, of the side that
 // differs less, over the variance along the ribbon plus `noise`.
-DOO3D_WIDE_VECTORS void score_row(const float* i0, const float* a0, const float* b0, float in, float out, float noise, std::int32_t index,
-                                  float* best, std::int32_t* which) {
-    for (Index x = 0; x < STRIP; ++x) {
-        const float r = i0[x + STRIP] * in, g = i0[x + 2 * STRIP] * in, b = i0[x + 3 * STRIP] * in, spread = i0[x] * in;
-        const float own = r * r + g * g + b * b;
-        const float up = a0[x + 3 * STRIP] * out - 2 * out * (a0[x] * r + a0[x + STRIP] * g + a0[x + 2 * STRIP] * b) + own;
-        const float down = b0[x + 3 * STRIP] * out - 2 * out * (b0[x] * r + b0[x + STRIP] * g + b0[x + 2 * STRIP] * b) + own;
-        const float value = (up < down ? up : down) / ((spread > 0.0f ? spread : 0.0f) + noise);
+DOO3D_WIDE_VECTORS void score_row(Rows i, Rows a, Rows b, Index count, Factors to, float noise, std::int32_t index, float* __restrict best,
+                                  std::int32_t* __restrict which) {
+    const Index R = STRIP, G = 2 * STRIP, B = 3 * STRIP, S = 4 * STRIP;
+    for (Index x = 0; x < count; ++x) {
+        const float spread = difference(i.last[x], i.first[x]) * to.spread, red = difference(i.last[x + R], i.first[x + R]) * to.inside;
+        const float green = difference(i.last[x + G], i.first[x + G]) * to.inside;
+        const float blue = difference(i.last[x + B], i.first[x + B]) * to.inside;
+        const float own = red * red + green * green + blue * blue, r = red * to.side, g = green * to.side, t = blue * to.side;
+        const float up = difference(a.last[x + S], a.first[x + S]) * to.square + own -
+                         (difference(a.last[x + R], a.first[x + R]) * r + difference(a.last[x + G], a.first[x + G]) * g +
+                          difference(a.last[x + B], a.first[x + B]) * t);
+        const float down = difference(b.last[x + S], b.first[x + S]) * to.square + own -
+                           (difference(b.last[x + R], b.first[x + R]) * r + difference(b.last[x + G], b.first[x + G]) * g +
+                            difference(b.last[x + B], b.first[x + B]) * t);
+        const float value = (up < down ? up : down) / (spread + noise);
         which[x] = value > best[x] ? index : which[x];
         best[x] = value > best[x] ? value : best[x];
     }
 }
 
-// The rows of a strip averaged along one window, the last of them kept; rows beyond the image repeat the outermost one.
-struct AveragedRows {
-    Index half, reach = 0;         // of the window along the row, and how many rows from the middle one are looked at
-    std::vector<double> sums;      // of each row, of the window at the strip's first column
-    std::vector<float> kept;
-    Index next = 0;
+// Sums of a strip over rows, of windows of one length along the rows, of the last rows; rows beyond the image repeat the outermost
+// one.
+struct SummedRows {
+    Index half, held = 0;  // of the window along the row; rows that are kept
+    std::vector<Sum> kept;
 
-    const float* at(Index row, Index height) const {
-        const Index inside = std::min(std::max<Index>(row, 0), height - 1);
-        return kept.data() + inside % (2 * reach + 3) * (PLANES + 1) * STRIP;
-    }
-};
-
-// Sums of averaged rows over the rows of a window, of PLANES planes from `plane` on.
-struct RowWindow {
-    Index first, last, plane;  // rows of the window around row 0
-    std::vector<float> sums;
-
-    void start(const AveragedRows& rows, Index height) {
-        sums.assign(PLANES * STRIP, 0.0f);
-        for (Index row = first; row <= last; ++row) {
-            const float* from = rows.at(row, height) + plane * STRIP;
-            for (Index i = 0; i < PLANES * STRIP; ++i) sums[i] += from[i];
-        }
-    }
-    void move_down(const AveragedRows& rows, Index row, Index height) {  // from around `row` to around the next
-        move_window(sums.data(), rows.at(row + first, height) + plane * STRIP, rows.at(row + last + 1, height) + plane * STRIP);
-    }
-    float rows() const { return float(last - first + 1); }
+    Sum* at(Index row) { return kept.data() + (row + held) % held * KEPT; }  // sums over the rows before this one
+    Rows window(Index first, Index last) { return {at(first), at(last + 1)}; }
 };
 
 struct Width {
-    std::size_t averaged;  // which rows it looks at
-    RowWindow inside, above, below;
+    std::size_t summed;     // which rows it looks at
+    Index core, gap, side;  // rows on either side of the middle one; rows to the sides, and rows of a side
 };
 
-// The rows of a column that are looked at: those within a margin of the pixels of a turned image; the last one is exclusive.
-struct Turned {
-    double to_x[3], to_y[3];  // from column and row to those of the image before it was turned
+// An image of PLANES numbers a pixel less the mean color, the last of them 0, with its last row and column twice.
+struct Centered {
+    Index height, width;
+    float square = 1.0f;  // the largest sum of squares of a pixel
+    std::vector<float> values;
+
+    explicit Centered(const Volume<float>& image)
+        : height(image.shape(0)), width(image.shape(1)), values((height + 1) * (width + 1) * PLANES) {
+        double mean[CHANNELS] = {};
+        for (Index i = 0; i < height * width; ++i) {
+            for (Index k = 0; k < CHANNELS; ++k) mean[k] += double(image.data()[i * CHANNELS + k]);
+        }
+        for (double& sum : mean) sum /= double(height * width);
+        for (Index row = 0; row <= height; ++row) {
+            for (Index x = 0; x <= width; ++x) {
+                const float* from = image.data() + (std::min(row, height - 1) * width + std::min(x, width - 1)) * CHANNELS;
+                float* to = values.data() + (row * (width + 1) + x) * PLANES;
+                for (Index k = 0; k < CHANNELS; ++k) to[k] = from[k] - float(mean[k]);
+                square = std::max(square, to[0] * to[0] + to[1] * to[1] + to[2] * to[2]);
+            }
+        }
+    }
+};
+
+// Where positions lie between pixels: the pixel above and to the left, and how far to the next ones.
+struct Between {
+    std::vector<std::int32_t> pixel;
+    std::vector<float> along, down;
+};
+struct Pair {
+    float u, v;
+};
+
+// Find the pixels of positions along a line, in an image of rows of `stride` pixels; positions beyond its border are moved there.
+DOO3D_WIDE_VECTORS void find_pixels(Pair start, Pair step, Pair last, std::int32_t stride, Index count, std::int32_t* __restrict pixel,
+                                    float* __restrict along, float* __restrict down) {
+    for (std::int32_t x = 0; x < std::int32_t(count); ++x) {
+        float u = start.u + step.u * float(x), v = start.v + step.v * float(x);
+        u = u > 0.0f ? u : 0.0f;
+        v = v > 0.0f ? v : 0.0f;
+        u = u < last.u ? u : last.u;
+        v = v < last.v ? v : last.v;
+        const std::int32_t left = std::int32_t(u), above = std::int32_t(v);
+        pixel[x] = above * stride + left;
+        along[x] = u - float(left);
+        down[x] = v - float(above);
+    }
+}
+
+DOO3D_WIDE_VECTORS void read_between(const float* __restrict image, Index below, const Between& at, Index count, float* __restrict pixels) {
+    for (Index x = 0; x < count; ++x) {
+        const float *over = image + Index(at.pixel[x]) * PLANES, *under = over + below, along = at.along[x], down = at.down[x];
+        for (Index k = 0; k < PLANES; ++k) {
+            const float upper = over[k] + along * (over[k + PLANES] - over[k]), lower = under[k] + along * (under[k + PLANES] - under[k]);
+            pixels[x * PLANES + k] = upper + down * (lower - upper);
+        }
+    }
+}
+
+DOO3D_WIDE_VECTORS void read_scores(const float* __restrict scores, Index below, const Between& at, Index count, float* __restrict read) {
+    const std::int32_t* pixel = at.pixel.data();
+    const float *along = at.along.data(), *down = at.down.data(), *under = scores + below;
+    for (Index x = 0; x < count; ++x) {
+        const float upper = scores[pixel[x]] + along[x] * (scores[pixel[x] + 1] - scores[pixel[x]]);
+        const float lower = under[pixel[x]] + along[x] * (under[pixel[x] + 1] - under[pixel[x]]);
+        read[x] = upper + down[x] * (lower - upper);
+    }
+}
+
+// The image turned so that a direction is horizontal, on the smallest grid that holds all of it.
+class Turned {
+   public:
     Index height, width;
 
-    std::pair<Index, Index> rows(Index column, Index count) const {
+    Turned(const Centered& image, double angle) : image(image), cos(std::cos(angle)), sin(std::sin(angle)) {
+        const double across = double(image.width), down = double(image.height), c = std::fabs(cos), s = std::fabs(sin);
+        width = Index(across * c + down * s + 2);
+        height = Index(across * s + down * c + 2);
+        u0 = (across - 1) / 2 - cos * double(width - 1) / 2 + sin * double(height - 1) / 2;
+        v0 = (down - 1) / 2 - sin * double(width - 1) / 2 - cos * double(height - 1) / 2;
+    }
+
+    // The rows of a column that are looked at: those within a margin of the image's pixels; the last one is exclusive.
+    std::pair<Index, Index> rows(Index column) const {
         const double margin = 3.0;  // px: what an interpolation reads beside the image
-        double first = 0, last = double(count);
-        const auto cut = [&](const double (&to)[3], Index size) {
-            const double at = to[0] * double(column) + to[2], low = -margin - at, high = double(size) + margin - at;
-            if (std::fabs(to[1]) < 1e-9) {
+        double first = 0, last = double(height);
+        const auto cut = [&](double at, double step, Index size) {
+            const double low = -margin - at, high = double(size) + margin - at;
+            if (std::fabs(step) < 1e-9) {
                 if (low > 0 || high < 0) last = 0;
                 return;
             }
-            first = std::max(first, std::min(low / to[1], high / to[1]));
-            last = std::min(last, std::max(low / to[1], high / to[1]) + 1);
+            first = std::max(first, std::min(low / step, high / step));
+            last = std::min(last, std::max(low / step, high / step) + 1);
         };
-        cut(to_x, width);
-        cut(to_y, height);
-        return {Index(first), std::max(Index(last), Index(first))};
-    }
-};
-
-class Ribbons {
-   public:
-    Ribbons(const Volume<float>& image, const Vector<double>& widths, double noise, double length_widths, Index min_length)
-        : image(image), height(image.shape(0)), width(image.shape(1)), noise(float(noise)) {
-        for (std::size_t w = 0; w < widths.shape(0); ++w) add_width(widths(w), length_widths, min_length);
-        for (AveragedRows& rows : averaged) {
-            margin = std::max(margin, rows.half + 1);
-            rows.kept.resize((2 * rows.reach + 3) * (PLANES + 1) * STRIP);
-            rows.sums.assign(height * PLANES, 0.0);
-        }
-        across = STRIP + 2 * margin;
-        source.resize(height * across * PLANES);
+        cut(u0 + cos * double(column), -sin, image.width);
+        cut(v0 + sin * double(column), cos, image.height);
+        return {Index(first), std::max(std::min(Index(last), height), Index(first))};
     }
 
-    void score(const Turned& turned, std::vector<float>& best, std::vector<Byte>& which) {
-        std::vector<std::pair<Index, Index>> strips;
-        for (Index left = 0; left < width; left += STRIP) {
-            strips.emplace_back(height, 0);
-            for (Index x = left; x < std::min(left + STRIP, width); ++x) {
-                const auto rows = turned.rows(x, height);
-                if (rows.first >= rows.second) continue;
-                strips.back().first = std::min(strips.back().first, rows.first);
-                strips.back().second = std::max(strips.back().second, std::min(rows.second, height));
+    // Write the pixels of a row of the turned image; those beyond the image repeat its border.
+    void read(Index row, Index first, Index last, float* pixels) {
+        const double v = double(row), u = double(first);
+        place(last - first, {float(u0 - sin * v + cos * u), float(v0 + cos * v + sin * u)}, {float(cos), float(sin)},
+              {float(image.width - 1), float(image.height - 1)}, image.width + 1);
+        read_between(image.values.data(), PLANES * (image.width + 1), between, last - first, pixels);
+    }
+
+    // Turn scores back: between the pixels, and the width of the nearest one.
+    void turn_back(const float* scores, const Byte* widths, float* score, Byte* which) {
+        const double u = -(cos * u0 + sin * v0), v = sin * u0 - cos * v0;
+        for (Index row = 0; row < image.height; ++row, score += image.width, which += image.width) {
+            place(image.width, {float(u + sin * double(row)), float(v + cos * double(row))}, {float(cos), float(-sin)},
+                  {float(width - 1), float(height - 1)}, width);
+            read_scores(scores, width, between, image.width, score);
+            for (Index x = 0; x < image.width; ++x) {
+                which[x] = widths[between.pixel[x] + (between.down[x] > 0.5f ? width : 0) + (between.along[x] > 0.5f ? 1 : 0)];
             }
-        }
-        for (std::size_t i = 0; i < strips.size(); ++i) {
-            Index later = 0;  // rows that the strips after this one need
-            for (std::size_t k = i + 1; k < strips.size(); ++k) later = std::max(later, strips[k].second);
-            score_strip(Index(i) * STRIP, strips[i].first, strips[i].second, later, best, which);
         }
     }
 
    private:
-    const Volume<float>& image;
-    Index height, width, margin = 0, across = 0;
-    float noise;
-    std::vector<float> source;  // (H, across, PLANES), a strip with a margin on either side, where the border is repeated
-    std::vector<AveragedRows> averaged;
-    std::vector<Width> ribbons;
+    const Centered& image;
+    double cos, sin, u0, v0;  // and where the first pixel lies in the image
+    Between between;
 
-    const float* pixel(Index row, Index x) const { return source.data() + (row * across + x + margin) * PLANES; }  // x from the strip's left
-
-    void add_width(double px, double length_widths, Index min_length) {
-        const Index half = std::max<Index>(min_length, Index(std::lround(length_widths * px))) / 2;
-        const Index core = std::max<Index>(0, Index(std::lround(0.35 * px - 0.5)));  // rows on either side of the middle one
-        const Index side = std::max<Index>(2, Index(std::lround(px / 4))), gap = Index(std::lround(px / 2 + 1));
-        if (averaged.empty() || averaged.back().half != half) {
-            averaged.emplace_back();
-            averaged.back().half = half;
-        }
-        averaged.back().reach = std::max({averaged.back().reach, gap + side, core});
-        ribbons.push_back({averaged.size() - 1, {-core, core, 0, {}}, {-gap - side + 1, -gap, 1, {}}, {gap, gap + side - 1, 1, {}}});
-    }
-
-    void load_strip(Index left) {
-        for (Index row = 0; row < height; ++row) {
-            for (Index x = 0; x < across; ++x) {
-                const Index column = std::min(std::max<Index>(left + x - margin, 0), width - 1);
-                const float* from = image.data() + (row * width + column) * CHANNELS;
-                float* to = source.data() + (row * across + x) * PLANES;
-                float square = 0.0f;
-                for (Index k = 0; k < CHANNELS; ++k) {
-                    to[k] = from[k];
-                    square += from[k] * from[k];
-                }
-                to[CHANNELS] = square;
-            }
-        }
-        if (left > 0) return;
-        for (AveragedRows& rows : averaged) {
-            for (Index row = 0; row < height; ++row) {
-                for (Index x = -rows.half; x <= rows.half; ++x) {
-                    for (Index k = 0; k < PLANES; ++k) rows.sums[row * PLANES + k] += pixel(row, x)[k];
-                }
-            }
-        }
-    }
-
-    void average_up_to(AveragedRows& rows, Index last) {
-        float means[STRIP * PLANES];
-        const Index window = 2 * rows.half + 1;
-        for (; rows.next <= std::min(last, height - 1); ++rows.next) {
-            average_along(pixel(rows.next, -rows.half), window, STRIP, 1.0f / float(window), rows.sums.data() + rows.next * PLANES, means);
-            spread_planes(means, rows.kept.data() + rows.next % (2 * rows.reach + 3) * (PLANES + 1) * STRIP);
-        }
-    }
-
-    // Score the rows from `first` to before `last` of a strip. The sums begin at the top of the image wherever the first row is.
-    void score_strip(Index left, Index first, Index last, Index later, std::vector<float>& best, std::vector<Byte>& which) {
-        load_strip(left);
-        for (AveragedRows& rows : averaged) {
-            rows.next = 0;
-            average_up_to(rows, rows.reach);
-        }
-        for (Width& ribbon : ribbons) {
-            for (RowWindow* window : {&ribbon.inside, &ribbon.above, &ribbon.below}) window->start(averaged[ribbon.averaged], height);
-        }
-        const Index count = std::min(STRIP, width - left);
-        for (Index row = 0; row < last; ++row) {
-            for (AveragedRows& rows : averaged) average_up_to(rows, row + rows.reach + 1);
-            float highest[STRIP] = {};
-            std::int32_t index[STRIP] = {};
-            for (std::size_t w = 0; w < ribbons.size(); ++w) {
-                Width& at = ribbons[w];
-                const float in = 1.0f / at.inside.rows(), out = 1.0f / at.above.rows();
-                if (row >= first) {
-                    score_row(at.inside.sums.data(), at.above.sums.data(), at.below.sums.data(), in, out, noise, std::int32_t(w), highest, index);
-                }
-                for (RowWindow* window : {&at.inside, &at.above, &at.below}) window->move_down(averaged[at.averaged], row, height);
-            }
-            if (row < first) continue;
-            std::copy_n(highest, count, best.begin() + row * width + left);
-            std::copy_n(index, count, which.begin() + row * width + left);
-        }
-        for (AveragedRows& rows : averaged) average_up_to(rows, later + rows.reach);  // the sums of the next strip's first column
+    void place(Index count, Pair start, Pair step, Pair last, Index stride) {
+        between.pixel.resize(std::max(between.pixel.size(), std::size_t(count)));
+        between.along.resize(between.pixel.size());
+        between.down.resize(between.pixel.size());
+        find_pixels(start, step, last, std::int32_t(stride), count, between.pixel.data(), between.along.data(), between.down.data());
     }
 };
 
-auto ribbon_scores(Volume<float> image, Vector<double> widths, double noise, double length_widths, Index min_length, Matrix<double> back,
-                   std::pair<Index, Index> shape) {
-    const Index height = image.shape(0), width = image.shape(1), size = height * width;
+using Blocks = std::vector<std::pair<Index, Index>>;  // the rows at which each block of a strip is looked at
+
+class Ribbons {
+   public:
+    Ribbons(float square, const Vector<double>& widths, double noise, double length_widths, Index min_length) : noise(float(noise)) {
+        for (std::size_t w = 0; w < widths.shape(0); ++w) add_width(widths(w), length_widths, min_length);
+        for (SummedRows& rows : summed) {
+            margin = std::max(margin, rows.half);
+            rows.held = 2 * reach + 2;
+            rows.kept.resize(rows.held * KEPT);
+        }
+        across = STRIP + 2 * margin;
+        colors.resize(across * PLANES);
+        pixels.resize(across * PLANES);
+        along.resize((across + 1) * PLANES);
+        choose_scales(square);
+    }
+
+    // Write the score of each pixel of a turned image that is looked at, and the width.
+    void score(Turned& image, float* best, Byte* which) {
+        const Index height = image.height, width = image.width;
+        for (Index left = 0; left < width; left += STRIP) {
+            Blocks blocks;
+            Index first = height, last = 0;
+            for (Index at = left; at < std::min(left + STRIP, width); at += BLOCK) {
+                blocks.emplace_back(height, 0);
+                for (Index x = at; x < std::min(at + BLOCK, width); ++x) {
+                    const auto rows = image.rows(x);
+                    if (rows.first >= rows.second) continue;
+                    blocks.back() = {std::min(blocks.back().first, rows.first), std::max(blocks.back().second, rows.second)};
+                }
+                first = std::min(first, blocks.back().first);
+                last = std::max(last, blocks.back().second);
+            }
+            if (first < last) score_strip(image, left, first, last, blocks, best + left, which + left);
+        }
+    }
+
+   private:
+    Index margin = 0, reach = 0, across = 0;
+    float noise;
+    Scales scales{};
+    std::vector<float> colors;         // (across, PLANES), a row of a strip with a margin on either side, where the border is repeated
+    std::vector<std::int32_t> pixels;  // (PLANES, across), the same as integers
+    std::vector<Sum> along;            // (PLANES, across + 1), the sums along it
+    std::vector<SummedRows> summed;
+    std::vector<Width> ribbons;
+
+    void add_width(double px, double length_widths, Index min_length) {
+        const Index half = std::max<Index>(min_length, Index(std::lround(length_widths * px))) / 2;
+        const Index core = std::max<Index>(0, Index(std::lround(0.35 * px - 0.5)));
+        const Index side = std::max<Index>(2, Index(std::lround(px / 4))), gap = Index(std::lround(px / 2 + 1));
+        if (summed.empty() || summed.back().half != half) {
+            summed.emplace_back();
+            summed.back().half = half;
+        }
+        reach = std::max({reach, gap + side, core + 1});
+        ribbons.push_back({summed.size() - 1, core, gap, side});
+    }
+
+    void choose_scales(float square) {
+        float inside = 1.0f, side = 1.0f, window = 1.0f;  // rows and pixels of the largest
+        for (const Width& at : ribbons) {
+            inside = std::max(inside, float(2 * at.core + 1));
+            side = std::max(side, float(at.side));
+        }
+        for (const SummedRows& at : summed) window = std::max(window, float(2 * at.half + 1));
+        const auto power = [](float limit) { return std::ldexp(1.0f, 31 - int(std::ceil(std::log2(1.01f * limit)))); };
+        scales = {power(std::sqrt(square) * std::max(inside, side) * window), power(square * side * window), power(square * inside)};
+    }
+
+    void load_row(Turned& image, Index left, Index row) {
+        const Index start = left - margin, first = std::max<Index>(start, 0), last = std::min(start + across, image.width);
+        image.read(std::min(std::max<Index>(row, 0), image.height - 1), first, last, colors.data());
+        to_integers(colors.data(), last - first, scales, across, pixels.data() + first - start);
+        for (Index k = 0; k < PLANES; ++k) {
+            std::int32_t* plane = pixels.data() + k * across;
+            std::fill(plane, plane + first - start, plane[first - start]);
+            std::fill(plane + last - start, plane + across, plane[last - start - 1]);
+        }
+        sum_along(pixels.data(), across, along.data());
+        for (SummedRows& rows : summed) {
+            add_row(along.data() + margin - rows.half, across + 1, 2 * rows.half + 1, scales, rows.at(row), rows.at(row + 1));
+        }
+    }
+
+    // Score the rows from `first` to before `last` of a strip.
+    void score_strip(Turned& image, Index left, Index first, Index last, const Blocks& blocks, float* best, Byte* which) {
+        for (SummedRows& rows : summed) std::fill_n(rows.at(first - reach), KEPT, 0);
+        Index loaded = first - reach;
+        for (Index row = first; row < last; ++row) {
+            for (; loaded < row + reach; ++loaded) load_row(image, left, loaded);
+            const auto looks = [&](const auto& block) { return block.first <= row && row < block.second; };
+            const Index begin = BLOCK * (std::find_if(blocks.begin(), blocks.end(), looks) - blocks.begin());
+            const Index end = BLOCK * (blocks.rend() - std::find_if(blocks.rbegin(), blocks.rend(), looks));
+            if (begin >= end) continue;
+            float highest[STRIP] = {};
+            std::int32_t index[STRIP] = {};
+            for (std::size_t w = 0; w < ribbons.size(); ++w) {
+                const Width& at = ribbons[w];
+                SummedRows& rows = summed[at.summed];
+                const float inside = 1 / float((2 * at.core + 1)), window = 1 / float(2 * rows.half + 1), side = 1 / float(at.side);
+                const Factors to{inside * window / scales.channel, inside / scales.spread, 2 * side * window / scales.channel,
+                                 side * window / scales.square};
+                score_row(rows.window(row - at.core, row + at.core).from(begin),
+                          rows.window(row - at.gap - at.side + 1, row - at.gap).from(begin),
+                          rows.window(row + at.gap, row + at.gap + at.side - 1).from(begin), end - begin, to, noise, std::int32_t(w),
+                          highest, index);
+            }
+            const Index count = std::min(end, image.width - left) - begin;
+            std::copy_n(highest, count, best + row * image.width + begin);
+            std::copy_n(index, count, which + row * image.width + begin);
+        }
+    }
+};
+
+auto ribbon_scores(Volume<float> image, Index directions, Vector<double> widths, double noise, double length_widths, Index min_length) {
+    const std::size_t height = image.shape(0), width = image.shape(1), size = height * width, count = std::size_t(directions);
     require(image.shape(2) == CHANNELS && size > 0, "the image is not (H, W, 3) with pixels");
     require(noise > 0 && widths.shape(0) > 0 && widths.shape(0) < 256, "noise is not over 0, or there are no widths");
-    require(back.shape(0) == 2 && back.shape(1) == 3, "back is not (2, 3)");
-    count_visits(size * Index(1 + widths.shape(0)));
-    std::vector<float> best(size, 0.0f);
-    std::vector<Byte> which(size, 0);
+    require(directions > 0, "directions are not over 0");
+    count_visits(Index(size * count * (1 + widths.shape(0))));
+    std::vector<float> scores(size * count);
+    std::vector<Byte> best(size * count);
     {
         nb::gil_scoped_release released;
-        const Turned turned{{back(0, 0), back(0, 1), back(0, 2)}, {back(1, 0), back(1, 1), back(1, 2)}, shape.first, shape.second};
-        Ribbons(image, widths, noise, length_widths, min_length).score(turned, best, which);
+        const Centered centered(image);
+        Ribbons ribbons(centered.square, widths, noise, length_widths, min_length);
+        std::vector<float> score;
+        std::vector<Byte> which;
+        for (std::size_t direction = 0; direction < count; ++direction) {
+            Turned turned(centered, std::acos(-1.0) * double(direction) / double(count));
+            const std::size_t pixels = std::size_t(turned.height * turned.width);
+            score.resize(std::max(score.size(), pixels));
+            which.resize(std::max(which.size(), pixels));
+            ribbons.score(turned, score.data(), which.data());
+            turned.turn_back(score.data(), which.data(), scores.data() + direction * size, best.data() + direction * size);
+        }
     }
-    return nb::make_tuple(to_numpy(std::move(best), height, width), to_numpy(std::move(which), height, width));
+    return nb::make_tuple(to_numpy(std::move(scores), count, height, width), to_numpy(std::move(best), count, height, width));
 }
 
 }  // namespace
 
 void bind_ribbons(nb::module_& m) {
-    m.def("ribbon_scores", &ribbon_scores, "image"_a.noconvert(), "widths"_a.noconvert(), "noise"_a, "length_widths"_a, "min_length"_a,
-          "back"_a.noconvert(), "shape"_a);
+    m.def("ribbon_scores", &ribbon_scores, "image"_a.noconvert(), "directions"_a, "widths"_a.noconvert(), "noise"_a, "length_widths"_a,
+          "min_length"_a);
 }

@@ -83,14 +83,15 @@ def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tup
     lab
         (H, W, 3) float32, the same in CIELAB.
     """
-    checked = [check_strand(strand, color, lab) for strand in strands]
-    order = sorted((entry for entry in checked if entry.fault in ("", "shadow")), key=lambda entry: -entry.rank)
+    ranks = np.array([_rank(strand) for strand in strands])
     covered = np.zeros(color.shape[:2], dtype=bool)
     chosen, shadows = list[Checked](), 0
-    for entry in order:
+    for k in np.argsort(-ranks, kind="stable").tolist():
+        if ranks[k] < MIN_RANK_SHARE * (chosen[0].rank if chosen else 0.0):
+            break
+        entry = check_strand(strands[k], color, lab)
         column, row = (np.clip(np.rint(entry.line[:, d]).astype(int), 0, covered.shape[1 - d] - 1) for d in (0, 1))
-        best = chosen[0].rank if chosen else 0.0
-        if entry.rank < MIN_RANK_SHARE * best or covered[row, column].mean() > MAX_OVERLAP:
+        if entry.fault not in ("", "shadow") or covered[row, column].mean() > MAX_OVERLAP:
             continue
         if entry.fault:
             shadows += 1
@@ -122,7 +123,7 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
     seen = np.isfinite(strand.score)
     width, length = float(np.median(strand.width[seen])), len(strand.points) * STEP_PX
     score = float(np.mean(strand.score[seen]))
-    rank = (score - 1) * length * np.sqrt(width)
+    rank = _rank(strand)
     fault = _fault_without_profile(strand, seen, score, width, length, color.shape)
     if fault:
         return Checked(strand.points, width, rank, fault)
@@ -140,6 +141,13 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
     elif edge_px > MAX_EDGE_PX:
         fault = "uneven"
     return Checked(line, between, rank, fault)
+
+
+def _rank(strand: TracedStrand) -> float:
+    """Return how much a strand counts: by its mean score, its length and its width."""
+    seen = np.isfinite(strand.score)
+    score, width = float(np.mean(strand.score[seen])), float(np.median(strand.width[seen]))
+    return float((score - 1) * (len(strand.points) * STEP_PX) * np.sqrt(width))
 
 
 def _fault_without_profile(

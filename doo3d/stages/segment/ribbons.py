@@ -120,24 +120,9 @@ def to_lab(color: Array) -> Array:
 def find_ribbons(lab: Array) -> Ribbons:
     """Return how much each pixel looks like the middle of a ribbon in each direction.
 
-    The image is turned so that the direction is horizontal, and the score of every pixel comes from running sums.
-
     lab : (H, W, 3) float32, from `to_lab`.
     """
-    height, width = lab.shape[:2]
-    centered = np.ascontiguousarray(lab - lab.mean((0, 1)))
-    scores, widths = np.zeros((DIRECTIONS, height, width), np.float32), np.zeros((DIRECTIONS, height, width), np.uint8)
-    for direction in range(DIRECTIONS):
-        angle = 180 / DIRECTIONS * direction
-        turn = cv2.getRotationMatrix2D(((width - 1) / 2, (height - 1) / 2), angle, 1)
-        cos, sin = abs(np.cos(np.radians(angle))), abs(np.sin(np.radians(angle)))
-        size = int(width * cos + height * sin + 2), int(width * sin + height * cos + 2)
-        turn[:, 2] += (size[0] - width) / 2, (size[1] - height) / 2
-        turned = cv2.warpAffine(centered, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        back, shape = cv2.invertAffineTransform(turn), (width, height)
-        score, which = ribbon_scores(turned, WIDTHS_PX, LAB_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX, back, (height, width))
-        scores[direction] = cv2.warpAffine(score, back, shape, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        widths[direction] = cv2.warpAffine(which, back, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    scores, widths = ribbon_scores(lab, DIRECTIONS, WIDTHS_PX, LAB_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX)
     np.log(np.maximum(scores, 0.1, out=scores), out=scores)
     return Ribbons(scores, widths, cv2.GaussianBlur(lab, (0, 0), 1.2))
 

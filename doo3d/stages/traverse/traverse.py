@@ -16,7 +16,7 @@ from ...geometry.radii import TOUCHING_RADII
 from ...kernels import first_clear
 from ...types import Floats, Path, Skeleton
 from .. import FrameContext
-from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, BranchGraph, build_graph
+from .branch_graph import FREE_END, MIN_LOOP_RADII, Branch, build_graph
 from .contours import trace_contours
 from .traversal import Traversal
 
@@ -85,9 +85,10 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
             loop_length += float(length)
     branches, notes = _longest([branch for branch in graph.branches if not graph.is_loop(branch)])
     points = {branch.number: graph.all_points(branch) for branch in branches}
-    clear = _clear_lengths(graph, branches, points, context.radius)
+    along = {number: arc_length(own) for number, own in points.items()}
+    clear = _clear_lengths(branches, points, along, context.radius)
     for branch in branches:
-        trimmed, cut = _trim_branch(branch, points[branch.number], clear, context.radius)
+        trimmed, cut = _trim_branch(branch, points[branch.number], along[branch.number], clear, context.radius)
         trimmed_length += cut
         if len(trimmed) > 1:
             paths.append(Path(moving_mean(trimmed, window_half)))
@@ -107,14 +108,15 @@ def _longest(branches: list[Branch]) -> tuple[list[Branch], tuple[str, ...]]:
     return [branches[i] for i in np.sort(order[:MAX_BRANCHES])], (note,)
 
 
-def _trim_branch(branch: Branch, points: Floats, clear: _ClearLengths, radius: float) -> tuple[Floats, float]:
-    """Return the points (P, D) of a branch without its ends, and the length cut off; no points where nothing is left.
+def _trim_branch(branch: Branch, points: Floats, position: Floats, clear: _ClearLengths, radius: float) -> tuple[Floats, float]:
+    """Return the points (P, D) of a branch without its ends, and the length cut off; position : their arc lengths (P,).
+
+    No points are returned where nothing is left.
 
     A free end is cut by `JUNCTION_TRIM_MIN_RADII`, which thinning draws into a corner of the surface. So is an end at a junction,
     whose pull bends it, and on until it is `TOUCHING_RADII` from every other branch there, where the surfaces of two
     strands no longer touch.
     """
-    position = arc_length(points)
     length = float(position[-1])
     cut = [0.0, 0.0]
     for end, node in enumerate((branch.a, branch.b)):
@@ -129,11 +131,11 @@ def _trim_branch(branch: Branch, points: Floats, clear: _ClearLengths, radius: f
     return np.concatenate((ends[:1], points[(position > low) & (position < high)], ends[1:])), cut[0] + cut[1]
 
 
-def _clear_lengths(graph: BranchGraph, branches: list[Branch], points: dict[int, Floats], radius: float) -> _ClearLengths:
+def _clear_lengths(branches: list[Branch], points: dict[int, Floats], along: dict[int, Floats], radius: float) -> _ClearLengths:
     """Return the length at each end at a node until the branch is clear of all others there, at most `JUNCTION_TRIM_MAX_RADII`.
 
-    points : number of each branch -> its points (P, D), those of its nodes too. Both ends of a branch at one node count as two
-    branches, each up to the middle.
+    points, along : number of each branch -> its points (P, D), those of its nodes too, and their arc lengths (P,). Both ends of a
+    branch at one node count as two branches, each up to the middle.
     """
     clear: _ClearLengths = {}
     at_node: dict[int, list[tuple[Branch, int]]] = {}
@@ -144,8 +146,7 @@ def _clear_lengths(graph: BranchGraph, branches: list[Branch], points: dict[int,
     for leaving in at_node.values():
         lines, distances = [], []
         for branch, end in leaving:
-            own = points[branch.number]
-            position = arc_length(own)
+            own, position = points[branch.number], along[branch.number]
             lines.append(own if end == 0 else own[::-1])
             distances.append(position if end == 0 else position[-1] - position[::-1])
         counts = [int(np.searchsorted(distance, JUNCTION_TRIM_MAX_RADII * radius)) + 1 for distance in distances]
