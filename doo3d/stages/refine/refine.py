@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import RefineConfig
+from ...evidence.depth_model import PointVisibility
 from ...geometry.depth_support import depth_support
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
@@ -212,7 +213,7 @@ class _Laid(NamedTuple):
             surface = thinned(context.grid.centroids)
             unseen = ~(nearest(middle[occluded], surface, float(reach.max()), True)[0] <= reach)
             if context.visibility is not None:
-                unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])
+                unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
             occluded[occluded] = unseen
         return _Laid(np.split(at_joint, joint_bounds[1:-1]), np.split(at_middle, bounds[1:-1]), np.split(occluded, bounds[1:-1]))
 

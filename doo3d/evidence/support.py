@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from .geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
-from .kernels import nearest, part_medians, polyline_tangents
-from .types import Array, Bools, Camera, Floats, Foreground, Ints
+from ..geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
+from ..kernels import nearest, part_medians, polyline_tangents
+from ..types import Array, Bools, Camera, Floats, Foreground, Ints
 
 BESIDE_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
 """Lateral offsets from the centre line at which the supporting surface is looked for: near, but beyond the rim of the mask."""
@@ -51,7 +51,7 @@ COLOR_STEPS = 256 >> COLOR_STEP_BITS
 
 
 @dataclass(frozen=True)
-class BareSurface:
+class Support:
     """What the surface beside an object looks like, to tell bare surface from a hole in the mask.
 
     Attributes
@@ -74,7 +74,7 @@ class BareSurface:
     _shares: Floats = field(default_factory=lambda: np.full((COLOR_STEPS,) * 3, np.nan), repr=False, compare=False)
 
     @staticmethod
-    def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> BareSurface | None:
+    def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> Support | None:
         """Measure the surface beside chains; return None for a cloud and in 2-D.
 
         Parameters
@@ -98,14 +98,14 @@ class BareSurface:
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
         ends, rise = _rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius)
         if color is None:
-            return BareSurface(ends, rise, None, np.zeros((0, 3)), np.zeros((0, 3)))
+            return Support(ends, rise, None, np.zeros((0, 3)), np.zeros((0, 3)))
         on = np.rint(camera.project(joints)).astype(np.int64)
         on = on[_in_image(on, mask.shape)]
         on = on[mask[on[:, 1], on[:, 0]]]
-        return BareSurface(ends, rise, color, _samples(color, on), _samples(color, beside[visible]))
+        return Support(ends, rise, color, _samples(color, on), _samples(color, beside[visible]))
 
-    def is_bare(self, points: Floats, pixels: Ints, readings: Floats) -> Bools:
-        """Tell which positions lie over bare surface, of positions whose pixel is outside the mask and is not clearly nearer.
+    def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
+        """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.
 
         Color decides where it is clearly that of the surface or that of the object. Elsewhere depth decides: at bare surface the
         reading is farther than the position by more than half the rise of the object over the surface.
@@ -117,15 +117,22 @@ class BareSurface:
         pixels
             (N, 2) int, the pixel (u, v) that each position projects to.
         readings
-            (N,) m, depth at these pixels; 0 = no reading.
+            (N,) m, depth at these pixels.
+        noise
+            1/m, standard deviation of the readings in inverse depth.
+
+        Returns
+        -------
+        (N,) nat; minus infinity where neither color nor depth tells.
         """
         share = self._object_shares(pixels)
-        bare = share > BARE_COLOR_SHARE
-        undecided = np.flatnonzero((share >= OBJECT_COLOR_SHARE) & ~bare & (readings > 0))
-        if len(undecided) and np.isfinite(self.rise).any():
+        odds = np.log(share / (1 - share))
+        undecided = np.flatnonzero((share >= OBJECT_COLOR_SHARE) & (share <= BARE_COLOR_SHARE))
+        if len(undecided):
+            z, reading = points[undecided, 2], readings[undecided]
             rise = self.rise[nearest(points[undecided], self.ends, NEAR_ENDS, limited=False)[1]]
-            bare[undecided] = readings[undecided] - points[undecided, 2] > rise / 2
-        return np.asarray(bare)
+            odds[undecided] = np.nan_to_num((reading - z - rise / 2) / (noise * reading * z), nan=-np.inf)
+        return np.asarray(odds)
 
     def has_object_color(self, pixels: Ints) -> Bools:
         """Tell which pixels (N, 2), (u, v), have the color of the object without any of the surface beside it: (N,) bool."""
