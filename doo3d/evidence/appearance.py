@@ -42,7 +42,7 @@ class Appearance:
     cast shadows. A color that was seen on neither has log-odds of 0.
 
     The noise of an answer is that of the counts: at most sqrt(1/a + 1/b) nat for a color of which a object pixels and b surround
-    pixels were seen. It is below 0.2 nat for colors that both have, 3 nat for the main colors of the object where the surround has
+    pixels were seen. It is below 0.2 nat for colors that both have, 3 nat for the main colors of the object if the surround has
     none of them, and 8 nat for colors of neither. The answers for neighboring pixels are not combined: average them. All answers
     lie within 11.5 nat of 0, the logarithm of MIN_FREQUENCY.
 
