@@ -170,7 +170,7 @@ class DepthModel:
         (N,) int64, values of PointVisibility. Positions behind the camera or with NaN are OUTSIDE. In 2-D a position in the
         image is SURFACE in the mask, and FREE elsewhere.
         """
-        classes, _, at, bare = self._ask(points, 1.0)  # the signs, which decide, are the same with any noise
+        classes, _, at, bare = self._ask(points, self.noise if self.support else 1.0)  # only where a surface is known it decides
         classes[at[bare > 0]] = int(PointVisibility.BARE)
         return classes
 

@@ -8,7 +8,7 @@ from ...config import SegmentConfig
 from ...geometry.noise import SAMPLES
 from ...kernels import bounding_box
 from ...types import Bools, Cloud, Floats, Frame, Image, Plane
-from .methods.plane import MIN_PLANE_SHARE, fit_plane
+from .methods.plane import fit_plane, told_plane
 from .segmentation import Segmentation
 
 MIN_READINGS = 50
@@ -24,9 +24,10 @@ PLANE_DIGITS = 12
 def find_supporting_plane(
     data: Frame | Cloud | Image, segmentation: Segmentation, config: SegmentConfig, seed: int
 ) -> Plane | None:
-    """Fit the plane around the object, whatever method segmented it.
+    """Return the plane around the object, whatever method segmented it.
 
-    The readings beside the object's mask are used, within the box around the mask; of a cloud without a mask all points.
+    It is the plane that segmentation told the object from. Without one, a plane is fitted to the readings beside the object's
+    mask, within the box around the mask; of a cloud without a mask to all points.
 
     Parameters
     ----------
@@ -48,19 +49,24 @@ def find_supporting_plane(
     foreground = segmentation.foreground
     if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
         return None
+    inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
+    plane = base.plane or _fitted(data, foreground.mask, config, seed)
+    if plane is None:
+        return None
+    sign = 1.0 if float(plane.normal @ inside) >= plane.height else -1.0
+    return Plane(np.round(sign * plane.normal, PLANE_DIGITS), round(sign * plane.height, PLANE_DIGITS))
+
+
+def _fitted(data: Frame | Cloud, mask: Bools | None, config: SegmentConfig, seed: int) -> Plane | None:
+    """Return the plane through the readings beside the object, its normal to either side."""
     if isinstance(data, Cloud):
         points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
-        inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
     else:
-        assert foreground.mask is not None
-        points, inside = _surrounding_points(data, foreground.mask, config), np.zeros(3)
+        assert mask is not None
+        points = _surrounding_points(data, mask, config)
     if len(points) < MIN_READINGS:
         return None
-    normal, height = fit_plane(points, config.plane_distance, seed)
-    if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
-        return None
-    sign = 1.0 if float(normal @ inside) >= height else -1.0
-    return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
+    return told_plane(points, *fit_plane(points, config.plane_distance, seed), config.plane_distance)
 
 
 def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:
