@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import nearest, part_medians, polyline_tangents
 from ..types import Bools, Camera, Floats, Foreground, Ints
-from .appearance import Appearance, appearance_of
+from .appearance import appearance_of
 
 BESIDE_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
 """Lateral offsets from the centre line at which the supporting surface is looked for: near, but beyond the rim of the mask."""
@@ -41,13 +41,13 @@ class Support:
         (E, 3) m, the ends of chains at which the rise was measured.
     rise
         (E,) m, distance by which the surface beside the chain lies behind the chain; NaN where depth does not resolve it.
-    appearance
-        the colors of the object against those around it; None without color.
+    foreground
+        the foreground, whose appearance is learned when a color is first asked for.
     """
 
     ends: Floats
     rise: Floats
-    appearance: Appearance | None
+    foreground: Foreground
 
     @staticmethod
     def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> Support | None:
@@ -73,7 +73,7 @@ class Support:
         behind = np.where(visible & (depth[v, u] > 0), depth[v, u] - joints[:, 2:], np.nan)
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
         ends, rise = _rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius)
-        return Support(ends, rise, appearance_of(foreground))
+        return Support(ends, rise, foreground)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.
@@ -99,13 +99,15 @@ class Support:
         """
         rise = self.rise[nearest(points, self.ends, NEAR_ENDS, limited=False)[1]]
         by_depth = np.nan_to_num((readings - points[:, 2] - rise / 2) / (noise * readings * points[:, 2]))
-        return np.asarray(by_depth if self.appearance is None else by_depth - self.appearance.log_odds_at(pixels))
+        appearance = appearance_of(self.foreground)
+        return np.asarray(by_depth if appearance is None else by_depth - appearance.log_odds_at(pixels))
 
     def has_object_color(self, pixels: Ints) -> Bools:
         """Tell which pixels (N, 2), (u, v), have the color of the object, by more than the noise of its log-odds: (N,) bool."""
-        if self.appearance is None:
+        appearance = appearance_of(self.foreground)
+        if appearance is None:
             return np.zeros(len(pixels), dtype=bool)
-        return np.asarray(self.appearance.log_odds_at(pixels) > self.appearance.noise_at(pixels))
+        return np.asarray(appearance.log_odds_at(pixels) > appearance.noise_at(pixels))
 
 
 def _pixels_beside(joints: Floats, bounds: Ints, radius: float, camera: Camera) -> Ints:
