@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,15 @@ import pytest
 from builders.captures import HEIGHT, MATRIX, WIDTH, rope, save
 
 from doo3d.cli import main
+
+
+def pytest_configure() -> None:
+    """Let the commands that tests start be interrupted also where the tests run in the background of a script.
+
+    A shell starts such jobs with SIGINT ignored, and commands inherit that.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

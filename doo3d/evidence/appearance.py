@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ..kernels import MaskEdge, color_log_odds
-from ..types import Array, Floats, Foreground, Ints
+from ..kernels import ColorOdds, MaskEdge
+from ..types import Array, Foreground
 from ..types.arrays import set_sealed
 
 BAND_PX = 4
@@ -28,17 +26,13 @@ SHADES, SHADOW_SHARE = (0.85, 0.7, 0.55, 0.4), 0.03
 MIN_FREQUENCY = 1e-5
 """Frequency of a color that was never seen; it bounds the log ratios. With 1e-4, 2 of 45 right frames of 48 are lost."""
 
-LEVELS = 16
-"""Levels of each channel in the histograms, of 256 values: the kernels' COLOR_LEVELS."""
 
-
-@dataclass(frozen=True)
-class Appearance:
+class Appearance(ColorOdds):
     """The colors of an object against those of its surround.
 
     The log-odds are the logarithm of the likelihood ratio of two color histograms: the frequency of a color on the object over
     that around it (Jones and Rehg, "Statistical color models with application to skin detection", IJCV 46, 2002). Both histograms
-    have LEVELS levels per channel and are smoothed by a Gaussian. Darker shades of the surround count as surround, since objects
+    have 16 levels per channel and are smoothed by a Gaussian. Darker shades of the surround count as surround, since objects
     cast shadows. A color that was seen on neither has log-odds of 0.
 
     The noise of an answer is that of the counts: at most sqrt(1/a + 1/b) nat for a color of which a object pixels and b surround
@@ -46,25 +40,11 @@ class Appearance:
     none of them, and 8 nat for colors of neither. The answers for neighboring pixels are not combined: average them. All answers
     lie within 11.5 nat of 0, the logarithm of MIN_FREQUENCY.
 
-    Attributes
-    ----------
-    color
-        (H, W, 3) uint8 RGB, the image.
-    log_odds, noise
-        (4096,) float32 nat, of each cell of colors, the blue channel last: above 0 for colors of the object, and their standard
-        deviation.
-    separation
-        nat, median of the log-odds over the object pixels learned from; 0 without any. Near 0, the colors do not tell the object
-        from its surround.
+    `log_odds_at` and `noise_at` answer for pixels of the image, `log_odds` has the answers for all cells of colors. `separation`
+    is the median of the log-odds over the object pixels learned from: near 0, the colors do not tell object from surround.
     """
 
-    color: Array
-    log_odds: Floats
-    noise: Floats
-    separation: float
-
-    @classmethod
-    def learn(cls, color: Array, edge: MaskEdge) -> Appearance:
+    def __init__(self, color: Array, edge: MaskEdge) -> None:
         """Learn the colors of an object and of its surround.
 
         color : (H, W, 3) uint8 RGB. edge : the edge of the object's mask, whose pixels inside and around are learned from.
@@ -73,22 +53,7 @@ class Appearance:
         kernel = np.exp(-0.5 / HISTOGRAM_SMOOTHING**2 * x**2)
         kernel /= kernel.sum() + kernel[1:].sum()
         pixels = edge.inside(), edge.around(SURROUND_SAMPLES)
-        return cls(color, *color_log_odds(color, *pixels, np.array(SHADES), SHADOW_SHARE, kernel, MIN_FREQUENCY))
-
-    def log_odds_at(self, pixels: Ints) -> Floats:
-        """Return the log-odds, (N,) nat, that pixels show the object: positive on the object.
-
-        pixels : (N, 2) int (u, v) in the image.
-        """
-        return np.asarray(self.log_odds[self._cells(pixels)], dtype=float)
-
-    def noise_at(self, pixels: Ints) -> Floats:
-        """Return the standard deviation, (N,) nat, of `log_odds_at` the pixels (N, 2) int (u, v) in the image."""
-        return np.asarray(self.noise[self._cells(pixels)], dtype=float)
-
-    def _cells(self, pixels: Ints) -> Ints:
-        levels = self.color[pixels[:, 1], pixels[:, 0]] // (256 // LEVELS)
-        return np.asarray(np.ravel_multi_index(tuple(levels.T), (LEVELS,) * 3))
+        super().__init__(color, *pixels, np.array(SHADES), SHADOW_SHARE, kernel, MIN_FREQUENCY)
 
 
 def appearance_of(foreground: Foreground) -> Appearance | None:
@@ -100,6 +65,6 @@ def appearance_of(foreground: Foreground) -> Appearance | None:
         return None
     if not isinstance(foreground.appearance, Appearance):
         color = np.ascontiguousarray(foreground.color)
-        set_sealed(foreground, appearance=Appearance.learn(color, MaskEdge(foreground.mask, BAND_PX, RING_PX)))
+        set_sealed(foreground, appearance=Appearance(color, MaskEdge(foreground.mask, BAND_PX, RING_PX)))
     learned: Appearance = foreground.appearance
     return learned

@@ -9,6 +9,9 @@ DEVIATIONS = 3.0
 COLOR_NOISE = 6.0
 """Difference of 8-bit colors, in RGB or CIELAB, that noise and shading along one strand explain."""
 
+LAB_NOISE = COLOR_NOISE / 2
+"""The same in CIELAB, where lightness has 100 levels and not 256: the deviation of a strand's color along its length."""
+
 SURFACE_SAMPLES = 20_000
 """Pixels or points of the object that its axis is measured on; more are thinned evenly. An axis of 200 samples has 100 for
 each, whose mean is off by a tenth of their noise."""

@@ -205,6 +205,46 @@ class FrameFacts:
         ValueError : there is no depth, or `reach` is negative.
         """
 
+class ColorOdds:
+    """The log-odds that a color is of an object and not of its surround, from two color histograms of 16 levels per channel.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB; it is not copied, and must not change.
+    object, surround
+        (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
+    shades
+        (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
+    shade_share
+        the weight of a color in a shade; that of a color as seen is 1.
+    kernel
+        (R,) weights by which the histograms are smoothed along each axis: the middle one, and those to either side; the cells at
+        the border are repeated.
+    least
+        frequency added to that of each cell, so that none is 0.
+    """
+
+    def __init__(
+        self, color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, kernel: Floats, least: float
+    ) -> None: ...
+    @property
+    def log_odds(self) -> Floats:
+        """The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last."""
+
+    @property
+    def separation(self) -> float:
+        """The median, nat, of the log-odds over the pixels of the object; 0 without any."""
+
+    def log_odds_at(self, pixels: Ints) -> Floats:
+        """Return the log-odds, (N,) nat, of the colors at pixels (N, 2) int64 (u, v) in the image: positive on the object."""
+
+    def noise_at(self, pixels: Ints) -> Floats:
+        """Return the standard deviations, (N,) nat, of the log-odds at pixels (N, 2) int64 (u, v) in the image.
+
+        They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
+        """
+
 class MaskEdge:
     """The edge of a mask that moves, within a band around the mask, to where the colors of an image say that it is.
 
@@ -243,7 +283,7 @@ class MaskEdge:
         color
             (H, W, 3) uint8 RGB.
         log_odds
-            (4096,) float32, of each cell of colors, as `color_log_odds` returns them.
+            (4096,) float32, of each cell of colors, as `ColorOdds.log_odds` has them.
         kernel
             (2 R + 1,) float32, symmetric weights by which the log-odds are smoothed along rows and columns; at the border of the
             image they are mirrored.
@@ -492,34 +532,6 @@ def color_bands(
         `holds` are False.
     surface : (N,) row-major indices of the pixels of `beside`, in tiles within `reach` of a band's, that do not differ; those in
         tiles that were not evaluated count as such.
-    """
-
-def color_log_odds(
-    color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, kernel: Floats, least: float
-) -> tuple[Floats, Floats, float]:
-    """Return the log-odds that a color is of an object and not of its surround, from two color histograms.
-
-    Parameters
-    ----------
-    color
-        (H, W, 3) uint8 RGB.
-    object, surround
-        (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
-    shades
-        (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
-    shade_share
-        the weight of a color in a shade; that of a color as seen is 1.
-    kernel
-        (R,) weights by which the histograms are smoothed along each axis: the middle one, and those to either side; the cells at
-        the border are repeated.
-    least
-        frequency added to that of each cell, so that none is 0.
-
-    Returns
-    -------
-    log_odds : (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last
-    noise : (4096,) float32 nat, their standard deviations: sqrt(1/a + 1/b) for a and b pixels in the smoothed cells
-    separation : nat, median of the log-odds over the pixels of the object; 0 without any
     """
 
 def connected_components(table: Ints) -> Ints:

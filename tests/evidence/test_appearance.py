@@ -30,12 +30,15 @@ def photographed(mask, color=RED, surround=GRAY, noise=4.0, seed=0):
 
 
 def learned(mask, image):
-    return Appearance.learn(image, MaskEdge(mask, BAND_PX, RING_PX))
+    return Appearance(image, MaskEdge(mask, BAND_PX, RING_PX))
 
 
-def answer(appearance, rgb):
-    shown = replace(appearance, color=np.full((1, 1, 3), rgb, np.uint8))
-    return float(shown.log_odds_at(np.zeros((1, 2), int))[0]), float(shown.noise_at(np.zeros((1, 2), int))[0])
+def answer(mask, image, rgb):
+    """The log-odds of a color and their noise, asked at a pixel far from the cable."""
+    shown = image.copy()
+    shown[0, 0] = rgb
+    appearance, corner = learned(mask, shown), np.zeros((1, 2), int)
+    return float(appearance.log_odds_at(corner)[0]), float(appearance.noise_at(corner)[0])
 
 
 def test_pixels_of_a_red_cable_on_gray_have_positive_log_odds_and_those_around_negative_ones():
@@ -51,16 +54,15 @@ def test_pixels_of_a_red_cable_on_gray_have_positive_log_odds_and_those_around_n
 
 def test_a_color_that_was_never_seen_is_of_neither_and_its_noise_says_so():
     mask = cable()
-    appearance = learned(mask, photographed(mask))
-    assert answer(appearance, (0, 0, 255))[0] == 0
-    assert answer(appearance, (0, 0, 255))[1] > 2 * answer(appearance, RED)[1] > 4
+    log_odds, noise = answer(mask, photographed(mask), (0, 0, 255))
+    assert log_odds == 0
+    assert noise > 2 * answer(mask, photographed(mask), RED)[1]
 
 
 def test_shadows_of_the_surround_are_not_of_the_object():
     mask = cable()
-    appearance = learned(mask, photographed(mask))
     for shade in (0.85, 0.7, 0.55, 0.4):
-        assert answer(appearance, [int(value * shade) for value in GRAY])[0] < -3
+        assert answer(mask, photographed(mask), [int(value * shade) for value in GRAY])[0] < -3
 
 
 def test_equal_colors_do_not_separate():
@@ -69,20 +71,15 @@ def test_equal_colors_do_not_separate():
 
 
 def test_the_noise_falls_with_the_root_of_the_pixels():
-    noise = []
-    for length in (20, 80):
-        mask = cable(length)
-        appearance = learned(mask, photographed(mask, GRAY))
-        noise.append(answer(appearance, GRAY)[1])
-    assert 1.5 < noise[0] / noise[1] < 2.2
+    few, many = (answer(cable(length), photographed(cable(length), GRAY), GRAY)[1] for length in (20, 80))
+    assert 1.5 < few / many < 2.2
 
 
 def test_the_noise_bounds_the_spread_of_the_answers():
     mask = cable(40)
-    answers = np.array(
-        [answer(learned(mask, photographed(mask, GRAY, noise=10, seed=seed)), (152, 152, 152)) for seed in range(40)]
-    )
-    assert 0.2 < np.std(answers[:, 0]) / answers[:, 1].mean() < 1
+    images = (photographed(mask, GRAY, noise=10, seed=seed) for seed in range(40))
+    log_odds, noise = np.array([answer(mask, image, (152, 152, 152)) for image in images]).T
+    assert 0.2 < np.std(log_odds) / noise.mean() < 1
 
 
 def test_the_appearance_of_a_foreground_is_learned_once():

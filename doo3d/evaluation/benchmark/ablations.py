@@ -140,7 +140,7 @@ ABLATIONS: dict[str, Ablation] = {
     "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
     "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
     "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:_depth_log_odds": lambda *_: 0.0}),
-    "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:COLOR_LOG_ODDS": 0.0}),
+    "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:color_log_odds": lambda *_: 0.0}),
     "leftovers": Ablation(
         places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED
     ),

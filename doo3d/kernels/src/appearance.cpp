@@ -93,32 +93,61 @@ void check_pixels(const Vector<std::int64_t>& pixels, const Volume<Byte>& color)
     for (std::size_t i = 0; i < pixels.shape(0); ++i) require(pixels(i) >= 0 && pixels(i) < size, "a pixel lies outside of the image");
 }
 
-auto color_log_odds(Volume<Byte> color, Vector<std::int64_t> object, Vector<std::int64_t> surround, Vector<double> shades,
-                    double shade_share, Vector<double> kernel, double least) {
-    require(color.shape(2) == CHANNELS, "color has to be (H, W, 3)");
-    require(kernel.shape(0) > 0, "the kernel is empty");
-    for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
-    check_pixels(object, color);
-    check_pixels(surround, color);
-    std::vector<float> odds(color_cells()), noise(color_cells());
-    float separation;
-    {
+// The log-odds of colors that were learned from some pixels of an image, and asked at others.
+class ColorOdds {
+   public:
+    ColorOdds(Volume<Byte> image, Vector<std::int64_t> object, Vector<std::int64_t> surround, Vector<double> shades, double shade_share,
+              Vector<double> kernel, double least)
+        : color(std::move(image)), odds(color_cells()), noise(color_cells()) {
+        require(color.shape(2) == CHANNELS, "color has to be (H, W, 3)");
+        require(kernel.shape(0) > 0, "the kernel is empty");
+        for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
+        check_pixels(object, color);
+        check_pixels(surround, color);
         nb::gil_scoped_release release;
         Histogram counts(color_cells(), 0.0), variance(color_cells(), 0.0);
         count_visits(Index(object.shape(0)));
         for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
         const Histogram ours = frequencies(counts, kernel, least, variance);
-        const Histogram theirs = frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least, variance);
+        const Histogram theirs =
+            frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least, variance);
         for (Index i = 0; i < color_cells(); ++i) odds[i] = ours[i] == theirs[i] ? 0.0f : float(std::log(ours[i] / theirs[i]));
         for (Index i = 0; i < color_cells(); ++i) noise[i] = float(std::sqrt(variance[i]));
         separation = median_of(odds, counts);
     }
-    return std::make_tuple(to_numpy(std::move(odds)), to_numpy(std::move(noise)), separation);
-}
+
+    float separation;
+    auto log_odds() const { return to_numpy(std::vector<float>(odds)); }
+    auto log_odds_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, odds); }
+    auto noise_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, noise); }
+
+   private:
+    Volume<Byte> color;
+    std::vector<float> odds, noise;  // of each cell
+
+    VectorResult<double> at(const StridedMatrix<std::int64_t>& pixels, const std::vector<float>& table) const {
+        require(pixels.shape(1) == 2, "pixels are not (N, 2)");
+        const Index height = color.shape(0), width = color.shape(1);
+        std::vector<double> values(pixels.shape(0));
+        count_visits(Index(values.size()));
+        for (std::size_t i = 0; i < values.size(); ++i) {
+            const Index u = pixels(i, 0), v = pixels(i, 1);
+            require(u >= 0 && v >= 0 && u < width && v < height, "a pixel lies outside of the image");
+            values[i] = table[color_cell(color.data() + CHANNELS * (v * width + u))];
+        }
+        return to_numpy(std::move(values));
+    }
+};
 
 }  // namespace
 
 void bind_appearance(nb::module_& m) {
-    m.def("color_log_odds", &color_log_odds, "color"_a.noconvert(), "object"_a.noconvert(), "surround"_a.noconvert(), "shades"_a.noconvert(),
-          "shade_share"_a, "kernel"_a.noconvert(), "least"_a);
+    nb::class_<ColorOdds>(m, "ColorOdds")
+        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, Vector<double>, double>(),
+             "color"_a.noconvert(), "object"_a.noconvert(), "surround"_a.noconvert(), "shades"_a.noconvert(), "shade_share"_a,
+             "kernel"_a.noconvert(), "least"_a)
+        .def_prop_ro("log_odds", &ColorOdds::log_odds, nb::rv_policy::move)
+        .def_ro("separation", &ColorOdds::separation)
+        .def("log_odds_at", &ColorOdds::log_odds_at, "pixels"_a.noconvert())
+        .def("noise_at", &ColorOdds::noise_at, "pixels"_a.noconvert());
 }

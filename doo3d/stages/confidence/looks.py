@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...evidence.strand_colors import CORE_OFFSETS
 from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from ...geometry.polyline import unit
 from ...kernels import strand_sides
@@ -24,9 +25,6 @@ half of the others are shorter than a quarter of it."""
 UNEVEN_PERCENTILES, MAX_UNEVEN = (15.0, 85.0), 0.5
 """Percentiles of the radii along a chain whose difference tells how uneven it is, in medians of the radius, and the most that
 counts."""
-
-CORE_RADII = np.array((-0.4, 0.0, 0.4))
-"""Radii to the side of the axis at which the depth of the strand is taken, away from its silhouette."""
 
 SIDE_RADII, SIDE_MARGIN_PX = np.array((1.6, 2.2, 2.8, 3.4)), 2.0
 """Radii to the side at which the depth beside the strand is taken, the color at the first two, and px more, since a stereo
@@ -101,7 +99,7 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
     color = np.zeros((0, 0, 3), np.uint8) if foreground.color is None else np.ascontiguousarray(foreground.color)
     flat, edge = strand_sides(
-        view, across, reach, chain.radius, depth, color, mask, CORE_RADII, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
+        view, across, reach, chain.radius, depth, color, mask, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
     )
     return Looks(stubby, _uneven(chain), flat, edge)
 

@@ -1,6 +1,6 @@
 """Which of two strands that cross in the view is on top: by the depth of their surfaces, and by their colors.
 
-Letters: C crossings, two strands each; S samples along a strand; A samples across it; K color channels.
+Letters: C crossings, two strands each; S samples along a strand; A samples across it.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...evidence.strand_colors import CORE_OFFSETS, PROFILE_OFFSETS, StrandColors, colors_at, first_strand_log_odds, medians
 from ...geometry.intersections import Intersections, PolylineSet
 from ...geometry.noise import DEVIATIONS
-from ...kernels import part_medians
 from ...types import Array, Floats, Ints
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -21,12 +21,6 @@ SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
 OVERLAP_MARGIN = 1.2
 """Half-lengths of the overlap that are left out of what counts as beyond it."""
 
-COLOR_OFFSETS = np.linspace(-0.75, 0.75, 7)
-"""Lateral offsets, in half-widths, of the samples of color."""
-
-SURFACE_OFFSETS = np.array((-0.4, 0.0, 0.4))
-"""Lateral offsets, in half-widths, of the samples of depth: the surface falls away steeply at the sides."""
-
 MIN_ANGLE = 0.3
 """rad; strands that cross at less are taken to cross at this, or their overlap would have no end."""
 
@@ -34,7 +28,7 @@ MIN_MEASURED = 4
 """Samples on both sides of a crossing together that must have been measured, to extrapolate a strand's surface."""
 
 Lookup = Callable[[Floats], Floats]
-"""Positions (..., 2) in the view -> values (...) or (..., K) there, NaN where there are none."""
+"""Positions (..., 2) in the view -> values (...) there, NaN where there are none."""
 
 
 @dataclass(frozen=True)
@@ -162,19 +156,13 @@ def depth_order(strands: CrossingStrands, surface: Lookup, radius: Floats) -> Fl
     (C,) m, distance of the second strand's surface minus that of the first strand's: positive if the first strand is in front.
     NaN if either strand's surface could not be extrapolated.
     """
-    beyond, _ = sample_overlap(strands, SURFACE_OFFSETS)
-    measured = _medians(surface(beyond))
+    beyond, _ = sample_overlap(strands, CORE_OFFSETS)
+    measured = medians(surface(beyond))
     height = strands.depth - measured
     with np.errstate(invalid="ignore"):
-        own = np.abs(height - _medians(height)[..., None]) < 2 * radius[..., None]
+        own = np.abs(height - medians(height)[..., None]) < 2 * radius[..., None]
     extrapolated = _parabola_at_crossing(strands.along, np.where(own, measured, np.nan))
     return np.asarray(extrapolated[:, 1] - extrapolated[:, 0])
-
-
-def _medians(values: Floats) -> Floats:
-    """Return the medians over the last axis of the values that are not NaN; NaN where all are."""
-    last = values.shape[-1] * np.arange(1, values[..., 0].size + 1)
-    return part_medians(values.ravel(), last - values.shape[-1], last)[0].reshape(values.shape[:-1])
 
 
 def _parabola_at_crossing(along: Floats, values: Floats) -> Floats:
@@ -191,38 +179,22 @@ def _parabola_at_crossing(along: Floats, values: Floats) -> Floats:
         square = np.einsum("...si,...sj->...ij", weighted, powers) + 1e-6 * np.eye(3)
         fit = np.linalg.solve(square, np.einsum("...si,...s->...i", weighted, known)[..., None])[..., 0]
         residual = np.where(good, np.abs(np.einsum("...si,...i->...s", powers, fit) - known), np.nan)
-        good = good & (residual <= DEVIATIONS * np.maximum(_medians(residual), 1e-9)[..., None])
+        good = good & (residual <= DEVIATIONS * np.maximum(medians(residual), 1e-9)[..., None])
     enough = (good.sum(axis=-1) >= MIN_MEASURED) & (good & (along < 0)).any(axis=-1) & (good & (along > 0)).any(axis=-1)
     return np.where(enough, fit[..., 0], np.nan)
 
 
-def color_order(strands: CrossingStrands, color: Lookup, noise: float) -> Floats:
-    """Measure how much better the first strand's colors explain the colors in the overlap than the second strand's do.
+def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
+    """Return the log-odds that the first strand of each crossing is upper, by the colors in the overlap.
 
     The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's colors on both
     sides of the overlap are compared with the colors inside it.
 
-    Parameters
-    ----------
-    strands
-        the two strands at C crossings.
-    color
-        function from positions (..., 2) in the view to colors (..., K) in K channels; NaN outside the image.
-    noise
-        standard deviation of the colors, in their unit (such as grey levels of 255).
-
-    Returns
-    -------
-    (C,) natural logarithm of the second strand's mean squared color error over the first strand's; positive if the first strand
-    is upper. NaN if either strand has fewer than two samples on one side of the crossing, or the overlap leaves the image.
+    strands : the two strands at C crossings. image : (H, W, 3) uint8 RGB. Returns (C,) nat, 0 if either strand has fewer than two
+    samples on one side of the crossing, or the overlap leaves the image.
     """
-    beyond, inside = sample_overlap(strands, COLOR_OFFSETS)
-    colors, in_overlap = color(beyond), color(inside)
-    sides = np.split(np.moveaxis(colors, 2, -1), 2, axis=-1)
-    measured = [np.isfinite(part).all(axis=(2, 3)).sum(axis=2) for part in sides]
-    profile = (_medians(sides[0]) + _medians(sides[1])) / 2
-    expected = (profile[:, 0][:, :, None], profile[:, 1][:, None])
-    error = [((each - in_overlap) ** 2).mean(axis=(1, 2, 3)) for each in expected]
-    with np.errstate(invalid="ignore"):
-        ratio = np.log((error[1] + noise**2) / (error[0] + noise**2))
-    return np.where((np.minimum(*measured) >= MIN_MEASURED // 2).all(axis=1), ratio, np.nan)
+    beyond, inside = sample_overlap(strands, PROFILE_OFFSETS)
+    before, after = (StrandColors.at(image, part) for part in np.split(beyond, 2, axis=2))
+    profile = (before.profile + after.profile) / 2
+    log_odds = first_strand_log_odds(colors_at(image, inside), profile[:, 0][:, :, None], profile[:, 1][:, None])
+    return np.where((np.minimum(before.measured, after.measured) >= MIN_MEASURED // 2).all(axis=1), log_odds, 0.0)

@@ -7,11 +7,9 @@ from scipy.spatial import cKDTree
 
 from ...geometry.intersections import Intersections, PolylineSet
 from ...geometry.limits import AT_ONCE
-from ...geometry.noise import COLOR_NOISE
 from ...geometry.projection import Projection
-from ...kernels import sample_bilinear
 from ...types import Array, Floats, Foreground
-from .overlap import CrossingStrands, Lookup, color_order, depth_order, sample_strands
+from .overlap import CrossingStrands, Lookup, color_log_odds, depth_order, sample_strands
 
 DEPTH_DEVIATION = 0.5
 """Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
@@ -21,14 +19,6 @@ SURFACE_WEIGHT = 0.75
 
 MAX_DEPTH_DIFFERENCE = 1.5
 """Thicknesses up to which a difference in depth counts."""
-
-COLOR_LOG_ODDS = 3.0
-"""Log odds per log ratio by which one strand's colors explain the overlap better, up to MAX_COLOR_LOG_RATIO of that."""
-
-MAX_COLOR_LOG_RATIO = 2.0
-
-MIN_COLOR_LOG_RATIO = 0.35
-"""A log ratio of colors that is less than this says nothing: so much comes from light and texture."""
 
 NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
@@ -61,12 +51,7 @@ def upper_strand_log_odds(
     log_odds = np.zeros(len(depth))
     if foreground.points.shape[1] == 3:
         log_odds += _depth_log_odds(strands, depth, radius, _surface_lookup(foreground, view, strands))
-    color = foreground.color
-    if color is not None:
-        ratio = color_order(strands, lambda positions: _colors(color, positions), COLOR_NOISE)
-        telling = np.abs(ratio) >= MIN_COLOR_LOG_RATIO
-        log_odds += COLOR_LOG_ODDS * np.where(telling, np.clip(ratio, -MAX_COLOR_LOG_RATIO, MAX_COLOR_LOG_RATIO), 0.0)
-    return log_odds
+    return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
 
 
 def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, surface: Lookup) -> Floats:
@@ -114,15 +99,9 @@ def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) 
 
 
 def _nearest_pixels(image: Array, positions: Floats) -> Floats:
-    """Return the image's pixels (H, W) or (H, W, K) at positions (..., 2) px; NaN outside."""
-    height, width = image.shape[:2]
+    """Return the image's pixels (H, W) at positions (..., 2) px; NaN outside."""
+    height, width = image.shape
     u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
     inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
     pixels = image[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)].astype(float)
-    return np.where(inside if image.ndim == 2 else inside[..., None], pixels, np.nan)
-
-
-def _colors(image: Array, positions: Floats) -> Floats:
-    """Return the bilinear colors (..., 3) of the image at positions (..., 2) px; NaN outside."""
-    flat = sample_bilinear(np.ascontiguousarray(image), positions.reshape(-1, 2))
-    return np.asarray(flat).reshape(*positions.shape[:-1], -1)
+    return np.where(inside, pixels, np.nan)

@@ -8,23 +8,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
-from ...geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ...kernels import color_bands, mask_parts, near_pixels, surface_color
+from ...evidence.surround import learn_surround, median_hue
+from ...kernels import color_bands, mask_parts, near_pixels
 from ...types import Array, Bools, Floats, Frame, Ints
 from .methods.selected import Selected
 
-MEDIAN_PX = 15
-"""Window of the median that gives the surface's color in the image scaled down by 8: 120 px, more than twice as wide as any
-strand."""
-
 MIN_SIDE_PX = 5
 """px; in a narrower image no color is looked at: the blur that removes the camera's noise is as wide."""
-
-MIN_DEVIATION = 1.0
-"""Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
 
 SEED_DEVIATIONS, GROW_DEVIATIONS = 7.0, 3.5
 """Deviations of the surface's own color: the two thresholds of the hysteresis. In the image scaled down by 4 a band is looked for
@@ -141,17 +133,11 @@ def _other_things(selected: Bools, told: Ints, bands: _Parts, strands: Ints, col
     other = ~own.holds & ~own.long
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
-        color_of = np.array([_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
+        color_of = np.array([median_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
         for part in candidates:
-            hue = _hue(color, own.pixels_of(np.array([part])))
+            hue = median_hue(color, own.pixels_of(np.array([part])))
             other[part] = np.linalg.norm(color_of - hue, axis=1).min() >= SAME_HUE
     return own.pixels[np.repeat(other, own.sizes)]
-
-
-def _hue(color: Array, pixels: Ints) -> Floats:
-    """Return the median (2,) of the color axes of 8-bit CIELAB at pixels, given by row-major indices."""
-    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // SAMPLES)]]
-    return np.asarray(np.median(cv2.cvtColor(some[None], cv2.COLOR_RGB2LAB)[0, :, 1:], axis=0))
 
 
 def _told_by_color(color: Array, raised: Bools) -> tuple[_Parts, Ints] | None:
@@ -160,22 +146,12 @@ def _told_by_color(color: Array, raised: Bools) -> tuple[_Parts, Ints] | None:
     The image itself is looked at only round the places where a coarser one shows a band; None if it shows none. The pixels are
     row-major indices.
     """
-    height, width = color.shape[:2]
-    if min(height, width) < MIN_SIDE_PX:
+    if min(color.shape[:2]) < MIN_SIDE_PX:
         return None
-    lab = cv2.cvtColor(_halved(_halved(color)), cv2.COLOR_RGB2LAB)
-    step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
-    around, deviation, seeds = surface_color(
-        color, lab, _halved(lab), raised, MEDIAN_PX, step, MAD_TO_DEVIATION, MIN_DEVIATION, GROW_DEVIATIONS
-    )
+    around, deviation, seeds = learn_surround(color, raised, GROW_DEVIATIONS)
     if not seeds.any():
         return None
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
     return _Parts(pixels, starts, widths, holds), surface
-
-
-def _halved(image: Array) -> Array:
-    size = max(1, image.shape[1] // 2), max(1, image.shape[0] // 2)
-    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))

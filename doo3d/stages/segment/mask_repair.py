@@ -52,7 +52,7 @@ def repair_mask(mask: Bools, color: Array) -> tuple[Bools, Appearance | None]:
     edge = MaskEdge(mask, BAND_PX, RING_PX)
     kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
     for _ in range(ITERATIONS):
-        appearance = Appearance.learn(color, edge)
+        appearance = Appearance(color, edge)
         if appearance.separation < MIN_CONTRAST:
             return mask, None
         edge.move(color, appearance.log_odds, kernel)

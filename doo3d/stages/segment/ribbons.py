@@ -12,6 +12,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from ...geometry.noise import LAB_NOISE
 from ...kernels import follow_ribbon, ribbon_scores
 from ...types import Array, Floats, Ints
 
@@ -20,9 +21,6 @@ DIRECTIONS = 16
 
 WIDTHS_PX = np.array((3.0, 4.5, 6.5, 9.0, 12.5, 17.5, 24.0))
 """px of the scaled image; widths of the ribbons looked for, each 1.4 times the one before."""
-
-COLOR_NOISE = 3.0
-"""Deviation of a strand's color along its length that is noise of the camera, in units of CIELAB."""
 
 LIGHTNESS_WEIGHT = 0.7
 """Weight of lightness beside the two color axes: highlights and shade change it along a strand."""
@@ -137,7 +135,7 @@ def find_ribbons(lab: Array) -> Ribbons:
         turn[:, 2] += (size[0] - width) / 2, (size[1] - height) / 2
         turned = cv2.warpAffine(centered, turn, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         back, shape = cv2.invertAffineTransform(turn), (width, height)
-        score, which = ribbon_scores(turned, WIDTHS_PX, COLOR_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX, back, (height, width))
+        score, which = ribbon_scores(turned, WIDTHS_PX, LAB_NOISE**2, WINDOW_WIDTHS, MIN_WINDOW_PX, back, (height, width))
         scores[direction] = cv2.warpAffine(score, back, shape, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         widths[direction] = cv2.warpAffine(which, back, shape, flags=cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
     np.log(np.maximum(scores, 0.1, out=scores), out=scores)

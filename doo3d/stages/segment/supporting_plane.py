@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...config import SegmentConfig
+from ...facts.frame_facts import facts_of
 from ...geometry.noise import SAMPLES
-from ...kernels import bounding_box
-from ...types import Bools, Cloud, Floats, Frame, Image, Plane
+from ...types import Cloud, Floats, Foreground, Frame, Image, Plane
 from .methods.plane import fit_plane, told_plane
 from .segmentation import Segmentation
 
@@ -50,28 +50,28 @@ def find_supporting_plane(
     if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
         return None
     inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
-    plane = base.plane or _fitted(data, foreground.mask, config, seed)
+    plane = base.plane or _fitted(data, foreground, config, seed)
     if plane is None:
         return None
     sign = 1.0 if float(plane.normal @ inside) >= plane.height else -1.0
     return Plane(np.round(sign * plane.normal, PLANE_DIGITS), round(sign * plane.height, PLANE_DIGITS))
 
 
-def _fitted(data: Frame | Cloud, mask: Bools | None, config: SegmentConfig, seed: int) -> Plane | None:
+def _fitted(data: Frame | Cloud, foreground: Foreground, config: SegmentConfig, seed: int) -> Plane | None:
     """Return the plane through the readings beside the object, its normal to either side."""
     if isinstance(data, Cloud):
         points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
     else:
-        assert mask is not None
-        points = _surrounding_points(data, mask, config)
+        points = _surrounding_points(data, foreground, config)
     if len(points) < MIN_READINGS:
         return None
     return told_plane(points, *fit_plane(points, config.plane_distance, seed), config.plane_distance)
 
 
-def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:
+def _surrounding_points(frame: Frame, foreground: Foreground, config: SegmentConfig) -> Floats:
     """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
-    top, bottom, left, right = bounding_box(mask)
+    top, bottom, left, right = facts_of(foreground).box
+    mask = facts_of(foreground).mask
     margin = int(SURROUNDINGS * (max(bottom - top, right - left) - 1)) + 1
     top, left = max(0, top - margin), max(0, left - margin)
     box = np.s_[top : bottom + margin, left : right + margin]

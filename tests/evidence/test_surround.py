@@ -1,0 +1,40 @@
+"""Colors of the surface around strands, before there is a mask."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doo3d.evidence.surround import MIN_DEVIATION, learn_surround, median_hue, to_lab
+
+RED, GRAY = (200, 40, 30), (150, 150, 145)
+NOTHING = np.zeros((240, 320), bool)
+
+
+def table(noise=3.0, width=12):
+    """An image (240, 320, 3) of a red strand on a gray surface."""
+    image = np.full((240, 320, 3), GRAY, float)
+    image[120 : 120 + width] = RED
+    return np.clip(image + np.random.default_rng(0).normal(0, noise, image.shape), 0, 255).astype(np.uint8)
+
+
+def test_the_color_of_the_surface_is_learned_beside_a_strand():
+    around, deviation, differs = learn_surround(table(), NOTHING, 7.0)
+    gray = to_lab(np.full((1, 1, 3), GRAY, np.uint8))[0, 0]
+    np.testing.assert_allclose(np.median(around, axis=(0, 1)), gray, atol=1)
+    assert (deviation >= MIN_DEVIATION).all()
+    assert differs[31:33].all()
+    assert differs[:26].mean() + differs[38:].mean() < 0.01
+
+
+def test_the_deviation_follows_the_noise():
+    plain, noisy = (learn_surround(table(noise), NOTHING, 7.0)[1][0] for noise in (2.0, 20.0))
+    assert noisy > 2 * plain
+
+
+@pytest.mark.parametrize(("color", "sign"), [(RED, 1), ((30, 160, 60), -1)])
+def test_the_hue_tells_red_from_green_in_any_light(color, sign):
+    bright, dark = (np.full((4, 4, 3), np.multiply(color, light), np.uint8) for light in (1.0, 0.8))
+    hues = [median_hue(image, np.arange(16)) for image in (bright, dark)]
+    assert sign * (hues[0][0] - 128) > 10
+    assert np.linalg.norm(hues[0] - hues[1]) < 20
