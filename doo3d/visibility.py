@@ -55,7 +55,7 @@ class Visibility:
         return Visibility(self.model.with_support(chains, radius, foreground))
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Tell which chain ends would be outside the image if they went straight on by `reach`.
+        """Tell which chain ends would be outside the image if they went straight on by `reach`: cut off there, and not `tips`.
 
         Parameters
         ----------
@@ -74,6 +74,8 @@ class Visibility:
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
         """Tell which chain ends are in plain view, so that nothing can hide a continuation.
+
+        Unlike `tips` this does not ask whether the mask goes on: an end in plain view may lie on the object.
 
         An end is exposed if, on its straight continuation, a position in free space comes before any position that an occluder
         hides.

@@ -32,6 +32,26 @@ def lengths(depth, mask, *paths):
     return Visibility(DepthModel(depth, mask, CAMERA, 0.02)).gap_lengths(paths)
 
 
+def test_tips_are_as_sure_as_the_depth_beyond_them():
+    """A strand of 10 mm radius ends at u = 20, 0.5 m away; beyond it the table, a block, more of the strand, or no reading."""
+    mask = np.zeros((30, 40), dtype=bool)
+    mask[12:18, :21] = True
+    ends, along = place((19, 15), 0.5), np.array([[1.0, 0.0, 0.0]])
+    rng = np.random.default_rng(0)
+
+    def tip(beyond, noise=0.001, mask=mask):
+        depth = np.where(mask, rng.normal(0.5, noise, mask.shape), beyond).astype(np.float32)
+        return float(Visibility(DepthModel(depth, mask, CAMERA, 0.012)).tips(ends, along, 0.01)[0])
+
+    assert tip(0.8) > 0 > tip(0.4)
+    assert tip(0.0) == 0
+    assert tip(0.8, noise=0.002) == pytest.approx(tip(0.8) / 2, rel=0.2)
+    longer = mask.copy()
+    longer[12:18] = True
+    assert tip(0.8, mask=longer) == -np.inf
+    assert Visibility(DepthModel(None, mask, None, 0.012)).tips(ends[:, :2], along[:, :2], 1.0).tolist() == [-np.inf]
+
+
 def test_free_length_is_that_part_of_the_path():
     """Along one row: 0.8 m is measured but for the pixels of the fixture and a patch in front."""
     depth = np.full((30, 40), 0.8, np.float32)

@@ -41,12 +41,15 @@ class Support:
         (E, 3) m, the ends of chains at which the rise was measured.
     rise
         (E,) m, distance by which the surface beside the chain lies behind the chain; NaN where depth does not resolve it.
+    rise_noise
+        (E,) m, standard deviation of single readings of the rise.
     foreground
         the foreground, whose appearance is learned when a color is first asked for.
     """
 
     ends: Floats
     rise: Floats
+    rise_noise: Floats
     foreground: Foreground
 
     @staticmethod
@@ -72,15 +75,13 @@ class Support:
         visible &= ~mask[v, u]
         behind = np.where(visible & (depth[v, u] > 0), depth[v, u] - joints[:, 2:], np.nan)
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
-        ends, rise = _rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius)
-        return Support(ends, rise, foreground)
+        return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), foreground)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.
 
-        The log-odds of color and depth are added. By depth the difference in inverse depth counts, over its noise, by which the
-        reading is farther than the position with half the rise of the object over the surface. Either counts 0 where it is
-        not known.
+        The log-odds of color and depth are added. By depth they are the distance by which the reading is farther than the
+        position with half the rise of the object over the surface, over the noise of both. Either is 0 where it is not known.
 
         Parameters
         ----------
@@ -97,8 +98,9 @@ class Support:
         -------
         (N,) nat; 0 where neither color nor depth tells.
         """
-        rise = self.rise[nearest(points, self.ends, NEAR_ENDS, limited=False)[1]]
-        by_depth = np.nan_to_num((readings - points[:, 2] - rise / 2) / (noise * readings * points[:, 2]))
+        end, z = nearest(points, self.ends, NEAR_ENDS, limited=False)[1], points[:, 2]
+        deviation = np.hypot(noise * readings * z, self.rise_noise[end])
+        by_depth = np.nan_to_num((readings - z - self.rise[end] / 2) / deviation)
         appearance = appearance_of(self.foreground)
         return np.asarray(by_depth if appearance is None else by_depth - appearance.log_odds_at(pixels))
 
@@ -120,8 +122,8 @@ def _pixels_beside(joints: Floats, bounds: Ints, radius: float, camera: Camera) 
     return np.asarray(np.rint(beside), dtype=np.int64)
 
 
-def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -> tuple[Floats, Floats]:
-    """Return the ends (2 C, 3) of C chains, and the rise (2 C,) m at each; NaN where it is not told from zero.
+def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -> tuple[Floats, Floats, Floats]:
+    """Return the ends (2 C, 3) of C chains, and the rise and its noise (2 C,) m at each; NaN where it is not told from zero.
 
     joints : (N, 3) of all chains. bounds : (C + 1,), first joint of each, and N. behind : (N, 4) m, beside each joint; NaN =
     unknown. The rise is the median of distances behind the chain, if they are not too few and not too noisy.
@@ -133,8 +135,9 @@ def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -
     to_last = (np.maximum(last - count, first), last)
     start, stop = (behind.shape[1] * np.column_stack(rows).ravel() for rows in zip(from_first, to_last, strict=True))
     rise, deviation, known = part_medians(behind.ravel(), start, stop)
-    is_resolved = (known >= MIN_RISE_READINGS) & (rise > MIN_RISE_NOISE_RATIO * MAD_TO_DEVIATION * deviation)
-    return joints[np.column_stack((first, last - 1)).ravel()], np.where(is_resolved, rise, np.nan)
+    noise = MAD_TO_DEVIATION * deviation
+    is_resolved = (known >= MIN_RISE_READINGS) & (rise > MIN_RISE_NOISE_RATIO * noise)
+    return joints[np.column_stack((first, last - 1)).ravel()], np.where(is_resolved, rise, np.nan), noise
 
 
 def _in_image(pixels: Ints, shape: tuple[int, ...]) -> Bools:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -130,6 +131,31 @@ def test_color_decides_where_depth_does_not():
         assert (kinds == expected).mean() > 0.6
         blind = Frame(None, frame.depth, CAMERA)
         assert not (classified(blind, mask, gap) == PointVisibility.BARE).any()
+
+
+def test_the_log_odds_of_color_and_depth_are_added():
+    points, pixels = np.array([(0.0, 0.0, 0.6)] * 2), np.array([(320, 240), (0, 0)])
+    frame, mask = scene(two_cables(0.06), True)
+    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
+    known = Support(points[:1], np.array([0.004]), np.array([0.001]), foreground)
+    blind = Support(points[:1], np.array([0.004]), np.array([0.001]), replace(foreground, color=None))
+    unresolved = Support(points[:1], np.array([np.nan]), np.array([np.nan]), foreground)
+    readings = np.array([0.604, 0.601])
+    by_depth = blind.bare_log_odds(points, pixels, readings, 1e-9)
+    assert by_depth == pytest.approx([2, -1])
+    by_color = unresolved.bare_log_odds(points, pixels, readings, 1e-9)
+    assert (by_color > 2).all()
+    np.testing.assert_allclose(known.bare_log_odds(points, pixels, readings, 1e-9), by_depth + by_color)
+    noisy = replace(blind, rise_noise=np.array([0.002]))
+    np.testing.assert_allclose(noisy.bare_log_odds(points, pixels, readings, 1e-9), by_depth / 2)
+
+
+def test_the_rise_beside_a_chain_and_its_noise_are_measured():
+    frame, mask = scene(WHOLE, False)
+    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, camera=CAMERA)
+    support = Support.beside([np.linspace((-0.15, 0, SEEN), (0.15, 0, SEEN), 40)], RADIUS, foreground)
+    assert support.rise == pytest.approx([TABLE - SEEN] * 2, abs=0.0003)
+    assert support.rise_noise == pytest.approx([0.0005] * 2, rel=0.4)
 
 
 def test_nothing_is_bare_without_an_image_of_depth():
