@@ -49,11 +49,8 @@ class Appearance(ColorOdds):
 
         color : (H, W, 3) uint8 RGB. edge : the edge of the object's mask, whose pixels inside and around are learned from.
         """
-        x = np.arange(int(4 * HISTOGRAM_SMOOTHING + 0.5) + 1)
-        kernel = np.exp(-0.5 / HISTOGRAM_SMOOTHING**2 * x**2)
-        kernel /= kernel.sum() + kernel[1:].sum()
         pixels = edge.inside(), edge.around(SURROUND_SAMPLES)
-        super().__init__(color, *pixels, np.array(SHADES), SHADOW_SHARE, kernel, MIN_FREQUENCY)
+        super().__init__(color, *pixels, np.array(SHADES), SHADOW_SHARE, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
 
 
 def appearance_of(foreground: Foreground) -> Appearance | None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..geometry.noise import COLOR_NOISE
@@ -23,35 +21,28 @@ MAX_LOG_RATIO, MIN_LOG_RATIO = 2.0, 0.35
 """Logarithms of a ratio of squared errors: beyond the first, more says nothing; the second comes from light and texture."""
 
 
-class StrandColors(NamedTuple):
-    """The colors across strands, each the median over the samples along its strand.
+def color_profiles(image: Array, positions: Floats) -> tuple[Floats, Ints]:
+    """Measure the colors across strands, each the median over the samples along its strand.
 
-    Attributes
+    Parameters
     ----------
-    profile
-        (..., A, 3) 8-bit RGB, by lateral offset; NaN where no sample along the strand is in the image.
-    measured
-        (...) number of samples along the strand that are in the image with all their offsets.
+    image
+        (H, W, 3) uint8 RGB.
+    positions
+        (..., S, A, 2) px, of S samples along each strand at A lateral offsets; NaN for none.
+
+    Returns
+    -------
+    profile : (..., A, 3) by lateral offset; NaN where no sample along the strand is in the image
+    measured : (...) number of samples along the strand that are in the image with all their offsets
     """
-
-    profile: Floats
-    measured: Ints
-
-    @classmethod
-    def at(cls, image: Array, positions: Floats) -> StrandColors:
-        """Measure the colors across strands.
-
-        image : (H, W, 3) uint8 RGB. positions : (..., S, A, 2) px, of S samples along each strand at A lateral offsets; NaN for
-        none.
-        """
-        colors = np.moveaxis(colors_at(image, positions), -3, -1)
-        return cls(medians(colors), np.isfinite(colors).all(axis=(-3, -2)).sum(axis=-1))
+    colors = colors_at(image, positions).swapaxes(-3, -1)
+    return medians(colors).swapaxes(-2, -1), np.isfinite(colors).all(axis=(-3, -2)).sum(axis=-1)
 
 
 def colors_at(image: Array, positions: Floats) -> Floats:
     """Return the bilinear colors (..., 3) of an image (H, W, 3) uint8 at positions (..., 2) px; NaN outside."""
-    flat = sample_bilinear(np.ascontiguousarray(image), positions.reshape(-1, 2))
-    return np.asarray(flat).reshape(*positions.shape[:-1], -1)
+    return sample_bilinear(np.ascontiguousarray(image), positions.reshape(-1, 2)).reshape(*positions.shape[:-1], -1)
 
 
 def medians(values: Floats) -> Floats:
@@ -80,5 +71,4 @@ def first_strand_log_odds(colors: Floats, first: Floats, second: Floats) -> Floa
     """
     own, other = (((expected - colors) ** 2).mean(axis=(1, 2, 3)) + COLOR_NOISE**2 for expected in (first, second))
     ratio = np.log(other / own)
-    telling = np.abs(ratio) >= MIN_LOG_RATIO
-    return INDEPENDENT_COLORS / 2 * np.where(telling, np.clip(ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO), 0.0)
+    return INDEPENDENT_COLORS / 2 * np.where(np.abs(ratio) >= MIN_LOG_RATIO, np.clip(ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO), 0.0)

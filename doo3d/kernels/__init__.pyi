@@ -218,15 +218,15 @@ class ColorOdds:
         (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
     shade_share
         the weight of a color in a shade; that of a color as seen is 1.
-    kernel
-        (R,) weights by which the histograms are smoothed along each axis: the middle one, and those to either side; the cells at
-        the border are repeated.
+    smoothing
+        cells, standard deviation of the Gaussian by which the histograms are smoothed along each axis; cells at the border are
+        repeated.
     least
         frequency added to that of each cell, so that none is 0.
     """
 
     def __init__(
-        self, color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, kernel: Floats, least: float
+        self, color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, smoothing: float, least: float
     ) -> None: ...
     @property
     def log_odds(self) -> Floats:

@@ -85,8 +85,8 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
         return None
     extended = None
     for chain in chains:
-        for joints, radii in ((chain.joints, chain.radii), (chain.joints[::-1], chain.radii[::-1])):
-            radius = float(np.median(radii))
+        radius = float(np.median(chain.radii))
+        for joints in (chain.joints, chain.joints[::-1]):
             if chain.closed or not radius > 0 or not _is_inside(joints[-1], mask, radius * (1 + STEP_RADII)):
                 continue
             line = np.ascontiguousarray(joints)

@@ -33,7 +33,7 @@ CALLS = {
         10, 4, np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
     ),
     "ColorOdds": (
-        np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, np.array([0.6, 0.2]), 1e-5,
+        np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, 0.6, 1e-5,
     ),
     "connected_components": (TABLE,),
     "cover_with_chords": (POINTS, 0.01),

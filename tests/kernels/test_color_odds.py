@@ -11,8 +11,6 @@ from scipy.ndimage import gaussian_filter
 from doo3d.kernels import ColorOdds
 
 SHADES, SHARE, LEAST, SIGMA = np.array([0.85, 0.5]), 0.03, 1e-5, 0.6
-KERNEL = np.exp(-0.5 / SIGMA**2 * np.arange(3) ** 2)
-KERNEL /= KERNEL.sum() + KERNEL[1:].sum()
 
 
 def cells(colors):
@@ -35,7 +33,7 @@ def test_log_odds_as_by_numpy(seed, ours, theirs):
     random = np.random.default_rng(seed)
     image = random.integers(0, random.integers(2, 257), (20, 30, 3), np.uint8)
     inside, around = (random.integers(0, 600, size) for size in (ours, theirs))
-    learned = ColorOdds(image, inside, around, SHADES, SHARE, KERNEL, LEAST)
+    learned = ColorOdds(image, inside, around, SHADES, SHARE, SIGMA, LEAST)
     found, every = learned.log_odds, np.indices((30, 20)).reshape(2, -1).T
     surround = image.reshape(-1, 3)[around]
     background = counts(surround) + SHARE * sum(counts((surround * shade).astype(np.uint8)) for shade in SHADES)
@@ -51,7 +49,7 @@ def test_log_odds_as_by_numpy(seed, ours, theirs):
 
 def test_without_pixels_nothing_is_told():
     none = np.zeros(0, np.int64)
-    learned = ColorOdds(np.zeros((2, 2, 3), np.uint8), none, none, SHADES, SHARE, KERNEL, LEAST)
+    learned = ColorOdds(np.zeros((2, 2, 3), np.uint8), none, none, SHADES, SHARE, SIGMA, LEAST)
     assert not learned.log_odds.any()
     assert learned.separation == 0
 
@@ -60,15 +58,17 @@ def test_pixels_beyond_the_image_are_refused():
     image, some = np.zeros((2, 2, 3), np.uint8), np.array([0])
     for pixels in (np.array([4]), np.array([-1])):
         with pytest.raises(ValueError, match="pixel"):
-            ColorOdds(image, pixels, some, SHADES, SHARE, KERNEL, LEAST)
+            ColorOdds(image, pixels, some, SHADES, SHARE, SIGMA, LEAST)
         with pytest.raises(ValueError, match="pixel"):
-            ColorOdds(image, some, pixels, SHADES, SHARE, KERNEL, LEAST)
+            ColorOdds(image, some, pixels, SHADES, SHARE, SIGMA, LEAST)
     with pytest.raises(ValueError, match="shade"):
-        ColorOdds(image, some, some, np.array([1.5]), SHARE, KERNEL, LEAST)
+        ColorOdds(image, some, some, np.array([1.5]), SHARE, SIGMA, LEAST)
+    with pytest.raises(ValueError, match="smoothing"):
+        ColorOdds(image, some, some, SHADES, SHARE, 0.0, LEAST)
 
 
 def test_only_pixels_of_the_image_are_asked():
-    learned = ColorOdds(np.zeros((2, 3, 3), np.uint8), np.array([0]), np.array([1]), SHADES, SHARE, KERNEL, LEAST)
+    learned = ColorOdds(np.zeros((2, 3, 3), np.uint8), np.array([0]), np.array([1]), SHADES, SHARE, SIGMA, LEAST)
     assert learned.log_odds_at(np.array([(2, 1)])).shape == (1,)
     for pixel in ((3, 0), (0, 2), (-1, 0), (0, -1)):
         with pytest.raises(ValueError, match="pixel"):

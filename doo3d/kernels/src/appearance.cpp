@@ -18,18 +18,18 @@ double pairwise_sum(const double* values, Index size) {
 }
 
 // Convolve a histogram along one axis with a symmetric kernel, half of which is given, the middle first; edge cells are repeated.
-Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half) {
+Histogram smoothed(const Histogram& from, Index step, const std::vector<double>& half) {
     Histogram to(from.size());
-    count_visits(color_cells() * Index(half.shape(0)));
+    count_visits(color_cells() * Index(half.size()));
     for (Index start = 0; start < color_cells(); start += step * COLOR_LEVELS) {
         for (Index i = 0; i < COLOR_LEVELS; ++i) {
             double* out = &to[start + i * step];
             const double* middle = &from[start + i * step];
-            for (Index j = 0; j < step; ++j) out[j] = middle[j] * half(0);
-            for (Index k = Index(half.shape(0)) - 1; k > 0; --k) {
+            for (Index j = 0; j < step; ++j) out[j] = middle[j] * half[0];
+            for (Index k = Index(half.size()) - 1; k > 0; --k) {
                 const double* before = &from[start + std::max<Index>(i - k, 0) * step];
                 const double* after = &from[start + std::min(i + k, COLOR_LEVELS - 1) * step];
-                for (Index j = 0; j < step; ++j) out[j] += (before[j] + after[j]) * half(k);
+                for (Index j = 0; j < step; ++j) out[j] += (before[j] + after[j]) * half[k];
             }
         }
     }
@@ -37,7 +37,7 @@ Histogram smoothed(const Histogram& from, Index step, const Vector<double>& half
 }
 
 // Return the smoothed frequencies of the cells, none of them 0, and add the squares of their relative errors to `variance`.
-Histogram frequencies(Histogram counts, const Vector<double>& half, double least, Histogram& variance) {
+Histogram frequencies(Histogram counts, const std::vector<double>& half, double least, Histogram& variance) {
     for (Index step = color_cells() / COLOR_LEVELS; step; step /= COLOR_LEVELS) counts = smoothed(counts, step, half);
     const double sum = std::max(pairwise_sum(counts.data(), color_cells()), 1e-9);
     for (double& value : counts) value = value / sum + least;
@@ -61,6 +61,18 @@ float median_of(const std::vector<float>& values, const Histogram& counts) {
         return cells[i].first;
     };
     return (at(std::floor((total - 1) / 2)) + at(std::floor(total / 2))) / 2;
+}
+
+// Return the weights of a Gaussian of some cells, the middle one and those to one side up to four deviations.
+std::vector<double> half_gaussian(double deviation) {
+    std::vector<double> half(std::size_t(4 * deviation + 0.5) + 1);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < half.size(); ++i) {
+        half[i] = std::exp(-0.5 / (deviation * deviation) * double(i * i));
+        sum += i ? 2 * half[i] : half[i];
+    }
+    for (double& weight : half) weight /= sum;
+    return half;
 }
 
 struct Shades {
@@ -97,14 +109,15 @@ void check_pixels(const Vector<std::int64_t>& pixels, const Volume<Byte>& color)
 class ColorOdds {
    public:
     ColorOdds(Volume<Byte> image, Vector<std::int64_t> object, Vector<std::int64_t> surround, Vector<double> shades, double shade_share,
-              Vector<double> kernel, double least)
+              double smoothing, double least)
         : color(std::move(image)), odds(color_cells()), noise(color_cells()) {
         require(color.shape(2) == CHANNELS, "color has to be (H, W, 3)");
-        require(kernel.shape(0) > 0, "the kernel is empty");
+        require(smoothing > 0 && smoothing < double(COLOR_LEVELS), "smoothing is not between 0 and 16 cells");
         for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
         check_pixels(object, color);
         check_pixels(surround, color);
         nb::gil_scoped_release release;
+        const std::vector<double> kernel = half_gaussian(smoothing);
         Histogram counts(color_cells(), 0.0), variance(color_cells(), 0.0);
         count_visits(Index(object.shape(0)));
         for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
@@ -143,9 +156,9 @@ class ColorOdds {
 
 void bind_appearance(nb::module_& m) {
     nb::class_<ColorOdds>(m, "ColorOdds")
-        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, Vector<double>, double>(),
+        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, double, double>(),
              "color"_a.noconvert(), "object"_a.noconvert(), "surround"_a.noconvert(), "shades"_a.noconvert(), "shade_share"_a,
-             "kernel"_a.noconvert(), "least"_a)
+             "smoothing"_a, "least"_a)
         .def_prop_ro("log_odds", &ColorOdds::log_odds, nb::rv_policy::move)
         .def_ro("separation", &ColorOdds::separation)
         .def("log_odds_at", &ColorOdds::log_odds_at, "pixels"_a.noconvert())

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...evidence.strand_colors import CORE_OFFSETS, PROFILE_OFFSETS, StrandColors, colors_at, first_strand_log_odds, medians
+from ...evidence.strand_colors import CORE_OFFSETS, PROFILE_OFFSETS, color_profiles, colors_at, first_strand_log_odds, medians
 from ...geometry.intersections import Intersections, PolylineSet
 from ...geometry.noise import DEVIATIONS
 from ...types import Array, Floats, Ints
@@ -194,7 +194,7 @@ def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
     samples on one side of the crossing, or the overlap leaves the image.
     """
     beyond, inside = sample_overlap(strands, PROFILE_OFFSETS)
-    before, after = (StrandColors.at(image, part) for part in np.split(beyond, 2, axis=2))
-    profile = (before.profile + after.profile) / 2
+    profile, measured = color_profiles(image, beyond.reshape(-1, 2, 2, beyond.shape[2] // 2, *beyond.shape[3:]))
+    profile = profile.mean(axis=2)
     log_odds = first_strand_log_odds(colors_at(image, inside), profile[:, 0][:, :, None], profile[:, 1][:, None])
-    return np.where((np.minimum(before.measured, after.measured) >= MIN_MEASURED // 2).all(axis=1), log_odds, 0.0)
+    return np.where((measured >= MIN_MEASURED // 2).all(axis=(1, 2)), log_odds, 0.0)

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from ...geometry.intersections import Intersections, PolylineSet
 from ...geometry.limits import AT_ONCE
 from ...geometry.projection import Projection
-from ...types import Array, Floats, Foreground
+from ...types import Floats, Foreground
 from .overlap import CrossingStrands, Lookup, color_log_odds, depth_order, sample_strands
 
 DEPTH_DEVIATION = 0.5
@@ -71,8 +71,10 @@ def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingS
         depth, mask = foreground.depth, foreground.mask
 
         def in_depth_image(positions: Floats) -> Floats:
-            measured = _nearest_pixels(depth, positions)
-            return np.where((measured > 0) & (_nearest_pixels(mask, positions) > 0), measured, np.nan)
+            u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
+            inside = (u >= 0) & (v >= 0) & (u < depth.shape[1]) & (v < depth.shape[0])
+            pixels = np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)
+            return np.where(inside & mask[pixels] & (depth[pixels] > 0), depth[pixels].astype(float), np.nan)
 
         return in_depth_image
     reach = 0.5 * float(strands.half_width.max())
@@ -96,12 +98,3 @@ def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) 
     inside = (shown >= low[:, None]) & (shown <= high[:, None])
     near = (inside[..., 0] & inside[..., 1]).any(axis=0)
     return np.column_stack((shown[near], view.distance(points[near])))
-
-
-def _nearest_pixels(image: Array, positions: Floats) -> Floats:
-    """Return the image's pixels (H, W) at positions (..., 2) px; NaN outside."""
-    height, width = image.shape
-    u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
-    inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    pixels = image[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)].astype(float)
-    return np.where(inside, pixels, np.nan)

@@ -133,10 +133,10 @@ def _other_things(selected: Bools, told: Ints, bands: _Parts, strands: Ints, col
     other = ~own.holds & ~own.long
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
-        color_of = np.array([median_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
+        hues = np.array([median_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
         for part in candidates:
-            hue = median_hue(color, own.pixels_of(np.array([part])))
-            other[part] = np.linalg.norm(color_of - hue, axis=1).min() >= SAME_HUE
+            away = hues - median_hue(color, own.pixels_of(np.array([part])))
+            other[part] = np.linalg.norm(away, axis=1).min() >= SAME_HUE
     return own.pixels[np.repeat(other, own.sizes)]
 
 
