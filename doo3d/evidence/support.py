@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.noise import MAD_TO_DEVIATION
-from ..kernels import nearest, part_medians, polyline_tangents
-from ..types import Bools, Camera, Floats, Foreground, Ints
-from .appearance import appearance_of
+from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents
+from ..types import Array, Bools, Camera, Floats, Foreground, Ints
+from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
 
 BESIDE_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
 """Lateral offsets from the centre line at which the supporting surface is looked for: near, but beyond the rim of the mask."""
@@ -43,14 +43,14 @@ class Support:
         (E,) m, distance by which the surface beside the chain lies behind the chain; NaN where depth does not resolve it.
     rise_noise
         (E,) m, standard deviation of single readings of the rise.
-    foreground
-        the foreground, whose appearance is learned when a color is first asked for.
+    colors
+        the colors of the object along the chains against those beside them; None without color, and if one of them is not seen.
     """
 
     ends: Floats
     rise: Floats
     rise_noise: Floats
-    foreground: Foreground
+    colors: ColorOdds | None
 
     @staticmethod
     def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> Support | None:
@@ -75,7 +75,11 @@ class Support:
         visible &= ~mask[v, u]
         behind = np.where(visible & (depth[v, u] > 0), depth[v, u] - joints[:, 2:], np.nan)
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
-        return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), foreground)
+        on = np.asarray(np.rint(camera.project(joints)), dtype=np.int64)
+        on = on[_in_image(on, mask.shape)]
+        on = on[mask[on[:, 1], on[:, 0]]]
+        colors = None if foreground.color is None else _colors(foreground.color, on, beside[visible])
+        return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), colors)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.
@@ -101,15 +105,22 @@ class Support:
         end, z = nearest(points, self.ends, NEAR_ENDS, limited=False)[1], points[:, 2]
         deviation = np.hypot(noise * readings * z, self.rise_noise[end])
         by_depth = np.nan_to_num((readings - z - self.rise[end] / 2) / deviation)
-        appearance = appearance_of(self.foreground)
-        return np.asarray(by_depth if appearance is None else by_depth - appearance.log_odds_at(pixels))
+        return np.asarray(by_depth if self.colors is None else by_depth - self.colors.log_odds_at(pixels))
 
     def has_object_color(self, pixels: Ints) -> Bools:
-        """Tell which pixels (N, 2), (u, v), have the color of the object, by more than the noise of its log-odds: (N,) bool."""
-        appearance = appearance_of(self.foreground)
-        if appearance is None:
+        """Tell which pixels (N, 2), (u, v), have a color of the object rather than of the surface beside it: (N,) bool."""
+        if self.colors is None:
             return np.zeros(len(pixels), dtype=bool)
-        return np.asarray(appearance.log_odds_at(pixels) > appearance.noise_at(pixels))
+        return np.asarray(self.colors.log_odds_at(pixels) > 0)
+
+
+def _colors(color: Array, on: Ints, beside: Ints) -> ColorOdds | None:
+    """Return the colors at pixels (N, 2) on the object against those at pixels (K, 2) beside it; None if either are too few."""
+    if min(len(on), len(beside)) < MIN_RISE_READINGS:
+        return None
+    inside, around = (v * color.shape[1] + u for u, v in (on.T, beside.T))
+    shades = np.array(SHADES), SHADOW_SHARE
+    return ColorOdds(np.ascontiguousarray(color), inside, around, *shades, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
 
 
 def _pixels_beside(joints: Floats, bounds: Ints, radius: float, camera: Camera) -> Ints:

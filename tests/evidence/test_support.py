@@ -137,9 +137,10 @@ def test_the_log_odds_of_color_and_depth_are_added():
     points, pixels = np.array([(0.0, 0.0, 0.6)] * 2), np.array([(320, 240), (0, 0)])
     frame, mask = scene(two_cables(0.06), True)
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    known = Support(points[:1], np.array([0.004]), np.array([0.001]), foreground)
-    blind = Support(points[:1], np.array([0.004]), np.array([0.001]), replace(foreground, color=None))
-    unresolved = Support(points[:1], np.array([np.nan]), np.array([np.nan]), foreground)
+    colors = Support.beside([np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)], RADIUS, foreground).colors
+    known = Support(points[:1], np.array([0.004]), np.array([0.001]), colors)
+    blind = replace(known, colors=None)
+    unresolved = Support(points[:1], np.array([np.nan]), np.array([np.nan]), colors)
     readings = np.array([0.604, 0.601])
     by_depth = blind.bare_log_odds(points, pixels, readings, 1e-9)
     assert by_depth == pytest.approx([2, -1])
