@@ -58,10 +58,8 @@ def appearance_of(foreground: Foreground) -> Appearance | None:
 
     foreground : the object's points. Returns None without a mask or without color.
     """
-    if foreground.mask is None or foreground.color is None:
-        return None
-    if not isinstance(foreground.appearance, Appearance):
-        color = np.ascontiguousarray(foreground.color)
-        set_sealed(foreground, appearance=Appearance(color, MaskEdge(foreground.mask, BAND_PX, RING_PX)))
-    learned: Appearance = foreground.appearance
+    if foreground.appearance is None and foreground.mask is not None and foreground.color is not None:
+        edge = MaskEdge(foreground.mask, BAND_PX, RING_PX)
+        set_sealed(foreground, appearance=Appearance(np.ascontiguousarray(foreground.color), edge))
+    learned: Appearance | None = foreground.appearance
     return learned

@@ -52,5 +52,5 @@ def median_hue(color: Array, pixels: Ints) -> Floats:
 
 
 def _halved(image: Array) -> Array:
-    size = max(1, image.shape[1] // 2), max(1, image.shape[0] // 2)
-    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
+    height, width = (max(1, size // 2) for size in image.shape[:2])
+    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA))

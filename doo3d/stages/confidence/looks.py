@@ -95,7 +95,7 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     mask = foreground.mask
     if mask is None or len(view) < 2:
         return Looks(stubby, _uneven(chain))
-    across = tangents(view)[:, ::-1] * (-1, 1)
+    across = unit(np.gradient(view, axis=0))[:, ::-1] * (-1, 1)
     depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
     color = np.zeros((0, 0, 3), np.uint8) if foreground.color is None else np.ascontiguousarray(foreground.color)
     flat, edge = strand_sides(
@@ -112,8 +112,3 @@ def _uneven(chain: Chain) -> float:
     low, high = np.percentile(radii, UNEVEN_PERCENTILES)
     middle = float(np.median(radii))
     return min(float(high - low) / middle, MAX_UNEVEN) if middle > 0 else 0.0
-
-
-def tangents(view: Floats) -> Floats:
-    """Return the unit vectors (S, 2) along a strand at its samples (S, 2) in the view; 0 for a single one."""
-    return unit(np.gradient(view, axis=0)) if len(view) > 1 else np.zeros((len(view), 2))

@@ -66,7 +66,7 @@ def _find(chains: list[Chain], foreground: Foreground, config: CrossingsConfig) 
     radius = np.array([chain.radius for chain in chains])[intersections.chain]
     in_view = [np.column_stack(both) for both in zip(positions, distances, strict=True)]
     polylines = PolylineSet.from_polylines(in_view, closed)
-    foreground = foreground if config.use_color else replace(foreground, color=None)
+    foreground = foreground if config.use_color else replace(foreground, color=None, appearance=None)
     log_odds = upper_strand_log_odds(intersections, polylines, radius, view, foreground)
     return tuple(_crossing(intersections, k, chains, float(value)) for k, value in enumerate(log_odds))
 

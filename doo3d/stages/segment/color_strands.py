@@ -133,10 +133,9 @@ def _other_things(selected: Bools, told: Ints, bands: _Parts, strands: Ints, col
     other = ~own.holds & ~own.long
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
-        hues = np.array([median_hue(color, bands.pixels_of(strands[i : i + 1])) for i in range(len(strands))])
-        for part in candidates:
-            away = hues - median_hue(color, own.pixels_of(np.array([part])))
-            other[part] = np.linalg.norm(away, axis=1).min() >= SAME_HUE
+        hues = np.array([median_hue(color, bands.pixels_of(strand)) for strand in strands[:, None]])
+        own_hues = np.array([median_hue(color, own.pixels_of(part)) for part in candidates[:, None]])
+        other[candidates] = np.linalg.norm(own_hues[:, None] - hues, axis=2).min(axis=1) >= SAME_HUE
     return own.pixels[np.repeat(other, own.sizes)]
 
 
