@@ -8,7 +8,7 @@ from ...config import SegmentConfig
 from ...facts.frame_facts import facts_of
 from ...geometry.noise import SAMPLES
 from ...types import Cloud, Floats, Foreground, Frame, Image, Plane
-from .methods.plane import fit_plane, told_plane
+from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
 
 MIN_READINGS = 50
@@ -50,22 +50,20 @@ def find_supporting_plane(
     if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
         return None
     inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
-    plane = base.plane or _fitted(data, foreground, config, seed)
-    if plane is None:
-        return None
-    sign = 1.0 if float(plane.normal @ inside) >= plane.height else -1.0
-    return Plane(np.round(sign * plane.normal, PLANE_DIGITS), round(sign * plane.height, PLANE_DIGITS))
-
-
-def _fitted(data: Frame | Cloud, foreground: Foreground, config: SegmentConfig, seed: int) -> Plane | None:
-    """Return the plane through the readings beside the object, its normal to either side."""
-    if isinstance(data, Cloud):
-        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+    if base.plane is not None:
+        normal, height = base.plane.normal, base.plane.height
     else:
-        points = _surrounding_points(data, foreground, config)
-    if len(points) < MIN_READINGS:
-        return None
-    return told_plane(points, *fit_plane(points, config.plane_distance, seed), config.plane_distance)
+        if isinstance(data, Cloud):
+            points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+        else:
+            points = _surrounding_points(data, foreground, config)
+        if len(points) < MIN_READINGS:
+            return None
+        normal, height = fit_plane(points, config.plane_distance, seed)
+        if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
+            return None
+    sign = 1.0 if float(normal @ inside) >= height else -1.0
+    return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
 def _surrounding_points(frame: Frame, foreground: Foreground, config: SegmentConfig) -> Floats:

@@ -63,7 +63,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
     if len(sample) < 3:
         return Selected(np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool))
     normal, offset = _fit(sample, config.plane_distance, random)
-    plane, residual = told_plane(sample, normal, offset, config.plane_distance), np.abs(sample @ normal - offset)
+    residual = np.abs(sample @ normal - offset)
+    plane = Plane(normal, offset) if np.mean(residual < config.plane_distance) >= MIN_PLANE_SHARE else None
     noise = plane_noise(residual, config.plane_distance)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
     if isinstance(data, Cloud):
@@ -75,12 +76,6 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
     along_v = normal[1] * (np.arange(camera.height) - camera.cy) / camera.fy + normal[2]
     raised = raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
     return Selected(raised, plane=plane)
-
-
-def told_plane(points: Floats, normal: Floats, offset: float, distance: float) -> Plane | None:
-    """Return the plane, its normal as given; None if too few of the points (N, 3) m lie within `distance`, m, of it."""
-    is_plane = np.mean(np.abs(points @ normal - offset) < distance) >= MIN_PLANE_SHARE
-    return Plane(normal, offset) if is_plane else None
 
 
 def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float]:
