@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .config import Config, ConfigLike, SegmentConfig, as_config
 from .errors import ArgumentError, InputError
+from .geometry.curves import Curves
 from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
@@ -83,7 +84,7 @@ class Stages:
     context: FrameContext
     skeleton: Skeleton
     traversal: Traversal
-    fitted: list[Chain]
+    fitted: Curves
     pruned: Pruned
     merged: Merged
     filled: list[Path]
@@ -211,7 +212,7 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     crossings = find_crossings(chains, context, config.crossings)
     if branched is not None:
         crossings = branched.without_junctions(crossings)
-    dropped = sum(item.chain.length for item in merged.dropped if item.setting == "merge.chains")
+    dropped = sum(item.length for item in merged.dropped if item.setting == "merge.chains")
     bodies = None if branched is None else [item.chains for item in branched.objects]
     chains, evidence = with_confidence(chains, crossings, dropped, context, config, bodies)
     clock("crossings")

@@ -277,5 +277,5 @@ def test_empty_in_empty_out():
     paths = traverse(thin(grid), context, settings.traverse).paths
     chains = prune(fit(paths, context, settings.fit), context, settings.prune).chains
     filled = fill(merge(chains, context, settings.merge).assemblies, context)
-    assert paths == chains == filled == extend_ends(filled, context) == []
+    assert paths == list(chains) == filled == extend_ends(filled, context) == []
     assert lay_chains(estimate_centerline([], context, settings.refine), [], context, settings.refine) == []

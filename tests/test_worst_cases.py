@@ -11,6 +11,7 @@ from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 
 import doo3d
 from doo3d.config import VoxelizeConfig
+from doo3d.geometry.curves import Curves
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
 from doo3d.stages.merge import TOO_MANY
 from doo3d.stages.merge.gap_path_costs import GapPaths
@@ -80,10 +81,10 @@ def test_of_too_many_chains_the_longest_are_merged(monkeypatch):
     limit = len(everything) // 2
     monkeypatch.setattr(import_module("doo3d.stages.merge.merge"), "MAX_CHAINS", limit)
     stages = stages_of(mask, **UNEXTENDED)
-    left_out = [dropped.chain for dropped in stages.merged.dropped if dropped.setting == TOO_MANY]
+    left_out = [dropped.joints for dropped in stages.merged.dropped if dropped.setting == TOO_MANY]
     assert len(left_out) == len(everything) - limit
-    used = sorted(len(chain.joints) for chain in everything)[-limit:]
-    assert max(len(chain.joints) for chain in left_out) <= used[0]
+    used = sorted(len(chain) for chain in everything)[-limit:]
+    assert max(len(chain) for chain in left_out) <= used[0]
     (note,) = stages.merged.notes
     assert f"{limit} longest" in note
     assert f"{len(left_out)} pieces" in note
@@ -238,7 +239,7 @@ def test_beside_is_the_same_when_the_pairs_are_thinned(monkeypatch):
     confidence = import_module("doo3d.stages.confidence.confidence")
     along = np.linspace(0, 300, 600)
     view = np.concatenate([np.column_stack((along, np.full(600, y))) for y in (0.0, 7.0)])
-    samples = confidence._Samples(view, np.full(1200, 4.0), np.tile(along / 4, 2), np.array([0, 600, 1200]))
+    samples = confidence._Samples(Curves.of(np.split(view, 2)), np.full(1200, 4.0), np.tile(along / 4, 2))
     chains = doo3d.detect(image_of(lines((320, 60), 30, 5)), "image", mask=lines((320, 60), 30, 5)).chains[:2]
     assert len(chains) == 2
     whole = confidence._beside(samples, chains)

@@ -83,8 +83,8 @@ def from_fitting_on(scene: Rendered, stages: Stages) -> None:
     """From segments to the chain."""
     page = Page(scene)
     for k, chain in enumerate(stages.pruned.chains):
-        page.line(chain.joints, chain_color(k), 1)
-        page.dots(chain.joints, chain_color(k), 3)
+        page.line(chain, chain_color(k), 1)
+        page.dots(chain, chain_color(k), 3)
     page.save("fit")
 
     page = Page(scene)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import kernels
 from ..types import Bools, Floats, Foreground
+from .curves import Curves
 from .noise import DEVIATIONS, MAD_TO_DEVIATION
 
 POSITIONS = (np.arange(5) + 0.5) / 5
@@ -49,7 +50,7 @@ class DepthSupport(NamedTuple):
     residual: Floats
 
 
-def depth_support(joints: Sequence[Floats], radius: Sequence[float], foreground: Foreground) -> list[DepthSupport] | None:
+def depth_support(chains: Curves, radius: Sequence[float], foreground: Foreground) -> list[DepthSupport] | None:
     """Return how well the depth readings support the segments of chains; None in 2-D and for a cloud.
 
     A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
@@ -58,20 +59,19 @@ def depth_support(joints: Sequence[Floats], radius: Sequence[float], foreground:
 
     Parameters
     ----------
-    joints
-        of each chain, (N + 1, 3) m in the camera's optical frame, (N + 1, 2) px in 2-D: the joints of N segments.
+    chains
+        the joints of the chains, (N + 1, 3) m in the camera's optical frame, (N + 1, 2) px in 2-D for N segments.
     radius
         radius of each chain, m (px in 2-D).
     foreground
         the mask, the depth and the camera of the frame.
     """
     camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
-    if camera is None or depth is None or mask is None or not joints:
+    if camera is None or depth is None or mask is None or not len(chains):
         return None
-    bounds = np.cumsum([0, *map(len, joints)])
     supported, agreeing, residual = kernels.depth_support(
-        np.concatenate(joints),
-        bounds,
+        chains.points,
+        chains.bounds,
         np.array(radius, dtype=float),
         np.ascontiguousarray(depth, dtype=np.float32),
         np.ascontiguousarray(mask),
@@ -81,7 +81,5 @@ def depth_support(joints: Sequence[Floats], radius: Sequence[float], foreground:
         np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION)),
         MIN_READINGS,
     )
-    parts = (
-        np.split(values, bounds[1:-1] - np.arange(1, len(joints))) for values in (supported, agreeing < MIN_SUPPORT, residual)
-    )
+    parts = (np.split(values, chains.segment_bounds[1:-1]) for values in (supported, agreeing < MIN_SUPPORT, residual))
     return [DepthSupport(*each) for each in zip(*parts, strict=True)]

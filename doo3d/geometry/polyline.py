@@ -81,25 +81,6 @@ def densify(points: Floats, spacing: float) -> Floats:
     return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
 
 
-def tangents(points: Floats, closed: bool = False) -> Floats:
-    """Return the unit tangents of a polyline at its points, pointing onwards, by central differences.
-
-    Parameters
-    ----------
-    points
-        (P, D), P >= 2 points.
-    closed
-        True if the last point is followed by the first; otherwise the ends have one-sided differences.
-
-    Returns
-    -------
-    (P, D)
-    """
-    if closed:
-        return unit(np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0))
-    return unit(np.gradient(points, axis=0))
-
-
 def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats:
     """Smooth a polyline by a moving mean; the window shrinks near the ends of an open polyline, which stay in place.
 

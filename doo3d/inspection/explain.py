@@ -5,17 +5,17 @@ Everything is read off the records that the stages keep; no stage runs again.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..config import Config, ConfigLike, as_config
+from ..geometry.curves import Curves
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages, run_with_stages
 from ..stages.merge import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
-from ..types import Array, Chain, Cloud, Floats, Frame, Image
+from ..types import Array, Cloud, Floats, Frame, Image
 from ..types.display import counted, tree_text
 from .doubts import doubts
 
@@ -318,7 +318,7 @@ def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
     }
 
     def sentence(dropped: DroppedChain) -> str:
-        return f"a chain of {in_words(dropped.chain.length)}: {reasons[dropped.setting]}"
+        return f"a chain of {in_words(dropped.length)}: {reasons[dropped.setting]}"
 
     return Account(
         "merge",
@@ -358,5 +358,5 @@ def _confidence(stages: Stages, config: Config) -> Account:
     return Account("confidence", made, (f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
 
 
-def _segments(chains: Sequence[Chain]) -> str:
-    return f"{counted(len(chains), 'chain')} of {counted(sum(len(chain.joints) - 1 for chain in chains), 'segment')}"
+def _segments(chains: Curves) -> str:
+    return f"{counted(len(chains), 'chain')} of {counted(len(chains.points) - len(chains), 'segment')}"

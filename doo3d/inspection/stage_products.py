@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..geometry.curves import Curves
 from ..pipeline import Stages
-from ..types import Array, Chain, Floats, Foreground
+from ..types import Array, Floats, Foreground
 from ..viz.palette import chain_color
 from ..viz.stage_products import Product
 from .explain import Explanation
@@ -35,7 +36,7 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
         _points("2-voxels", stages.context.grid.centroids, VOXEL),
         _points("3-skeleton", stages.skeleton.points, SKELETON),
         _lines("4-branches", [np.concatenate((path.points, path.points[: int(path.closed)])) for path in stages.paths]),
-        _lines("5-segments", [chain.joints for chain in stages.fitted]),
+        _lines("5-segments", list(stages.fitted)),
         _pruned(stages.pruned.chains, stages.pruned.removed),
         _merges(stages, explanation),
         _chains(stages),
@@ -95,8 +96,8 @@ def _lines(name: str, lines: Sequence[Floats], colors: Sequence[Sequence[int]] |
     return Product(name, np.concatenate(lines), np.concatenate(per_point), np.concatenate(edges))
 
 
-def _pruned(chains: list[Chain], removed: Floats) -> Product:
-    lines = [*(chain.joints for chain in chains), *removed]
+def _pruned(chains: Curves, removed: Floats) -> Product:
+    lines = [*chains, *removed]
     colors: list[Sequence[int]] = [*(chain_color(i) for i in range(len(chains))), *([PRUNED] * len(removed))]
     return _lines("6-pruned", lines, colors)
 
@@ -108,7 +109,7 @@ def _merges(stages: Stages, explanation: Explanation) -> Product:
         np.rint(m.confidence * np.array(CONFIDENT) + (1 - m.confidence) * np.array(UNCERTAIN)).astype(int).tolist()
         for m in explanation.merges
     ]
-    pieces = [chain.joints for chain in stages.pruned.chains]
+    pieces = list(stages.pruned.chains)
     product = _lines("7-merges", [*pieces, *links], [*([GRAY] * len(pieces)), *shades])
     first = sum(len(piece) for piece in pieces)
     labels = {first + 2 * i: f"{i + 1}: {merge.chosen.cost:.0f}" for i, merge in enumerate(explanation.merges)}

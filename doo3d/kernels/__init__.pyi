@@ -81,6 +81,46 @@ class CloudFacts:
         moved to. If all touch, the number is 0.
         """
 
+class ColorOdds:
+    """The log-odds that a color is of an object and not of its surround, from two color histograms of 16 levels per channel.
+
+    Parameters
+    ----------
+    color
+        (H, W, 3) uint8 RGB; it is not copied, and must not change.
+    object, surround
+        (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
+    shades
+        (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
+    shade_share
+        the weight of a color in a shade; that of a color as seen is 1.
+    smoothing
+        cells, standard deviation of the Gaussian by which the histograms are smoothed along each axis; cells at the border are
+        repeated.
+    least
+        frequency added to that of each cell, so that none is 0.
+    """
+
+    def __init__(
+        self, color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, smoothing: float, least: float
+    ) -> None: ...
+    @property
+    def log_odds(self) -> Floats:
+        """The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last."""
+
+    @property
+    def separation(self) -> float:
+        """The median, nat, of the log-odds over the pixels of the object; 0 without any."""
+
+    def log_odds_at(self, pixels: Ints) -> Floats:
+        """Return the log-odds, (N,) nat, of the colors at pixels (N, 2) int64 (u, v) in the image: positive on the object."""
+
+    def noise_at(self, pixels: Ints) -> Floats:
+        """Return the standard deviations, (N,) nat, of the log-odds at pixels (N, 2) int64 (u, v) in the image.
+
+        They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
+        """
+
 class FrameFacts:
     """A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
 
@@ -203,46 +243,6 @@ class FrameFacts:
         Raises
         ------
         ValueError : there is no depth, or `reach` is negative.
-        """
-
-class ColorOdds:
-    """The log-odds that a color is of an object and not of its surround, from two color histograms of 16 levels per channel.
-
-    Parameters
-    ----------
-    color
-        (H, W, 3) uint8 RGB; it is not copied, and must not change.
-    object, surround
-        (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
-    shades
-        (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
-    shade_share
-        the weight of a color in a shade; that of a color as seen is 1.
-    smoothing
-        cells, standard deviation of the Gaussian by which the histograms are smoothed along each axis; cells at the border are
-        repeated.
-    least
-        frequency added to that of each cell, so that none is 0.
-    """
-
-    def __init__(
-        self, color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, smoothing: float, least: float
-    ) -> None: ...
-    @property
-    def log_odds(self) -> Floats:
-        """The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last."""
-
-    @property
-    def separation(self) -> float:
-        """The median, nat, of the log-odds over the pixels of the object; 0 without any."""
-
-    def log_odds_at(self, pixels: Ints) -> Floats:
-        """Return the log-odds, (N,) nat, of the colors at pixels (N, 2) int64 (u, v) in the image: positive on the object."""
-
-    def noise_at(self, pixels: Ints) -> Floats:
-        """Return the standard deviations, (N,) nat, of the log-odds at pixels (N, 2) int64 (u, v) in the image.
-
-        They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
         """
 
 class MaskEdge:

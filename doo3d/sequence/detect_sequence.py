@@ -15,6 +15,7 @@ import numpy as np
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import InputError
+from ..geometry.curves import runs
 from ..pipeline import detect_with_stages
 from ..stages.branches import Branched
 from ..stages.crossings import crossings_of_chains
@@ -23,7 +24,7 @@ from ..types.arguments import refused
 from .given_length import length_notes
 from .junctions import assemble, join_shapes
 from .objects import CONTEXT, SequenceObject, find_objects
-from .observations import Observation, observe, runs
+from .observations import Observation, observe
 from .registration import exact_lengths
 from .second_pass import Shape, follow
 from .topology import trees_of

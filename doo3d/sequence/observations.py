@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..config import Config
+from ..geometry.curves import runs
 from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
@@ -216,22 +217,12 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
     return result
 
 
-def runs(values: Bools) -> list[tuple[int, int]]:
-    """Return the bounds (first, end) of each run of True in (N,) bool values: values[first:end] are True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8)))
-    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-
-
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
     """Return the pieces that merging dropped, laid along their axes as those of the chains are."""
     context = stages.context
     least = MIN_STRAND_RADII * context.radius
-    dropped = [
-        item.chain
-        for item in stages.merged.dropped
-        if item.chain.joints.shape[1] == 3 and (len(item.chain.joints) - 1) * item.chain.segment_length >= least
-    ]
+    dropped = [Assembly((item.joints,)) for item in stages.merged.dropped if item.joints.shape[1] == 3 and item.length >= least]
     if not dropped:
         return []
-    paths = fill([Assembly((chain.joints,)) for chain in dropped], context)
+    paths = fill(dropped, context)
     return lay_chains(estimate_centerline(paths, context, config.refine), paths, context, config.refine)

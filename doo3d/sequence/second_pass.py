@@ -15,10 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..geometry.curves import runs
 from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Chain, Floats, Ints
 from .objects import SequenceObject
-from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, runs
+from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands
 from .registration import MISSING_COST, SHIFT_TOLERANCES, Placed, bend, place_strands, to_lengths
 from .tracking import MIN_MOTION_RADII
 

@@ -9,14 +9,15 @@ import numpy as np
 
 from ..config import FitConfig
 from ..errors import ConfigError
+from ..geometry.curves import Curves
 from ..geometry.limits import MAX_SAMPLES
 from ..geometry.polyline import steps
 from ..kernels import traverse_contour
-from ..types import Chain, Floats, Path
+from ..types import Floats, Path
 from . import FrameContext
 
 
-def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Chain]:
+def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> Curves:
     """Lay chains of segments of exactly `context.segment_length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
 
     A turn of more than `config.max_turn` degrees between two segments ends a chain; the next chain begins there. A closed path is
@@ -35,25 +36,25 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> list[Cha
 
     Returns
     -------
-    The chains, in the order of the paths and along each path; a path whose points all lie within a segment of its start gives
-    none. What is left at the end of a path, less than a segment, is not covered.
+    The joints of the chains, in the order of the paths and along each path; a path whose points all lie within a segment of its
+    start gives none. What is left at the end of a path, less than a segment, is not covered.
 
     Raises
     ------
     ConfigError : the segments are so short that there would be more than `MAX_SAMPLES`.
     """
     _check_number(paths, context.segment_length)
-    chains: list[Chain] = []
+    chains: list[Floats] = []
+    closed: list[bool] = []
     min_cosine = math.cos(math.radians(config.max_turn))
     for path in paths:
         if len(path.points) < 2:
             continue
         points = np.concatenate((path.points, path.points[: int(path.closed)]))
         joints, bounds = traverse_contour(_divided(points, context.segment_length), context.segment_length, min_cosine)
-        closed = path.closed and len(bounds) == 2
-        for start, end in itertools.pairwise(bounds.tolist()):
-            chains.append(Chain(joints[start:end], context.segment_length, closed=closed))
-    return chains
+        chains += [joints[start:end] for start, end in itertools.pairwise(bounds.tolist())]
+        closed += [path.closed and len(bounds) == 2] * (len(bounds) - 1)
+    return Curves.of(chains, closed)
 
 
 def _check_number(paths: list[Path], length: float) -> None:

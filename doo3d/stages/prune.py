@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,9 +10,10 @@ import numpy as np
 
 from ..config import PruneConfig
 from ..errors import require
+from ..geometry.curves import Curves, runs
 from ..geometry.polyline import unit
 from ..kernels import near_cuboids
-from ..types import Bools, Chain, Floats, Ints
+from ..types import Bools, Floats, Ints
 from . import FrameContext
 
 WIDTH_VOXELS = 1.5
@@ -27,17 +27,17 @@ class Pruned:
     Attributes
     ----------
     chains
-        the chains that are left, and the parts of chains that were split.
+        the joints of the chains that pruning left, and of the parts of chains that were split.
     removed
         (S, 2, D) m, D = 3 (in 2-D: px, D = 2), the two joints of each of the S removed segments, in the order of the chains given
         to `prune`.
     """
 
-    chains: list[Chain]
+    chains: Curves
     removed: Floats
 
 
-def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pruned:
+def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 
     The rule is that of Keipour et al. (RA-L 2022), section III-E. A segment counts as a cuboid with a square cross-section;
@@ -47,7 +47,7 @@ def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pr
     Parameters
     ----------
     chains
-        the fitted chains.
+        the joints of the fitted chains.
     context
         the data of the frame; if `config.width` is not set, the cuboids are 1.5 of its voxels wide.
     config
@@ -57,20 +57,15 @@ def prune(chains: list[Chain], context: FrameContext, config: PruneConfig) -> Pr
     -------
     The chains that are left, in the order given, and the segments removed.
     """
-    if not chains:
-        return Pruned([], np.zeros((0, 2, context.grid.centroids.shape[1])))
+    if not len(chains):
+        return Pruned(chains, np.zeros((0, 2, context.grid.centroids.shape[1])))
     width = config.width or WIDTH_VOXELS * context.voxel
-    owner = np.repeat(np.arange(len(chains)), [len(chain.joints) - 1 for chain in chains])
-    starts = np.concatenate([chain.joints[:-1] for chain in chains])
-    ends = np.concatenate([chain.joints[1:] for chain in chains])
-    kept = _keep(Cuboids(starts, ends, width), owner, [chain.closed for chain in chains])
-    left: list[Chain] = []
-    for i, chain in enumerate(chains):
-        left += _runs(chain, kept[owner == i])
-    return Pruned(left, np.stack((starts[~kept], ends[~kept]), axis=1))
+    starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
+    kept = _keep(Cuboids(starts, ends, width), chains.owner[chains.segments], chains.closed)
+    return Pruned(_runs(chains, kept), np.stack((starts[~kept], ends[~kept]), axis=1))
 
 
-def _keep(cuboids: Cuboids, owner: Ints, closed: Sequence[bool]) -> Bools:
+def _keep(cuboids: Cuboids, owner: Ints, closed: Bools) -> Bools:
     """Return the segments that are kept, (S,) bool.
 
     Parameters
@@ -97,12 +92,17 @@ def _keep(cuboids: Cuboids, owner: Ints, closed: Sequence[bool]) -> Bools:
     return kept
 
 
-def _runs(chain: Chain, kept: Bools) -> list[Chain]:
-    """Return the runs of kept segments of one chain, (N,) bool, as chains."""
+def _runs(chains: Curves, kept: Bools) -> Curves:
+    """Return the runs of kept segments, (S,) bool over those of all chains, as chains; one that lost a segment is no ring."""
     if kept.all():
-        return [chain]
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], kept, [False])).astype(int)))
-    return [Chain(chain.joints[a : b + 1], chain.segment_length) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+        return chains
+    left: list[Floats] = []
+    closed: list[bool] = []
+    for line, own, is_ring in zip(chains, np.split(kept, np.cumsum(chains.counts - 1)[:-1]), chains.closed, strict=True):
+        parts = [line[first : end + 1] for first, end in runs(own)]
+        left += parts
+        closed += [bool(is_ring and own.all())] * len(parts)
+    return Curves.of(left, closed)
 
 
 class Cuboids:

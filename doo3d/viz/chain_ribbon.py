@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..geometry.curves import runs
 from ..types import Array, Bools, Chain, Crossing, Floats, Ints
 from .backdrop import Backdrop
 from .canvas import Canvas
@@ -253,7 +254,7 @@ def upper_pieces(strands: list[ChainRibbon], crossings: Sequence[Crossing]) -> l
         reach = (lower.half_width[below] + 0.7 * upper.half_width[at]) / sine + np.linalg.norm(step) / 2
         near = np.linalg.norm(middles - middles[at], axis=1) <= reach
         chosen = np.zeros_like(near)
-        start, stop = next((start, stop) for start, stop in _runs_of_true(near) if start <= at < stop)
+        start, stop = next((start, stop) for start, stop in runs(near) if start <= at < stop)
         chosen[start:stop] = True
         if not upper.occluded[at]:
             pieces.append((crossing.upper.chain, chosen, crossing.confidence > 0, float(upper.distance[at])))
@@ -278,7 +279,7 @@ def _nearer_pieces(strands: list[ChainRibbon]) -> list[tuple[int, Bools, float]]
             # nearer by more than a radius: strands side by side do not cross
             nearer = distance[a][i] < distance[b][j] - min(strand.radius, other.radius)
             is_upper[i[touching & nearer]] = True
-        for start, stop in _runs_of_true(is_upper & ~strand.occluded):
+        for start, stop in runs(is_upper & ~strand.occluded):
             chosen = np.zeros_like(is_upper)
             chosen[start:stop] = True
             pieces.append((a, chosen, float(distance[a][start:stop].mean())))
@@ -293,8 +294,3 @@ def _pairs_within(first: Floats, second: Floats, reach: float) -> tuple[Ints, In
     trees = [cKDTree(points[chosen]) for points, chosen in zip((first, second), rows, strict=True)]
     pairs = trees[0].sparse_distance_matrix(trees[1], reach, output_type="coo_matrix")
     return rows[0][pairs.row], rows[1][pairs.col]
-
-
-def _runs_of_true(chosen: Bools) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], chosen, [False])).astype(int)))
-    return [(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from doo3d.geometry.polyline import densify, tangents
+from doo3d.geometry.curves import Curves
+from doo3d.geometry.polyline import densify
 from doo3d.types import Array, Bools, Camera, Chain, Floats, Frame
 
 CAMERA = Camera(fx=900.0, fy=900.0, cx=320.0, cy=240.0, width=640, height=480)
@@ -41,7 +42,7 @@ def helix(turns: float = 1.5, radius: float = 0.05, pitch: float = 0.06) -> Floa
 def surface(axis: Floats, radius: float, viewpoint: Array | None = None, spacing: float = 0.001) -> Floats:
     """Return points (N, 3) m of the wall of a tube with flat ends, all around or only where they face a viewpoint."""
     axis = densify(axis, spacing)
-    along = tangents(axis)
+    along = Curves.of([axis]).tangents
     side = np.cross(along, np.eye(3)[np.argmin(np.abs(along).max(axis=0))])
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     other = np.cross(along, side)
@@ -108,7 +109,7 @@ class AxisError:
 def axis_error(chain: Chain, axis: Floats) -> AxisError:
     """Return the distances between a chain and the axis (P, 3) m that it should follow."""
     dense = densify(axis, 2e-4)
-    tangent = tangents(dense)
+    tangent = Curves.of([dense]).tangents
     on = np.arange(0, 0.1, 2e-4)[:, None]
     extended = dense
     if not np.allclose(axis[0], axis[-1]):

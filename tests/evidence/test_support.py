@@ -15,8 +15,9 @@ from doo3d import Frame, load_config
 from doo3d.config import MergeConfig, VisibilityConfig
 from doo3d.evidence.depth_model import DepthModel, PointVisibility
 from doo3d.evidence.support import Support
+from doo3d.geometry.curves import Curves
 from doo3d.stages.merge import merge
-from doo3d.types import Chain, Foreground
+from doo3d.types import Foreground
 from doo3d.visibility import Visibility
 
 TABLE, RADIUS = 0.6, 0.002
@@ -183,7 +184,7 @@ def test_bare_surface_is_a_term_of_the_cost():
     frame, mask = scene(two_cables(0.02), True)
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
     visibility = Visibility.of(foreground, VisibilityConfig(), RADIUS)
-    chains = [Chain(np.linspace((a, 0, SEEN), (a + 0.1, 0, SEEN), 11), 0.01) for a in (-0.11, 0.01)]
+    chains = Curves.of([np.linspace((a, 0, SEEN), (a + 0.1, 0, SEEN), 11) for a in (-0.11, 0.01)])
     (decision,) = merge(chains, context_of(foreground, RADIUS, 0.001, 0.01, visibility), MergeConfig()).decisions
     gap = decision.chosen.gap_cost
     assert gap.bare == pytest.approx(20 * 20, rel=0.25)

@@ -1,4 +1,4 @@
-"""Intersections of polylines, against every pair of segments one by one, and values along polylines."""
+"""Intersections of polylines, against every pair of segments one by one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from doo3d.geometry.intersections import PolylineSet, find_intersections
+from doo3d.geometry.curves import Curves
+from doo3d.geometry.intersections import find_intersections
 
 
 def one_by_one(lines, closed):
@@ -35,7 +36,7 @@ def test_every_intersection_is_found_once_and_in_order(seed):
     lines = [np.cumsum(rng.normal(size=(n, 2)), axis=0) for n in rng.integers(2, 40, size=3)]
     closed = [False, False, True]
     lines[2] = np.concatenate((lines[2], lines[2][:1]))
-    found = find_intersections(lines, closed)
+    found = find_intersections(Curves.of(lines, closed))
     assert rows(found) == one_by_one(lines, closed)
     assert len(found.angle) > 0
 
@@ -45,50 +46,26 @@ def test_point_parameter_and_angle():
     one = np.array([[0.0, 0], [4, 0]])
     other = np.array([1.0, 0]) + np.outer((-2, 3), (np.cos(slope), np.sin(slope)))
     for turned in (other, other[::-1]):
-        found = find_intersections([one, turned], [False, False])
+        found = find_intersections(Curves.of([one, turned], [False, False]))
         np.testing.assert_allclose(found.point, [[1, 0]], atol=1e-12)
         assert found.t[0, 0] == pytest.approx(0.25)
         assert found.angle[0] == pytest.approx(slope)
 
 
 def test_a_joint_on_another_strand_counts_once():
-    found = find_intersections([np.array([[-1.0, 0], [1, 0]]), np.array([[0.0, -1], [0, 0], [0, 1]])], [False, False])
+    found = find_intersections(Curves.of([np.array([[-1.0, 0], [1, 0]]), np.array([[0.0, -1], [0, 0], [0, 1]])], [False, False]))
     assert rows(found) == [(0, 0, 1, 1)]
 
 
 def test_nothing_meets():
-    assert len(find_intersections([], []).angle) == 0
-    assert len(find_intersections([np.array([[0.0, 0], [1, 0]])], [False]).angle) == 0
+    assert len(find_intersections(Curves.of([], [])).angle) == 0
+    assert len(find_intersections(Curves.of([np.array([[0.0, 0], [1, 0]])], [False])).angle) == 0
     side_by_side = [np.array([[0.0, y], [1, y], [2, y]]) for y in (0, 0.1)]
-    assert len(find_intersections(side_by_side, [False, False]).angle) == 0
+    assert len(find_intersections(Curves.of(side_by_side, [False, False])).angle) == 0
     square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
-    assert len(find_intersections([square], [True]).angle) == 0
+    assert len(find_intersections(Curves.of([square], [True])).angle) == 0
 
 
 def test_what_cannot_be_seen_does_not_meet():
     cross = [np.array([[-1.0, 0], [1, 0]]), np.array([[0.0, -1], [np.nan, np.nan], [0, 1]])]
-    assert len(find_intersections(cross, [False, False]).angle) == 0
-
-
-def test_places_along_lines():
-    lines = PolylineSet.from_polylines([np.array([[0.0], [10], [20]]), np.array([[5.0], [6], [8], [5]])], [False, True])
-    line, joint = np.array([0, 0, 0, 0, 1, 1, 1]), np.array([0.0, 1.5, 2, 2.1, 1.5, 3.5, -1.0])
-    np.testing.assert_allclose(lines.interpolate(line, joint)[:, 0], [0, 15, 20, np.nan, 7, 5.5, 8])
-
-
-def test_values_along_lines_are_those_of_a_plain_computation():
-    rng = np.random.default_rng(0)
-    lines, closed = [rng.normal(size=(n, 3)) for n in (5, 9, 2)], np.array([False, True, False])
-    found = PolylineSet.from_polylines(lines, closed)
-    line, joint = rng.integers(0, 3, (6, 40)), rng.uniform(-3, 12, (6, 40))
-    joint[0, :5] = np.nan, np.inf, 4.0, 8.0, -8.0
-    for index in np.ndindex(line.shape):
-        values, at = lines[line[index]], joint[index]
-        count = len(values) - 1
-        expected = np.full(3, np.nan)
-        if np.isfinite(at) and (closed[line[index]] or 0 <= at <= count):
-            at = at % count if closed[line[index]] else at
-            first = min(int(at), count - 1)
-            expected = values[first] * (1 - at + first) + values[first + 1] * (at - first)
-        np.testing.assert_allclose(found.interpolate(line[index][None], joint[index][None])[0], expected, atol=1e-12)
-    np.testing.assert_array_equal(found.interpolate(line, joint)[2, 3], found.interpolate(line[2, 3:4], joint[2, 3:4])[0])
+    assert len(find_intersections(Curves.of(cross, [False, False])).angle) == 0

@@ -13,7 +13,6 @@ from doo3d.geometry.polyline import (
     perpendicular,
     resample,
     steps,
-    tangents,
     unit,
     whittaker_smooth,
 )
@@ -84,17 +83,6 @@ def test_densify(dim, spacing):
     assert np.diff(along).max() <= spacing * 1.001
     assert len(dense) <= 5.0 / spacing + 2
     np.testing.assert_array_equal(densify(points, 50.0), points[[0, -1]])
-
-
-@dims
-@pytest.mark.parametrize("closed", [False, True])
-def test_tangents(dim, closed):
-    points = circle(dim, turn=2 * np.pi * 359 / 360)
-    found = tangents(points, closed)
-    exact = np.pad(np.column_stack((-points[:, 1], points[:, 0])), ((0, 0), (0, dim - 2)))
-    inner = slice(None) if closed else slice(1, -1)
-    np.testing.assert_allclose(found[inner], exact[inner], atol=1e-9)
-    np.testing.assert_allclose(found, exact, atol=0.02)
 
 
 @dims

@@ -81,9 +81,7 @@ def test_the_account_of_segmentation_is_that_of_its_record(explained):
 
 def test_removed_segments_are_those_of_pruning(explained):
     found, stages = explained
-    assert len(found.pruned) == sum(len(c.joints) - 1 for c in stages.fitted) - sum(
-        len(c.joints) - 1 for c in stages.pruned.chains
-    )
+    assert len(found.pruned) == len(stages.fitted.segments) - len(stages.pruned.chains.segments)
 
 
 def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):

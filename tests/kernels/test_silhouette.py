@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.geometry.polyline import tangents, unit
+from doo3d.geometry.curves import Curves
+from doo3d.geometry.polyline import unit
 from doo3d.kernels import silhouette
 
 CAMERA = np.array((300.0, 310.0, 80.0, 60.0))
@@ -43,7 +44,7 @@ def test_middle_and_width_are_those_of_a_plain_computation(dim):
     lines = [np.column_stack((0.12 * t - 0.12, 0.03 * np.sin(3 * t) + y, 0.5 + 0.05 * t)) for y in (-0.04, 0.0, 0.03)]
     if dim == 2:
         lines = [np.ascontiguousarray(300 * line[:, :2] + (80, 60)) for line in lines]
-    positions, along = np.concatenate(lines), np.concatenate([tangents(line) for line in lines])
+    positions, along = np.concatenate(lines), np.concatenate([Curves.of([line]).tangents for line in lines])
     lateral = np.column_stack((-along[:, 1], along[:, 0]))
     lateral = lateral if dim == 2 else unit(np.cross(positions, along))
     path, reach = np.repeat([0, 1, 2], 40), np.linspace(0.01, 0.02, 120) * (1 if dim == 3 else 600)

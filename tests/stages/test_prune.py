@@ -7,9 +7,9 @@ import pytest
 from builders.contexts import context_of
 
 from doo3d.config import PruneConfig
+from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import perpendicular, unit
 from doo3d.stages.prune import Cuboids, prune
-from doo3d.types import Chain
 
 dims = pytest.mark.parametrize("dim", [2, 3])
 WIDTH = 0.3
@@ -18,15 +18,15 @@ WIDTH = 0.3
 def chain(start, direction, count, dim=3):
     """`count` segments of length 1 from a point of the plane along a direction of it."""
     start, direction = (np.pad(np.asarray(v, dtype=float), (0, dim - 2)) for v in (start, direction))
-    return Chain(start + np.arange(count + 1)[:, None] * unit(direction), 1.0)
+    return start + np.arange(count + 1)[:, None] * unit(direction)
 
 
-def run(*chains):
-    return prune(list(chains), context_of(), PruneConfig(width=WIDTH)).chains
+def run(*chains, closed=None):
+    return prune(Curves.of(chains, closed), context_of(), PruneConfig(width=WIDTH)).chains
 
 
 def joints(chains):
-    return [c.joints.tolist() for c in chains]
+    return [c.tolist() for c in chains]
 
 
 def box(a, b, width):
@@ -85,8 +85,8 @@ def test_the_segment_of_the_shorter_chain_is_removed(dim):
     long, short = chain((0, 0), (1, 0), 7, dim), chain((3.5, -1.5), (0, 1), 3, dim)
     for order in ((long, short), (short, long)):
         kept = run(*order)
-        assert long.joints.tolist() in joints(kept)
-        assert sorted(len(c.joints) - 1 for c in kept) == [1, 1, 7]
+        assert long.tolist() in joints(kept)
+        assert sorted(len(c) - 1 for c in kept) == [1, 1, 7]
 
 
 @dims
@@ -95,9 +95,9 @@ def test_lengths_count_what_chains_lost_before(dim):
     first, second = chain((0, 0), (1, 0), 12, dim), chain((9.2, 0.1), (1, 0), 6, dim)
     third = chain((14.5, -1.5), (0, 1), 5, dim)
     kept = run(first, second, third)
-    assert first.joints.tolist() in joints(kept)
-    assert third.joints.tolist() in joints(kept)
-    assert sum(len(c.joints) - 1 for c in kept) == 12 + 5 + 2
+    assert first.tolist() in joints(kept)
+    assert third.tolist() in joints(kept)
+    assert sum(len(c) - 1 for c in kept) == 12 + 5 + 2
 
 
 @dims
@@ -105,33 +105,32 @@ def test_a_chain_that_loses_an_inner_segment_falls_in_two(dim):
     crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
     kept = run(crossed, crossing)
     assert len(kept) == 3
-    assert crossed.joints[:3].tolist() in joints(kept)
-    assert crossed.joints[3:].tolist() in joints(kept)
-    assert crossing.joints.tolist() in joints(kept)
-    assert all(c.segment_length == 1.0 for c in kept)
+    assert crossed[:3].tolist() in joints(kept)
+    assert crossed[3:].tolist() in joints(kept)
+    assert crossing.tolist() in joints(kept)
 
 
 @dims
 def test_a_chain_without_segments_is_removed(dim):
     """The way back along a branch lies on the way out, as a contour gives them."""
     out, back = chain((0, 0), (1, 0), 6, dim), chain((5.5, 0.1), (-1, 0), 5, dim)
-    assert joints(run(out, back)) == joints(run(back, out)) == [out.joints.tolist()]
+    assert joints(run(out, back)) == joints(run(back, out)) == [out.tolist()]
 
 
 @dims
 def test_neighbors_in_a_chain_are_kept(dim):
     turn = np.radians(np.arange(8) * 55.0)
     points = np.cumsum(np.column_stack((np.cos(turn), np.sin(turn))), axis=0)
-    bent = Chain(np.pad(points[:5], ((0, 0), (0, dim - 2))), 1.0)
-    assert joints(run(bent)) == [bent.joints.tolist()]
+    bent = np.pad(points[:5], ((0, 0), (0, dim - 2)))
+    assert joints(run(bent)) == [bent.tolist()]
 
 
 @dims
 def test_a_chain_that_crosses_itself_is_cut_once(dim):
     turn = np.radians([0] * 6 + [90] * 6 + [135] + [180] * 3 + [270] * 10)
     points = np.cumsum(np.column_stack((np.cos(turn), np.sin(turn))), axis=0)
-    kept = run(Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0))
-    assert sum(len(c.joints) - 1 for c in kept) == 24
+    kept = run(np.pad(points, ((0, 0), (0, dim - 2))))
+    assert sum(len(c) - 1 for c in kept) == 24
     assert len(kept) == 2
 
 
@@ -139,19 +138,19 @@ def test_a_chain_that_crosses_itself_is_cut_once(dim):
 @pytest.mark.parametrize(("width", "apart", "count"), [(0.3, 0.25, 1), (0.3, 0.35, 2), (0.6, 0.35, 1)])
 def test_the_width_decides(dim, width, apart, count):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, apart), (1, 0), 4, dim)]
-    assert len(prune(parallel, context_of(), PruneConfig(width=width)).chains) == count
+    assert len(prune(Curves.of(parallel), context_of(), PruneConfig(width=width)).chains) == count
 
 
 @dims
 def test_the_width_comes_from_the_voxel(dim):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, 0.35), (1, 0), 4, dim)]
-    assert len(prune(parallel, context_of(voxel=0.2), PruneConfig()).chains) == 2
-    assert len(prune(parallel, context_of(voxel=0.3), PruneConfig()).chains) == 1
+    assert len(prune(Curves.of(parallel), context_of(voxel=0.2), PruneConfig()).chains) == 2
+    assert len(prune(Curves.of(parallel), context_of(voxel=0.3), PruneConfig()).chains) == 1
 
 
 def test_strands_over_each_other_do_not_overlap():
     low, high = chain((0, 0), (1, 0), 5), chain((2.5, -2.5), (0, 1), 5)
-    lifted = Chain(high.joints + np.array([0, 0, 0.4]), 1.0)
+    lifted = high + np.array([0, 0, 0.4])
     assert len(run(low, high)) == 3
     assert joints(run(low, lifted)) == joints([low, lifted])
 
@@ -160,33 +159,32 @@ def test_strands_over_each_other_do_not_overlap():
 def test_first_and_last_of_a_ring_are_neighbors(dim):
     turn = np.arange(13) * 2 * np.pi / 12.02
     points = 0.5 / np.sin(np.pi / 12.02) * np.column_stack((np.cos(turn), np.sin(turn)))
-    ring = Chain(np.pad(points, ((0, 0), (0, dim - 2))), 1.0, closed=True)
-    (kept,) = run(ring)
-    assert kept.closed
-    cut = run(ring, chain((0, 0), (1, 0.3), 14, dim))
-    assert not any(c.closed for c in cut)
-    assert sum(len(c.joints) - 1 for c in cut) == 14 + 12 - 1
+    ring = np.pad(points, ((0, 0), (0, dim - 2)))
+    assert run(ring, closed=[True]).closed.tolist() == [True]
+    cut = run(ring, chain((0, 0), (1, 0.3), 14, dim), closed=[True, False])
+    assert not cut.closed.any()
+    assert sum(len(c) - 1 for c in cut) == 14 + 12 - 1
 
 
 def test_nothing_overlaps_afterwards():
     random = np.random.default_rng(1)
     chains = [chain(random.uniform(0, 10, 2), random.normal(size=2), random.integers(1, 9)) for _ in range(12)]
     kept = run(*chains)
-    starts = np.concatenate([c.joints[:-1] for c in kept])
-    ends = np.concatenate([c.joints[1:] for c in kept])
-    owner = np.repeat(np.arange(len(kept)), [len(c.joints) - 1 for c in kept])
+    starts = np.concatenate([c[:-1] for c in kept])
+    ends = np.concatenate([c[1:] for c in kept])
+    owner = np.repeat(np.arange(len(kept)), [len(c) - 1 for c in kept])
     assert overlaps(starts, ends, WIDTH, owner) == []
-    assert sum(len(c.joints) - 1 for c in kept) < sum(len(c.joints) - 1 for c in chains)
+    assert sum(len(c) - 1 for c in kept) < sum(len(c) - 1 for c in chains)
 
 
 def test_empty_in_empty_out():
-    pruned = prune([], context_of(dim=2), PruneConfig())
-    assert pruned.chains == []
+    pruned = prune(Curves.of([]), context_of(dim=2), PruneConfig())
+    assert len(pruned.chains) == 0
     assert pruned.removed.shape == (0, 2, 2)
 
 
 @dims
 def test_removed_segments_are_recorded(dim):
     crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
-    pruned = prune([crossing, crossed], context_of(), PruneConfig(width=WIDTH))
-    np.testing.assert_array_equal(pruned.removed, [crossed.joints[2:4]])
+    pruned = prune(Curves.of([crossing, crossed]), context_of(), PruneConfig(width=WIDTH))
+    np.testing.assert_array_equal(pruned.removed, [crossed[2:4]])

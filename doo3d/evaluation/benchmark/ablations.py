@@ -145,7 +145,7 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED
     ),
     "tails": Ablation(
-        places={f"{_STAGES}.branches.branches:without_tails": lambda chains, *_: (list(chains), False)},
+        places={f"{_STAGES}.branches.branches:without_tails": lambda strands, *_: [strand.chain for strand in strands]},
         modules=("stages.branches.tails",),
         made_for=BRANCHED,
     ),

@@ -10,6 +10,7 @@ from scipy.ndimage import binary_closing
 from scipy.spatial.distance import cdist
 
 from ...geometry.curve_alignment import AlignmentCosts, Candidates, nearest_samples
+from ...geometry.curves import runs
 from ...types import Bools, Chain, Floats, Ints
 from ..scenes.model import Truth
 
@@ -96,8 +97,7 @@ def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
     hidden = np.roll(~truth.seen, -start)
     padded = np.pad(hidden, gap)
     hidden = hidden | binary_closing(padded, np.ones(gap + 1, dtype=bool))[gap:-gap]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], hidden.astype(int), [0]))))
-    return [(int(a) + start, int(b) - 1 + start) for a, b in edges.reshape(-1, 2)]
+    return [(first + start, end - 1 + start) for first, end in runs(hidden)]
 
 
 def axis_tolerance(truth: Truth) -> Floats:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ...geometry.intersections import PolylineSet, find_intersections
+from ...geometry.curves import Curves
+from ...geometry.intersections import find_intersections
 from ...types import Bools, Chain, Crossing, Floats, Ints, SegmentRef
 from ..scenes.model import Truth
 from .alignment import ChainAlignment
@@ -63,13 +64,12 @@ def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
     """
     if not truths:
         return TrueCrossings(np.zeros((0, 2), dtype=int), np.zeros((0, 2)), np.zeros(0, dtype=bool))
-    closed = [truth.closed for truth in truths]
     axes = [np.concatenate((truth.axis, truth.axis[:1])) if truth.closed else truth.axis for truth in truths]
     seen = [_seen_samples(truth, len(axis)) for truth, axis in zip(truths, axes, strict=True)]
-    planar, depths = zip(*map(_project, axes), strict=True)
-    intersections = find_intersections(planar, closed)
-    values = PolylineSet.from_polylines([np.column_stack(both) for both in zip(depths, seen, strict=True)], closed)
-    at_crossing = values.interpolate(intersections.chain, intersections.segment + intersections.t)
+    values = [np.column_stack((_project(axis), each)) for axis, each in zip(axes, seen, strict=True)]
+    curves = Curves.of(values, [truth.closed for truth in truths])
+    intersections = find_intersections(curves)
+    at_crossing = curves.interpolate(intersections.chain, intersections.segment + intersections.t)[..., 2:]
     arc = (intersections.segment + intersections.t) * np.array([truth.spacing for truth in truths])[intersections.chain]
     cable, upper = intersections.chain, (at_crossing[:, 1, 0] < at_crossing[:, 0, 0]).astype(int)
     order = np.column_stack((upper, 1 - upper))
@@ -80,10 +80,10 @@ def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
     return TrueCrossings(cable[apart], arc[apart], upper_seen[apart])
 
 
-def _project(points: Floats) -> tuple[Floats, Floats]:
-    """Return points (N, 3) m of the camera frame as (N, 2) on the plane z = 1, and their depth (N,) m."""
+def _project(points: Floats) -> Floats:
+    """Return points (N, 3) m of the camera frame as positions on the plane z = 1, and their depth in m, (N, 3)."""
     z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
-    return points[:, :2] / z[:, None], points[:, 2]
+    return np.column_stack((points[:, :2] / z[:, None], points[:, 2]))
 
 
 def _seen_samples(truth: Truth, count: int) -> Floats:

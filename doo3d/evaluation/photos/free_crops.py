@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import cv2
 import numpy as np
 
+from ...geometry.curves import runs
 from ...types import Bools
 
 CELL_PX = 4
@@ -39,15 +38,9 @@ def free_rectangle(mask: Bools, min_size: tuple[int, int] = (320, 240), margin: 
     for row in range(rows):
         height = np.where(free[row], height + 1, 0)
         for tall in np.unique(height[height * CELL_PX >= min_size[1]]):
-            for left, right in _runs(height >= tall):
+            for left, right in runs(height >= tall):
                 area = int(tall) * (right - left)
                 if (right - left) * CELL_PX >= min_size[0] and (best is None or area > best[0]):
                     last = (row + 1) * CELL_PX
                     best = area, (slice(last - int(tall) * CELL_PX, last), slice(left * CELL_PX, right * CELL_PX))
     return None if best is None else best[1]
-
-
-def _runs(chosen: Bools) -> list[tuple[int, int]]:
-    """Return the first index and the one after the last of each run of true values."""
-    edges = np.flatnonzero(np.diff(np.pad(chosen.astype(int), 1))).tolist()
-    return list(pairwise(edges))[::2]

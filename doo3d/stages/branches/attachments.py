@@ -184,7 +184,7 @@ def _cloud_attachments(end: End, strand: SampledChain, context: JunctionContext,
         return
     gap = hidden_place(end.point, end.tangent, strand, context.max_gap) if hidden else None
     for found, weight, limit in (
-        (bridged_place(end.point, end.tangent, end.radius, strand, context.surface), 1.0, TIP_COST),
+        (bridged_place(end.point, end.tangent, end.radius, strand.points, strand.radii, context.surface), 1.0, TIP_COST),
         (gap, HIDDEN_WEIGHT, TIP_COST),
     ):
         if found is not None and found[1] < limit:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...geometry.curves import Curves
 from ...geometry.polyline import unit
 from ...types import Floats
 from .costs import BRANCH_COST, MISFIT_COST, TURN_COST
@@ -29,42 +29,6 @@ CONTACT_RADII, PLANAR_CONTACT_RADII = 1.35, 0.65
 """Sums of radii between two axes up to which strands touch, in space, and in the image, where they must cross."""
 
 
-@dataclass(frozen=True)
-class Contact:
-    """A place where two strands pass each other in contact, away from their ends.
-
-    Attributes
-    ----------
-    strands
-        numbers of the two strands; twice the same where a strand passes itself.
-    samples, at
-        row of the nearest sample on each, and its arc length, m (px in 2-D).
-    both
-        m (px in 2-D), sum of the radii there.
-    """
-
-    strands: tuple[int, int]
-    samples: tuple[int, int]
-    at: tuple[float, float]
-    both: float
-
-
-def contacts(strands: Sequence[SampledChain]) -> list[Contact]:
-    """Return the contacts of all pairs of strands, one per stretch of contact, without those near an end."""
-    found = []
-    for a, p, b, q in _nearest_samples(strands):
-        first, second = strands[a], strands[b]
-        at, both = (float(first.along[p]), float(second.along[q])), float(first.radii[p] + second.radii[q])
-        if not (first.is_near_end(at[0], 2 * both) or second.is_near_end(at[1], 2 * both)):
-            found.append(Contact((a, b), (p, q), at, both))
-    return found
-
-
-def view_direction(contact: Contact, strands: Sequence[SampledChain], viewpoint: Floats | None) -> Floats | None:
-    """Return the unit direction (3,) from the camera to a contact; None where the camera is unknown."""
-    return None if viewpoint is None else unit(strands[contact.strands[0]].points[contact.samples[0]] - viewpoint)
-
-
 def body_meetings(strands: Sequence[SampledChain], viewpoint: Floats | None) -> list[Meeting]:
     """Return the possible junctions where two strands pass each other in contact, away from their ends.
 
@@ -73,12 +37,14 @@ def body_meetings(strands: Sequence[SampledChain], viewpoint: Floats | None) -> 
     Returns a meeting for each contact. Its gain is the cost of a crossing minus that of two opposite branches.
     """
     meetings = []
-    for contact in contacts(strands):
-        (a, b), (p, q), at, both = contact.strands, contact.samples, contact.at, contact.both
+    for a, p, b, q in _nearest_samples(strands):
         first, second = strands[a], strands[b]
-        points = first.points[p], second.points[q]
+        points, at = (first.points[p], second.points[q]), (float(first.along[p]), float(second.along[q]))
+        both = float(first.radii[p] + second.radii[q])
+        if first.is_near_end(at[0], 2 * both) or second.is_near_end(at[1], 2 * both):
+            continue
         apart = _distance(first, p, second, q) / both
-        towards = view_direction(contact, strands, viewpoint)
+        towards = None if viewpoint is None else unit(points[0] - viewpoint)
         if len(points[0]) == 3:
             crossing, branch = MISFIT_COST * max(0.0, 1 - apart), BRANCH_COST + MISFIT_COST * min(apart, 1.0)
             for strand, position in ((first, at[0]), (second, at[1])):
@@ -105,11 +71,10 @@ def _distance(first: SampledChain, p: int, second: SampledChain, q: int) -> floa
 
 def _nearest_samples(strands: Sequence[SampledChain]) -> Iterator[tuple[int, int, int, int]]:
     """Yield (strand, sample, strand, sample) where axes come nearest to each other, one for each stretch of contact."""
-    points = np.concatenate([strand.points for strand in strands])
+    curves = Curves.of([strand.points for strand in strands])
+    points, number, first = curves.points, curves.owner, curves.bounds
     radii = np.concatenate([strand.radii for strand in strands])
     along = np.concatenate([strand.along for strand in strands])
-    number = np.repeat(np.arange(len(strands)), [len(strand.points) for strand in strands])
-    first = np.cumsum([0, *(len(strand.points) for strand in strands)])
     factor = CONTACT_RADII if points.shape[1] == 3 else PLANAR_CONTACT_RADII
     pairs = cKDTree(points).query_pairs(2 * factor * float(radii.max()), output_type="ndarray")
     if not len(pairs):

@@ -93,30 +93,26 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     chains, rest = chains[:MAX_CHAINS], chains[MAX_CHAINS:]
     notes: tuple[str, ...] = (NOTE.format(len(chains) + len(rest), MAX_CHAINS),) if rest else ()
     strands = strands_of(chains, half_width)
-    ends = free_ends(chains, strands)
     view = JunctionContext.of([chain.joints for chain in chains], context, config)
-    chains, is_cut = without_tails(chains, strands, view.viewpoint, context.segment_length)
-    if is_cut:
-        strands = strands_of(chains, half_width)
-        ends = free_ends(chains, strands)
+    strands = strands_of(without_tails(strands, view.viewpoint, context.segment_length), half_width, strands)
+    ends = free_ends(strands)
     chosen = choose([*body_meetings(strands, view.viewpoint), *end_meetings(ends, strands, view)], strands, ends)
     if any(meeting.end is None for meeting in chosen):
-        chains = parted(chains, strands, chosen, view.viewpoint, context.segment_length)
-        strands = strands_of(chains, half_width)
-        ends = free_ends(chains, strands)
+        strands = strands_of(parted(strands, chosen, view.viewpoint, context.segment_length), half_width, strands)
+        ends = free_ends(strands)
         chosen = choose(end_meetings(ends, strands, view), strands, ends)
     if view.surface is not None:
         links = gap_links(ends, *connected(chosen, strands, ends), view.max_gap)
-        chains = joined(chains, strands, ends, links, context.segment_length)
+        chains = joined(strands, ends, links, context.segment_length)
         for with_bridges in (False, True):
             if with_bridges:
                 found = bridges(strands, connected(chosen, strands, ends)[1], view.max_gap, context.segment_length)
                 if not found:
                     break
                 chains = [*chains, *found]
-            strands = strands_of(chains)
-            ends = free_ends(chains, strands)
+            strands = strands_of(chains, None, strands)
+            ends = free_ends(strands)
             chosen = choose(end_meetings(ends, strands, view, hidden=True), strands, ends)
     strands = [*strands, *strands_of(rest, half_width)]
-    pieces, junctions, objects = cut([*chains, *rest], strands, ends, nodes_of(chosen, strands), context.segment_length)
+    pieces, junctions, objects = cut(strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects), notes)

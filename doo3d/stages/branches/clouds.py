@@ -65,7 +65,7 @@ class Surface:
 
 
 def bridged_place(
-    point: Floats, tangent: Floats, radius: float, strand: SampledChain, surface: Surface
+    point: Floats, tangent: Floats, radius: float, axis: Floats, radii: Floats | float, surface: Surface
 ) -> tuple[int, float] | None:
     """Find the position on a strand that is connected to an end by a straight path filled with points.
 
@@ -75,8 +75,8 @@ def bridged_place(
         (3,) m and unit, the end and its direction.
     radius
         m, of the end's strand.
-    strand
-        the other strand.
+    axis, radii
+        (S, 3) m, samples along the other strand, and its radius at each, (S,) m, or everywhere.
     surface
         the measured surface.
 
@@ -84,15 +84,15 @@ def bridged_place(
     -------
     Index of the strand's sample, and the cost of the attachment in cost units; None if points do not fill the path.
     """
-    offset = strand.points - point
+    offset = axis - point
     distance = np.linalg.norm(offset, axis=1)
     near = distance < ARM_RADII[1] * radius
     if not near.any():
         return None
-    miss = np.linalg.norm(offset - np.clip(offset @ tangent, 0, None)[:, None] * tangent, axis=1) / (strand.radii + radius)
+    miss = np.linalg.norm(offset - np.clip(offset @ tangent, 0, None)[:, None] * tangent, axis=1) / (radii + radius)
     cost = np.where(near, 1000 * NEARNESS_COST * distance + MISS_COST * miss, np.inf)
     best = int(cost.argmin())
-    return (best, float(cost[best])) if surface.covers(point, strand.points[best]) else None
+    return (best, float(cost[best])) if surface.covers(point, axis[best]) else None
 
 
 def hidden_place(point: Floats, tangent: Floats, strand: SampledChain, max_gap: float) -> tuple[int, float] | None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...geometry.curves import runs
 from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.polyline import angle, unit
@@ -86,8 +87,7 @@ def bridges(strands: Sequence[SampledChain], group: Sequence[int], max_gap: floa
 
 def _elbows(number: int, strand: SampledChain) -> Iterator[Elbow]:
     """Yield the elbows of a strand: where it turns sharply across a gap, or from one place to the next."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], strand.occluded, [False])).astype(int)))
-    gaps = [(low, high - 1) for low, high in zip(edges[::2], edges[1::2], strict=True)]
+    gaps = [(first, end - 1) for first, end in runs(strand.occluded)]
     steps = max(1, round(ARM_RADII[1] * strand.radius / max(float(strand.along[1]), 1e-9)))
     places = [(i, i) for i in range(steps, len(strand.along) - steps)]
     turned = []

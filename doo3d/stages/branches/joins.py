@@ -15,7 +15,6 @@ from .strands import FreeEnds, SampledChain
 
 
 def joined(
-    chains: Sequence[Chain],
     strands: Sequence[SampledChain],
     ends: FreeEnds,
     links: Sequence[tuple[int, int, float]],
@@ -27,10 +26,8 @@ def joined(
 
     Parameters
     ----------
-    chains
-        the chains as they were found.
     strands
-        the same chains as samples.
+        the chains as they were found, as samples.
     ends
         the free ends of all chains.
     links
@@ -44,7 +41,7 @@ def joined(
         partner[one], partner[other] = (other, cost), (one, cost)
     tangent = {(int(ends.strand[row]), int(ends.side[row])): ends.tangents[row] for row in range(len(ends.strand))}
     result, visited = [], set()
-    for start in range(len(chains)):
+    for start in range(len(strands)):
         if start in visited or all((start, side) in partner for side in (0, 1)):
             continue
         entered = ChainEnd(start, 1 if (start, 0) in partner else 0)
@@ -52,13 +49,12 @@ def joined(
         while (left := ChainEnd(entries[-1].chain, 1 - entries[-1].end)) in partner:
             entries.append(partner[left][0])
         visited |= {entry.chain for entry in entries}
-        result.append(chains[start] if len(entries) == 1 else _joined(entries, chains, strands, partner, tangent, length))
+        result.append(strands[start].chain if len(entries) == 1 else _joined(entries, strands, partner, tangent, length))
     return result
 
 
 def _joined(
     entries: Sequence[ChainEnd],
-    chains: Sequence[Chain],
     strands: Sequence[SampledChain],
     partner: dict[ChainEnd, tuple[ChainEnd, float]],
     tangent: dict[tuple[int, int], Floats],
@@ -87,7 +83,7 @@ def _joined(
     joints = equal_segments(line, length)
     middles = (joints[1:] + joints[:-1]) / 2
     at_joint, at_middle = nearest(joints, line, length, False)[1], nearest(middles, line, length, False)[1]
-    own = [chains[entry.chain] for entry in entries]
+    own = [strands[entry.chain].chain for entry in entries]
     places += [((each.joints[c.segment : c.segment + 2]).mean(axis=0), c.confidence) for each in own for c in each.connections]
     connections = sorted(Connection(int(np.linalg.norm(middles - at, axis=1).argmin()), sure) for at, sure in places)
     own_middles = np.concatenate([(each.joints[1:] + each.joints[:-1]) / 2 for each in own])

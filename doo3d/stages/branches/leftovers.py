@@ -13,7 +13,7 @@ from ...types import Floats
 from .. import Assembly, FrameContext
 from .clouds import Surface, bridged_place
 from .costs import BRANCH_COST
-from .strands import ARM_RADII, NODE_RADII, SampledChain
+from .strands import ARM_RADII, NODE_RADII
 
 MIN_APART = 0.5
 """Smallest distance between the junctions of the two ends, in lengths of the gap between these: at one position the ends continue
@@ -53,41 +53,40 @@ def part_leftovers(assemblies: Sequence[Assembly], context: FrameContext) -> lis
             return result
         _, i, k = max(gaps)
         assembly = result[i]
-        strands = [_strand(each, context.radius) for number, each in enumerate(result) if number != i]
-        if assembly.costs[k] > _branching_cost(assembly, k, strands, surface, context.radius):
+        axes = [_axis(each, context.radius) for number, each in enumerate(result) if number != i]
+        if assembly.costs[k] > _branching_cost(assembly, k, axes, surface, context.radius):
             result[i : i + 1] = [part for part in _parted(assembly, k) if _length(part) > NODE_RADII * context.radius]
         else:
             kept.add((id(assembly), k))
 
 
-def _branching_cost(assembly: Assembly, gap: int, strands: Sequence[SampledChain], surface: Surface, radius: float) -> float:
+def _branching_cost(assembly: Assembly, gap: int, axes: Sequence[Floats], surface: Surface, radius: float) -> float:
     """Return the cost of two branches in place of a join; infinite if there are no two places where the ends branch off."""
     total, places = 0.0, []
     ends = assembly.pieces[gap], assembly.pieces[gap + 1][::-1]
     for piece in ends:
         along = arc_length(piece)
         tangent = unit(piece[-1] - resample(piece, np.array([max(0.0, along[-1] - ARM_RADII[1] * radius)]))[0])
-        found = [(bridged_place(piece[-1], tangent, radius, strand, surface), strand) for strand in strands]
+        found = [(bridged_place(piece[-1], tangent, radius, axis, radius, surface), axis) for axis in axes]
         costs = [math.inf if place is None else place[1] for place, _ in found]
         if min(costs, default=math.inf) == math.inf:
             return math.inf
-        place, strand = found[int(np.argmin(costs))]
+        place, axis = found[int(np.argmin(costs))]
         assert place is not None
         total += BRANCH_COST + place[1]
-        places.append(strand.points[place[0]])
+        places.append(axis[place[0]])
     apart, across = np.linalg.norm(places[0] - places[1]), np.linalg.norm(ends[0][-1] - ends[1][-1])
     return total if apart > MIN_APART * across else math.inf
 
 
-def _strand(assembly: Assembly, radius: float) -> SampledChain:
-    """Return an object as samples along its pieces and gaps."""
+def _axis(assembly: Assembly, radius: float) -> Floats:
+    """Return samples along the pieces and gaps of an object, (S, D) m (px in 2-D)."""
     line = assembly.pieces[0]
     for piece, path in zip(assembly.pieces[1:], assembly.gap_paths, strict=False):
         line = np.concatenate((line, path.points(radius), piece))
     along = arc_length(line)
     at = np.linspace(0, along[-1], max(2, round(along[-1] / (STEP_RADII * radius)) + 1))
-    points: Floats = resample(line, at)
-    return SampledChain(points, at, np.full(len(at), radius), np.zeros(len(at), dtype=bool), radius, assembly.closed)
+    return resample(line, at)
 
 
 def _parted(assembly: Assembly, gap: int) -> tuple[Assembly, Assembly]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...geometry.curves import runs
 from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
@@ -114,7 +115,5 @@ def _beside(along: Floats, axis: Floats, arcs: Floats, side: Floats, towards: Fl
 
 def _run_length(is_object: Bools) -> int:
     """Return how many positions in a row of a cut are of the object: the longest row that lies at the branch's axis."""
-    bounds = np.flatnonzero(np.diff(np.concatenate(([False], is_object, [False]))))
-    first, end = bounds[::2], bounds[1::2]
-    near = (first <= CELLS + CELLS // 2) & (end > CELLS - CELLS // 2)
-    return int((end - first)[near].max(initial=0))
+    near = [end - first for first, end in runs(is_object) if first <= CELLS + CELLS // 2 and end > CELLS - CELLS // 2]
+    return max(near, default=0)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...geometry.curves import Curves
 from ...geometry.limits import MAX_SAMPLES
 from ...geometry.polyline import angle, arc_length, resample, unit
 from ...geometry.radii import STEP_RADII
-from ...kernels import end_tangents
 from ...types import Bools, Chain, Floats, Ints
 
 ARM_RADII = (2.0, 8.0)
@@ -45,6 +46,8 @@ class SampledChain:
 
     Attributes
     ----------
+    chain
+        the chain itself.
     points
         (S, D) m (px in 2-D), evenly spaced, both ends included.
     along
@@ -54,21 +57,29 @@ class SampledChain:
     occluded
         (S,) bool, whether the sample was filled in, not seen.
     radius
-        m (px in 2-D), radius of the whole strand.
-    closed
-        True for a ring.
+        m (px in 2-D), radius of the whole strand; the length of a segment if it is unknown.
     half_widths
         (S,) px, half-width of the mask at each sample, in an image; None otherwise. Unlike `radii`, half-widths are not smoothed
         along the strand, so they show where a thick strand was joined to a thin one.
     """
 
+    chain: Chain
     points: Floats
     along: Floats
     radii: Floats
     occluded: Bools
     radius: float
-    closed: bool
     half_widths: Floats | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether the strand is a ring."""
+        return self.chain.closed
+
+    @cached_property
+    def ends(self) -> tuple[Floats, Floats]:
+        """The outward tangents and the curvature vectors of both ends, 1/m (1/px), (2, D) each."""
+        return Curves.of([self.chain.joints]).ends(max(ARM_RADII[1] * self.radius, MIN_STEPS * self.chain.segment_length))
 
     @property
     def length(self) -> float:
@@ -144,8 +155,7 @@ class SampledChain:
         chosen = points[(offset >= clear) & (offset <= clear + length)]
         if len(chosen) < MIN_STEPS:
             return None
-        line = np.ascontiguousarray(chosen if side < 0 else chosen[::-1])
-        tangents, curvatures = end_tangents(line, np.array([0, len(line)]), length)
+        tangents, curvatures = Curves.of([chosen if side < 0 else chosen[::-1]]).ends(length)
         return unit(tangents[1] + clear * curvatures[1])
 
     def arm(self, position: float, side: int, clear: float) -> Floats:
@@ -225,14 +235,23 @@ def inside(strand: SampledChain, other: SampledChain, viewpoint: Floats | None =
     return is_inside & (np.abs(depth) < INSIDE_DEPTH_RADII * (other.radii[nearest] + strand.radius)), nearest
 
 
-def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> list[SampledChain]:
-    """Sample chains along their axes, 0.4 radii apart, in the same order.
+def strands_of(
+    chains: Sequence[Chain], half_width: HalfWidth | None = None, known: Sequence[SampledChain] = ()
+) -> list[SampledChain]:
+    """Sample chains along their axes, half a radius apart, in the same order.
 
-    half_width : function from positions (S, 2) px to the half-width (S,) px of the mask there, for an image; None otherwise.
+    Parameters
+    ----------
+    chains
+        the chains, m (px in 2-D).
+    half_width
+        function from positions (S, 2) px to the half-width (S,) px of the mask there, for an image; None otherwise.
+    known
+        samples made before: a chain that is among theirs is not sampled again.
     """
-    strands = []
+    strands = {id(strand.chain): strand for strand in known}
     least_spacing = sum(chain.length for chain in chains) / MAX_SAMPLES
-    for chain in chains:
+    for chain in (chain for chain in chains if id(chain) not in strands):
         radius = chain.radius if chain.radius > 0 else chain.segment_length
         along = arc_length(chain.joints)
         at = np.linspace(0, along[-1], max(2, round(along[-1] / max(STEP_RADII * radius, least_spacing)) + 1))
@@ -243,8 +262,8 @@ def strands_of(chains: Sequence[Chain], half_width: HalfWidth | None = None) -> 
         widths = None if half_width is None else half_width(points)
         if widths is not None:
             widths, occluded = np.where(widths > 0, widths, radii), occluded | (widths <= 0)
-        strands.append(SampledChain(points, at, radii, occluded, radius, chain.closed, widths))
-    return strands
+        strands[id(chain)] = SampledChain(chain, points, at, radii, occluded, radius, widths)
+    return [strands[id(chain)] for chain in chains]
 
 
 def box_distances(points: Floats, strands: Sequence[SampledChain]) -> Floats:
@@ -275,15 +294,9 @@ class FreeEnds:
     curvatures: Floats
 
 
-def free_ends(chains: Sequence[Chain], strands: Sequence[SampledChain]) -> FreeEnds:
-    """Measure position, tangent and curvature of the ends of all open chains; strands : the same chains as samples."""
-    tangents, curvatures = [], []
-    for chain, strand in zip(chains, strands, strict=True):
-        window = max(ARM_RADII[1] * strand.radius, MIN_STEPS * chain.segment_length)
-        both = end_tangents(np.ascontiguousarray(chain.joints), np.array([0, len(chain.joints)]), window)
-        tangents.append(both[0])
-        curvatures.append(both[1])
-    is_open = np.repeat([not strand.closed for strand in strands], 2)
+def free_ends(strands: Sequence[SampledChain]) -> FreeEnds:
+    """Return position, tangent and curvature of the ends of all open strands."""
+    rows = np.flatnonzero(np.repeat([not strand.closed for strand in strands], 2))
     points = np.concatenate([strand.points[[0, -1]] for strand in strands])
-    rows = np.flatnonzero(is_open)
-    return FreeEnds(rows // 2, rows % 2, points[rows], np.concatenate(tangents)[rows], np.concatenate(curvatures)[rows])
+    tangents, curvatures = (np.concatenate(each) for each in zip(*(strand.ends for strand in strands), strict=True))
+    return FreeEnds(rows // 2, rows % 2, points[rows], tangents[rows], curvatures[rows])

@@ -11,17 +11,13 @@ from .strands import INSIDE_DEPTH_RADII, NODE_RADII, SampledChain, box_distances
 from .tree import stretch_of
 
 
-def without_tails(
-    chains: Sequence[Chain], strands: Sequence[SampledChain], viewpoint: Floats | None, length: float
-) -> tuple[list[Chain], bool]:
+def without_tails(strands: Sequence[SampledChain], viewpoint: Floats | None, length: float) -> list[Chain]:
     """Cut off the ends of chains that run inside another strand. Where two chains run inside each other, one is cut.
 
     Parameters
     ----------
-    chains
-        all chains.
     strands
-        the same chains as samples, m (px in 2-D).
+        all chains as samples, m (px in 2-D).
     viewpoint
         (3,) m, position of the camera: differences along its view count less. None in 2-D, and where it is unknown.
     length
@@ -29,7 +25,7 @@ def without_tails(
 
     Returns
     -------
-    The chains, and True if any of them was cut.
+    The chains in the same order: the parts left of those that were cut, and the others as they are.
     """
     bounds = [[0.0, strand.length] for strand in strands]
     distances = box_distances(np.concatenate([strand.points[[0, -1]] for strand in strands]), strands)
@@ -44,10 +40,10 @@ def without_tails(
             if 0 < tail < strand.length - NODE_RADII * strand.radius:
                 bounds[number][side] += tail if side == 0 else -tail
     result = []
-    for chain, strand, (low, high) in zip(chains, strands, bounds, strict=True):
+    for strand, (low, high) in zip(strands, bounds, strict=True):
         is_cut = (low, high) != (0.0, strand.length) and high - low > NODE_RADII * strand.radius
-        result.append((stretch_of(chain, strand, low, high, length) if is_cut else None) or chain)
-    return result, any(one is not other for one, other in zip(chains, result, strict=True))
+        result.append((stretch_of(strand, low, high, length) if is_cut else None) or strand.chain)
+    return result
 
 
 def _reach(radius: float, other: float) -> float:

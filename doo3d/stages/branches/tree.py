@@ -73,9 +73,7 @@ def nodes_of(chosen: Sequence[Meeting], strands: Sequence[SampledChain]) -> list
     return nodes
 
 
-def parted(
-    chains: Sequence[Chain], strands: Sequence[SampledChain], chosen: Sequence[Meeting], viewpoint: Floats | None, length: float
-) -> list[Chain]:
+def parted(strands: Sequence[SampledChain], chosen: Sequence[Meeting], viewpoint: Floats | None, length: float) -> list[Chain]:
     """Separate two opposite branches that were joined through their trunk.
 
     Of the two strands of such a meeting, the thinner one, or the one that turns more, is the pair of branches. It is cut where it
@@ -83,10 +81,8 @@ def parted(
 
     Parameters
     ----------
-    chains
-        the chains as they were found.
     strands
-        the same chains as samples.
+        the chains as they were found, as samples.
     chosen
         the chosen meetings; only those of two passing strands are used.
     viewpoint
@@ -100,9 +96,9 @@ def parted(
             (branch, at), (trunk, _) = sorted(meeting.bodies, key=lambda body: _thickness(strands[body[0]], body[1]))
             inside.setdefault(branch, []).append(stretch_inside(strands[branch], at, strands[trunk], viewpoint))
     result = []
-    for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
+    for number, strand in enumerate(strands):
         if number not in inside or strand.closed:
-            result.append(chain)
+            result.append(strand.chain)
             continue
         bounds = [0.0, *(value for stretch in sorted(inside[number]) for value in stretch), strand.length]
         for low, high in zip(bounds[::2], bounds[1::2], strict=True):
@@ -110,7 +106,7 @@ def parted(
             if high - low > NODE_RADII * strand.radius and kept.sum() > 1:
                 joints = equal_segments(strand.points[kept], length)
                 if len(joints) > 1:
-                    result.append(part_of(joints, chain, strand, low, high, length))
+                    result.append(part_of(joints, strand, low, high, length))
     return result
 
 
@@ -136,16 +132,14 @@ def _add(nodes: list[Node], meeting: Meeting, strands: Sequence[SampledChain]) -
 
 
 def cut(
-    chains: Sequence[Chain], strands: Sequence[SampledChain], ends: FreeEnds, nodes: Sequence[Node], length: float
+    strands: Sequence[SampledChain], ends: FreeEnds, nodes: Sequence[Node], length: float
 ) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
     """Cut all chains at the junctions, and assemble the pieces to objects.
 
     Parameters
     ----------
-    chains
-        the chains as they were found.
     strands
-        the same chains as samples.
+        the chains as they were found, as samples.
     ends
         the free ends of all chains.
     nodes
@@ -158,7 +152,7 @@ def cut(
     chains, junctions, objects : as `Detection` holds them; a chain that meets no junction is returned as it was.
     """
     pieces: list[Piece] = []
-    for number, (chain, strand) in enumerate(zip(chains, strands, strict=True)):
+    for number, strand in enumerate(strands):
         stops = sorted((node.bodies[number], k) for k, node in enumerate(nodes) if number in node.bodies)
         tips: list[int | None] = [None, None]
         for k, node in enumerate(nodes):
@@ -166,14 +160,13 @@ def cut(
                 if ends.strand[row] == number:
                     tips[ends.side[row]] = k
         if not stops and tips == [None, None]:
-            pieces.append(Piece(chain, (None, None)))
+            pieces.append(Piece(strand.chain, (None, None)))
         else:
-            pieces += _pieces(chain, strand, stops, tips, nodes, length)
+            pieces += _pieces(strand, stops, tips, nodes, length)
     return assembled(pieces, nodes)
 
 
 def _pieces(
-    chain: Chain,
     strand: SampledChain,
     stops: list[tuple[float, int]],
     tips: list[int | None],
@@ -198,7 +191,7 @@ def _pieces(
         is_stub = None in (first, last) and high - low < NODE_RADII * strand.radius
         joints = equal_segments(line, length)
         if len(joints) >= 2 and not is_stub:
-            pieces.append(Piece(part_of(joints, chain, strand, low, high, length), (first, last)))
+            pieces.append(Piece(part_of(joints, strand, low, high, length), (first, last)))
     return pieces
 
 
@@ -211,29 +204,30 @@ def _led_to(position: Floats, line: Floats, side: int, clear: float) -> Floats:
     return np.asarray(line if side else line[::-1])
 
 
-def stretch_of(chain: Chain, strand: SampledChain, low: float, high: float, length: float) -> Chain | None:
-    """Return the part of a chain between two arc lengths `low` and `high` of its strand; None if it is shorter than a segment.
+def stretch_of(strand: SampledChain, low: float, high: float, length: float) -> Chain | None:
+    """Return the part of a chain between two of its arc lengths, `low` and `high`; None if it is shorter than a segment.
 
-    chain, strand : the chain, and the same as samples. length : segment length, m (px in 2-D).
+    strand : the chain as samples. length : segment length, m (px in 2-D).
     """
     joints = equal_segments(strand.points[(strand.along >= low) & (strand.along <= high)], length)
-    return part_of(joints, chain, strand, low, high, length) if len(joints) > 1 else None
+    return part_of(joints, strand, low, high, length) if len(joints) > 1 else None
 
 
-def part_of(joints: Floats, chain: Chain, strand: SampledChain, low: float, high: float, length: float) -> Chain:
+def part_of(joints: Floats, strand: SampledChain, low: float, high: float, length: float) -> Chain:
     """Return a part of a chain with new joints; radii, occlusion and connections are copied from the nearest segments.
 
     Parameters
     ----------
     joints
         (N + 1, D) m (px in 2-D), joints of the part, `length` apart.
-    chain, strand
-        the whole chain, and the same as samples.
+    strand
+        the whole chain as samples.
     low, high
         arc lengths on the strand between which the part lies, m (px in 2-D).
     length
         segment length, m (px in 2-D).
     """
+    chain = strand.chain
     near = nearest(joints, strand.points, length, False)[1]
     middle = nearest((joints[1:] + joints[:-1]) / 2, (chain.joints[1:] + chain.joints[:-1]) / 2, length, False)[1]
     inside = (strand.along >= low + 2 * strand.radius) & (strand.along <= high - 2 * strand.radius) & ~strand.occluded

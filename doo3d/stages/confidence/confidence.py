@@ -17,12 +17,13 @@ import numpy as np
 from scipy.special import expit
 
 from ...config import Config
+from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
 from ...geometry.foreground_view import projection_of
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.mask import bounding_box
 from ...geometry.radii import STEP_RADII
-from ...kernels import polyline_lengths, polyline_tangents, sample_polylines, strands_beside, turn_cosines
+from ...kernels import strands_beside, turn_cosines
 from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
 from .. import FrameContext
 from .looks import Looks, looks_of
@@ -222,10 +223,11 @@ def with_confidence(
     foreground = context.foreground
     lengths = _object_lengths(chains, bodies)
     longest = int(np.argmax(lengths))
-    samples = _samples(chains, foreground)
+    curves = Curves.of([chain.joints for chain in chains])
+    samples = _samples(curves, chains, foreground)
     beside = _beside(samples, chains)
-    turns = np.arccos(turn_cosines(samples.view, samples.bounds, BEND_SAMPLES)).tolist()
-    doubts = _depth_doubts(chains, foreground)
+    turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
+    doubts = _depth_doubts(curves, chains, foreground)
     unclaimed = math.sqrt(_unclaimed(samples, foreground))
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
@@ -234,8 +236,7 @@ def with_confidence(
         is_stray = config.merge.chains is None and lengths[i] <= STRAY_LENGTH_SHARE * lengths[longest]
         looks = Looks()
         if is_stray or not foreground.is_told:
-            part = samples.of_chain(i)
-            looks = looks_of(chain, lengths[i], samples.view[part], samples.reach[part], foreground)
+            looks = looks_of(chain, lengths[i], samples.view[i], samples.reach[samples.view.parts[i]], foreground)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
@@ -274,42 +275,33 @@ def _radius_ratio(first: Chain, second: Chain) -> float:
 class _Samples:
     """S samples along all of C chains, one chain after the other.
 
-    view : (S, 2), position in the view. reach : (S,), radius in the view. along : (S,) radii, position along the chain.
-    bounds : (C + 1,), first sample of each chain, and S.
+    view : the samples as curves in the view. reach : (S,), radius in the view. along : (S,) radii, position along the chain.
     """
 
-    view: Floats
+    view: Curves
     reach: Floats
     along: Floats
-    bounds: Ints
-
-    def of_chain(self, number: int) -> slice:
-        """Return the slice of the samples of a chain."""
-        return slice(*self.bounds[number : number + 2].tolist())
 
 
-def _samples(chains: Sequence[Chain], foreground: Foreground) -> _Samples:
+def _samples(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> _Samples:
     """Return samples half a radius apart along chains, without those behind the camera; at most about MAX_SAMPLES."""
     radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
-    joints, bounds = np.concatenate([chain.joints for chain in chains]), np.cumsum([0, *(len(chain.joints) for chain in chains)])
-    length = polyline_lengths(joints, bounds)
     spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
-    counts = np.ceil(length / spacing).astype(int)
-    points = sample_polylines(joints, bounds, spacing, counts, np.zeros(len(chains), dtype=bool))[0]
-    number = np.repeat(np.arange(len(chains)), counts)
-    along = (np.arange(len(points)) - (np.cumsum(counts) - counts)[number]) * spacing[number]
+    samples, _ = curves.sampled(spacing, np.ceil(curves.lengths / spacing).astype(int), curves.closed)
+    along = (np.arange(len(samples.points)) - samples.bounds[samples.owner]) * spacing[samples.owner]
     view = projection_of(foreground)
-    positions = view.project(points)
+    positions = view.project(samples.points)
     seen = np.isfinite(positions).all(axis=1)
-    points, number = points[seen], number[seen]
-    reach = radius[number] * view.scale(view.distance(points))
-    starts = np.searchsorted(number, np.arange(len(chains) + 1))
-    return _Samples(np.ascontiguousarray(positions[seen]), reach, along[seen] / radius[number], starts)
+    owner = samples.owner[seen]
+    reach = radius[owner] * view.scale(view.distance(samples.points[seen]))
+    starts = np.searchsorted(owner, np.arange(len(chains) + 1))
+    in_view = Curves(np.ascontiguousarray(positions[seen]), starts, curves.closed)
+    return _Samples(in_view, reach, along[seen] / radius[owner])
 
 
-def _depth_doubts(chains: Sequence[Chain], foreground: Foreground) -> list[tuple[float, float]]:
+def _depth_doubts(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> list[tuple[float, float]]:
     """Return for each chain the share of segments whose depth is doubtful, and the residual of the readings in radii."""
-    supports = depth_support([chain.joints for chain in chains], [chain.radius for chain in chains], foreground)
+    supports = depth_support(curves, [chain.radius for chain in chains], foreground)
     doubts = []
     for i, chain in enumerate(chains):
         support = None if supports is None else supports[i]
@@ -326,11 +318,10 @@ def _depth_doubts(chains: Sequence[Chain], foreground: Foreground) -> list[tuple
 def _beside(samples: _Samples, chains: Sequence[Chain]) -> list[float]:
     """Return for each chain the share of its samples that have another strand beside them in the view, nearly parallel."""
     around = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
-    tangents = polyline_tangents(samples.view, samples.bounds, np.zeros(len(chains), dtype=bool))
-    alike = BESIDE_RADII, APART_RADII, math.cos(BESIDE_ANGLE), MAX_CELLS
-    flags = strands_beside(samples.view, tangents, samples.bounds, samples.reach, samples.along, around, *alike)
-    total = np.append(0, np.cumsum(flags))[samples.bounds]
-    return [float(share) for share in np.diff(total) / np.maximum(np.diff(samples.bounds), 1)]
+    view, alike = samples.view, (BESIDE_RADII, APART_RADII, math.cos(BESIDE_ANGLE), MAX_CELLS)
+    flags = strands_beside(view.points, view.tangents, view.bounds, samples.reach, samples.along, around, *alike)
+    total = np.append(0, np.cumsum(flags))[view.bounds]
+    return [float(share) for share in np.diff(total) / np.maximum(view.counts, 1)]
 
 
 def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
@@ -342,13 +333,12 @@ def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
     left = mask[box].astype(np.uint8)
     total = int(np.count_nonzero(left))
     corner = np.array((box[1].start, box[0].start))
-    pixels = np.rint(samples.view - corner)
+    pixels = np.rint(samples.view.points - corner)
     thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
-    for c in range(len(samples.bounds) - 1):
-        part = samples.of_chain(c)
+    for part in samples.view.parts:
         count = part.stop - part.start
         every = max(DRAWN_EVERY, count // MAX_LINES)
-        if count and np.abs(samples.view[part]).max() < MAX_PIXEL:
+        if count and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
             _draw_line(left, pixels[part][::every].astype(np.int32), thickness[part][::every].astype(int))
     return int(np.count_nonzero(left)) / total
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...config import CrossingsConfig
+from ...geometry.curves import Curves
 from ...geometry.foreground_view import projection_of
-from ...geometry.intersections import Intersections, PolylineSet, find_intersections
+from ...geometry.intersections import Intersections, find_intersections
 from ...types import Chain, Crossing, Foreground, SegmentRef
 from .. import FrameContext
 from .upper_strand import upper_strand_log_odds
@@ -56,18 +57,14 @@ def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing
 
 
 def _find(chains: list[Chain], foreground: Foreground, config: CrossingsConfig) -> tuple[Crossing, ...]:
-    closed = [chain.closed for chain in chains]
     view = projection_of(foreground)
-    positions = [view.project(chain.joints) for chain in chains]
-    distances = [view.distance(chain.joints) for chain in chains]
-    intersections = find_intersections(positions, closed)
+    in_view = Curves.of([chain.joints for chain in chains], [chain.closed for chain in chains]).seen_in(view)
+    intersections = find_intersections(in_view)
     if not len(intersections.angle):
         return ()
     radius = np.array([chain.radius for chain in chains])[intersections.chain]
-    in_view = [np.column_stack(both) for both in zip(positions, distances, strict=True)]
-    polylines = PolylineSet.from_polylines(in_view, closed)
     foreground = foreground if config.use_color else replace(foreground, color=None, appearance=None)
-    log_odds = upper_strand_log_odds(intersections, polylines, radius, view, foreground)
+    log_odds = upper_strand_log_odds(intersections, in_view, radius, view, foreground)
     return tuple(_crossing(intersections, k, chains, float(value)) for k, value in enumerate(log_odds))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...types import Chain, Floats
+from ...types import Floats
 from .. import Assembly
 from .assignment import Link
 from .ends import Pair, ends_of
@@ -82,14 +82,17 @@ class DroppedChain:
 
     Attributes
     ----------
-    chain
-        the dropped chain.
+    joints
+        (N + 1, D) m, D = 3 (in 2-D: px, D = 2), joints of the dropped chain.
+    length
+        m (px in 2-D), sum of its segments.
     setting
         the setting that dropped it: "merge.chains" (too many objects) or "merge.min_length" (object too short); or TOO_MANY, if
         it was left out before the ends were joined.
     """
 
-    chain: Chain
+    joints: Floats
+    length: float
     setting: str
 
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernels import end_tangents
-from ...types import Bools, Chain, Floats
+from ...geometry.curves import Curves
+from ...types import Bools, Floats
 
 
 class End(NamedTuple):
@@ -82,13 +82,13 @@ class ChainEnds:
         return 1000.0 / self.gap_unit if self.points.shape[1] == 3 else 1.0
 
 
-def measure_ends(chains: list[Chain], window: float, gap_unit: float = 1.0, max_turn: float = np.pi) -> ChainEnds:
+def measure_ends(chains: Curves, window: float, gap_unit: float = 1.0, max_turn: float = np.pi) -> ChainEnds:
     """Measure position, outward tangent and curvature of both ends of each chain.
 
     Parameters
     ----------
     chains
-        the chains, at least one.
+        the joints of the chains, at least one.
     window
         m (px in 2-D), length of chain at the end to which a parabola is fitted; at least the last segment is used.
     gap_unit
@@ -100,8 +100,4 @@ def measure_ends(chains: list[Chain], window: float, gap_unit: float = 1.0, max_
     -------
     Both ends of every chain, in the order of the chains.
     """
-    bounds = np.cumsum([0, *(len(chain.joints) for chain in chains)])
-    joints = np.ascontiguousarray(np.concatenate([chain.joints for chain in chains]))
-    tangents, curvatures = end_tangents(joints, bounds, float(window))
-    points = joints[np.column_stack((bounds[:-1], bounds[1:] - 1)).ravel()]
-    return ChainEnds(points, tangents, curvatures, np.repeat([chain.closed for chain in chains], 2), gap_unit, max_turn)
+    return ChainEnds(chains.points[chains.tips], *chains.ends(window), np.repeat(chains.closed, 2), gap_unit, max_turn)

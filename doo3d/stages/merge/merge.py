@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...config import MergeConfig
-from ...types import Chain, Floats
+from ...geometry.curves import Curves
+from ...types import Floats
 from .. import Assembly, FrameContext
 from .assignment import ChainGroups, Link, assign
 from .confidence import confidences
@@ -22,7 +23,7 @@ MAX_CHAINS = 500
 A frame of an object has a few dozen."""
 
 
-def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Merged:
+def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 
     Ends are connected at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the
@@ -33,7 +34,7 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     Parameters
     ----------
     chains
-        the chains that pruning left.
+        the joints of the chains that pruning left.
     context
         the data of the frame; radius, segment length and visibility are used.
     config
@@ -47,23 +48,23 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
     ------
     ConfigError : `merge.custom_costs` names a cost that is not registered.
     """
-    if not chains:
+    if not len(chains):
         return Merged([])
     chains, left_out = _longest(chains)
     radius, visibility = context.radius, context.visibility
     if visibility is not None and config.free_space_weight:
-        visibility = visibility.with_support([chain.joints for chain in chains], radius, context.foreground)
+        visibility = visibility.with_support(list(chains), radius, context.foreground)
     ends = measure_ends(chains, config.tangent_window_radii * radius, context.gap_unit, context.max_turn)
     terms = cost_terms(ends, radius, visibility, config)
     cost = pair_costs(ends, terms, radius, visibility, config)
     gap_paths = GapPaths(ends, radius, visibility, config)
-    sizes = [len(chain.joints) - 1 for chain in chains]
+    sizes = (chains.counts - 1).tolist()
     links = assign(cost, sizes, gap_paths.costs, config, gap_paths.with_straight_gaps, gap_paths.forced_costs)
     alternatives = gap_paths.with_straight_gaps(cost)
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 
     of_end = {end: (link.cost, value) for link, value in zip(links, confidence, strict=True) for end in link.pair}
-    routes = trace_routes(chains, links)
+    routes = trace_routes(chains.closed.tolist(), links)
     built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in routes]
     built.sort(key=lambda item: -item[1].segments)
     if config.chains is not None:
@@ -72,33 +73,27 @@ def merge(chains: list[Chain], context: FrameContext, config: MergeConfig) -> Me
         least = config.min_length * radius
         kept, setting = [item for item in built if item[1].segments * context.segment_length >= least], "merge.min_length"
     used = {end.chain for route, _ in kept for end in route.entries}
+    dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
     return Merged(
         [assembly for _, assembly in kept],
         record_decisions(links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths),
-        (
-            *(DroppedChain(chain, setting) for i, chain in enumerate(chains) if i not in used),
-            *(DroppedChain(chain, TOO_MANY) for chain in left_out),
-        ),
+        tuple(DroppedChain(joints, (len(joints) - 1) * context.segment_length, why) for joints, why in dropped),
         (*_notes(left_out), *_refusal_notes(ChainGroups(len(chains), links), sizes, cost, gap_paths)),
     )
 
 
-def _longest(chains: list[Chain]) -> tuple[list[Chain], list[Chain]]:
+def _longest(chains: Curves) -> tuple[Curves, Curves]:
     """Return the MAX_CHAINS chains with the most segments, of equal ones the first, and the others, each in the order given."""
     if len(chains) <= MAX_CHAINS:
-        return chains, []
-    is_kept = np.zeros(len(chains), dtype=bool)
-    is_kept[np.argsort([-len(chain.joints) for chain in chains], kind="stable")[:MAX_CHAINS]] = True
-    return (
-        [chain for chain, kept in zip(chains, is_kept, strict=True) if kept],
-        [chain for chain, kept in zip(chains, is_kept, strict=True) if not kept],
-    )
+        return chains, Curves.of([])
+    order = np.argsort(-chains.counts, kind="stable").tolist()
+    return chains.of_numbers(sorted(order[:MAX_CHAINS])), chains.of_numbers(sorted(order[MAX_CHAINS:]))
 
 
-def _notes(left_out: list[Chain]) -> tuple[str, ...]:
-    if not left_out:
+def _notes(left_out: Curves) -> tuple[str, ...]:
+    if not len(left_out):
         return ()
-    most = max(len(chain.joints) - 1 for chain in left_out)
+    most = int(left_out.counts.max()) - 1
     return (
         f"merge: the object falls into {MAX_CHAINS + len(left_out)} pieces, of which the {MAX_CHAINS} longest are used; "
         f"{len(left_out)} pieces of at most {most} segment{'s' * (most != 1)} are left out; segment more narrowly",
@@ -150,7 +145,7 @@ class Route:
         return [(entry.other, end) for entry, end in zip(self.entries, following, strict=False)]
 
 
-def trace_routes(chains: Sequence[Chain], links: Sequence[Link]) -> list[Route]:
+def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[Route]:
     """Return in which order and direction the connections lead through the chains, one route per object.
 
     A chain without a connection is a route of its own. Routes between two free ends come first, in the order of their first ends,
@@ -158,31 +153,31 @@ def trace_routes(chains: Sequence[Chain], links: Sequence[Link]) -> list[Route]:
 
     Parameters
     ----------
-    chains
-        all chains; links refer to them by index.
+    closed
+        for each chain, whether it is a ring; links refer to chains by index.
     links
         the connections; no end is in two of them.
     """
     partner = {link.first: link.second for link in links} | {link.second: link.first for link in links}
-    free = [end for end in ends_of(len(chains)) if end not in partner]
+    free = [end for end in ends_of(len(closed)) if end not in partner]
     visited: set[int] = set()
     routes = []
-    for start in [*free, *(End(chain, 0) for chain in range(len(chains)))]:
+    for start in [*free, *(End(chain, 0) for chain in range(len(closed)))]:
         if start.chain in visited:
             continue
         entries = [start]
         while (end := partner.get(entries[-1].other)) is not None and end != start:
             entries.append(end)
         visited |= {entry.chain for entry in entries}
-        routes.append(Route(tuple(entries), end is not None or chains[start.chain].closed))
+        routes.append(Route(tuple(entries), end is not None or closed[start.chain]))
     return routes
 
 
-def _assembly(route: Route, chains: Sequence[Chain], gap_paths: GapPaths, of_end: dict[End, tuple[float, float]]) -> Assembly:
+def _assembly(route: Route, chains: Curves, gap_paths: GapPaths, of_end: dict[End, tuple[float, float]]) -> Assembly:
     """Return the assembly of a route; of_end : cost and confidence of the connection of each joined end."""
     connections = [of_end[gap[0]] for gap in route.gaps if gap[0] in of_end]
     return Assembly(
-        pieces=tuple(chains[end.chain].joints[:: -1 if end.side else 1] for end in route.entries),
+        pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in route.entries),
         gap_paths=tuple(gap_paths.path(*gap) for gap in route.gaps),
         costs=tuple(cost for cost, _ in connections),
         closed=route.closed,

@@ -79,11 +79,11 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     sparse = foreground.sampling is not None and foreground.sampling.is_sparse
     if sparse or foreground.viewpoint is not None or foreground.points.shape[1] == 2:
         return foreground
-    axes = section_axes(samples.positions, samples.tangents(), None)
+    axes = section_axes(samples.curves.points, samples.curves.tangents, None)
     reach = TOUCHING_RADII * samples.radius
-    sections = cross_sections(thinned(foreground.points), samples.positions, axes, reach)
+    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, reach)
     origin = np.zeros(3)
-    half_shell = is_seen_from(origin, sections, samples.path, samples.positions, axes, samples.window_half)
+    half_shell = is_seen_from(origin, sections, samples.curves.owner, samples.curves.points, axes, samples.window_half)
     return replace(foreground, viewpoint=origin) if half_shell else foreground
 
 
@@ -109,9 +109,9 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground, mask: Mas
     """
     if foreground.sampling is not None and foreground.sampling.is_sparse:
         return _smoothed_samples(samples, _from_lines(samples, foreground.points, foreground.sampling.spacing))
-    planar = samples.positions.shape[1] == 2
-    tangent = samples.tangents()
-    axes = planar_axes(tangent) if planar else section_axes(samples.positions, tangent, foreground.viewpoint)
+    planar = samples.curves.points.shape[1] == 2
+    tangent = samples.curves.tangents
+    axes = planar_axes(tangent) if planar else section_axes(samples.curves.points, tangent, foreground.viewpoint)
     if mask is not None:
         estimate = _from_mask(samples, axes, foreground, mask)
     elif foreground.views:
@@ -133,14 +133,14 @@ MAX_STRENGTH = 1e8
 
 def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
     """Return samples on the smoothed axes, with the estimated radii."""
-    weight = estimate.weight + PATH_WEIGHT * np.eye(samples.positions.shape[1])
-    spacing = part_medians(steps(samples.positions), samples.bounds[:-1], samples.bounds[1:] - 1)[0].tolist()
-    positions = np.empty_like(samples.positions)
-    for p, closed in enumerate(samples.closed):
-        part = samples.of_path(p)
-        strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(spacing[p], 1e-9)) ** 4
+    curves = samples.curves
+    weight = estimate.weight + PATH_WEIGHT * np.eye(curves.points.shape[1])
+    spacing = part_medians(steps(curves.points), curves.bounds[:-1], curves.bounds[1:] - 1)[0].tolist()
+    positions = np.empty_like(curves.points)
+    for part, closed, step in zip(curves.parts, curves.closed.tolist(), spacing, strict=True):
+        strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(step, 1e-9)) ** 4
         positions[part] = _smoothed(estimate.target[part], weight[part], min(strength, MAX_STRENGTH), closed)
-    return replace(samples, positions=positions, radius=estimate.radius, radii=estimate.radii)
+    return replace(samples, curves=curves.with_points(positions), radius=estimate.radius, radii=estimate.radii)
 
 
 def _smoothed(values: Floats, weight: Floats, strength: float, closed: bool) -> Floats:
@@ -159,12 +159,12 @@ def _diagonal_weight(axes: SectionAxes, lateral: Floats, depth: Floats) -> Float
 
 def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground, mask: MaskSample) -> _Estimate:
     """Estimate the lateral offset and the radius from the mask, the depth from the surface points."""
-    reach = TOUCHING_RADII * samples.radius
-    seen = measure_silhouette(samples.positions, axes, samples.path, mask, foreground.camera, reach, samples.window_half)
+    curves, reach = samples.curves, TOUCHING_RADII * samples.radius
+    seen = measure_silhouette(curves.points, axes, curves.owner, mask, foreground.camera, reach, samples.window_half)
     samples = replace(samples, radius=_path_radius(samples, seen.radius, ~samples.filled & (seen.radius > 0)))
     trust = _trust(seen.radius / samples.radius) * (seen.radius > 0)
     radii = _along_paths(seen.radius, (trust > 0.5) & ~samples.filled, samples)
-    moved = samples.positions + np.where(trust > 0.1, seen.offset, 0.0)[:, None] * axes.lateral
+    moved = curves.points + np.where(trust > 0.1, seen.offset, 0.0)[:, None] * axes.lateral
     lateral_weight = trust * np.where(samples.filled, GAP_WEIGHT, 1.0)
     if foreground.camera is None:
         return _Estimate(moved, _diagonal_weight(axes, lateral_weight, np.zeros(len(moved))), samples.radius, radii)
@@ -176,7 +176,7 @@ def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground, mask
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
     """Return how deep the axis lies behind positions (S, 3) in the middle of the silhouette, m, and the weight: (S,), (S,)."""
     sections = cross_sections(points, middle, axes, TOUCHING_RADII * samples.radius)
-    depth, count = axis_depth(sections, samples.path, samples.radius, samples.window_half)
+    depth, count = axis_depth(sections, samples.curves.owner, samples.radius, samples.window_half)
     usual = _median_count(count)
     weight = np.minimum(1.0, count / usual) * np.where(count > 0.1 * usual, 1.0, 0.0)
     weight *= np.where(samples.filled, GAP_WEIGHT, 1.0) * DEPTH_WEIGHT
@@ -208,19 +208,19 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
     first, middle, last = slice(None, -2 * step), slice(step, -step), slice(2 * step, None)
     second_difference = positions[last] - 2 * positions[middle] + positions[first]
     change = np.abs(np.einsum("ij,ij->i", second_difference, depth_axis[middle]))
-    usable = measured[first] & measured[middle] & measured[last] & (samples.path[first] == samples.path[last])
+    usable = measured[first] & measured[middle] & measured[last] & (samples.curves.owner[first] == samples.curves.owner[last])
     relative = (change / samples.radius[middle])[usable]
     return MAD_TO_DEVIATION * _median(relative) / math.sqrt(6) if len(relative) else 0.0
 
 
 def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
     """Estimate all from the points of a cloud of one view: offset and radius from their lateral spread."""
-    sections = cross_sections(points, samples.positions, axes, TOUCHING_RADII * samples.radius)
-    middle, measured, count = fit_half_shell(sections, samples.path, samples.window_half)
+    sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
+    middle, measured, count = fit_half_shell(sections, samples.curves.owner, samples.window_half)
     samples, radii = _with_radius(samples, measured, np.isfinite(measured) & ~samples.filled)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     lateral_weight = weight * _trust(np.where(np.isfinite(measured), measured, 0.0) / samples.radius)
-    moved = samples.positions + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
+    moved = samples.curves.points + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
     depth, depth_weight = _depth(samples, moved, axes, points)
     target = moved + depth[:, None] * axes.depth
     return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
@@ -228,31 +228,30 @@ def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Es
 
 def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
     """Estimate all from the circle through each cross-section, for clouds of many views."""
-    sections = cross_sections(points, samples.positions, axes, TOUCHING_RADII * samples.radius)
-    _, measured, _ = fit_circles(sections, samples.path, None, samples.window_half)
+    sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
+    _, measured, _ = fit_circles(sections, samples.curves.owner, None, samples.window_half)
     usable = np.isfinite(measured) & ~samples.filled & (measured < 3 * samples.radius) & (measured > samples.radius / 3)
     reach = TOUCHING_RADII
     samples, radii = _with_radius(samples, measured, usable)
-    center, _, count = fit_circles(sections, samples.path, samples.radius, samples.window_half)
+    center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     weight *= np.linalg.norm(center, axis=1) < reach * samples.radius
     offset = center[:, :1] * axes.lateral + center[:, 1:] * axes.depth
-    target = samples.positions + np.where(weight[:, None] > 0, offset, 0.0)
+    target = samples.curves.points + np.where(weight[:, None] > 0, offset, 0.0)
     return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
 
 
 def _from_lines(samples: Samples, points: Floats, spacing: float) -> _Estimate:
     """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
-    distance, near = nearest(thinned(points), samples.positions, TOUCHING_RADII * float(samples.radius.max()), True)
+    distance, near = nearest(thinned(points), samples.curves.points, TOUCHING_RADII * float(samples.radius.max()), True)
     there = np.isfinite(distance)
     radius = samples.radius.copy()
-    for p in range(len(samples.closed)):
-        part = samples.of_path(p)
+    for part in samples.curves.parts:
         own = distance[there & (near >= part.start) & (near < part.stop)]
         if len(own):
             radius[part] = max(float(np.sqrt(np.mean(own**2))), MIN_SCATTER_SHARE * spacing)
     weight = np.broadcast_to(np.eye(3), (len(radius), 3, 3))
-    return _Estimate(samples.positions, weight, radius, radius)
+    return _Estimate(samples.curves.points, weight, radius, radius)
 
 
 def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
@@ -262,11 +261,11 @@ def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> 
         for view in foreground.views
         if (measured := measure_in_view(samples, axes.tangent, view, TOUCHING_RADII)) is not None
     ]
-    measured_radii = median_radius(measurements, len(samples.positions))
+    measured_radii = median_radius(measurements, len(samples.curves.points))
     samples, radii = _with_radius(samples, measured_radii, np.isfinite(measured_radii) & ~samples.filled)
     reach = TOUCHING_RADII * samples.radius
-    sections = cross_sections(thinned(foreground.points), samples.positions, axes, reach)
-    center, _, count = fit_circles(sections, samples.path, samples.radius, samples.window_half)
+    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, reach)
+    center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
     believed = DEPTH_WEIGHT * np.minimum(1.0, count / _median_count(count)) * (count >= MIN_POINTS)
     believed *= np.linalg.norm(center, axis=1) < reach
     across = np.einsum("si,sj->sij", axes.lateral, axes.lateral) + np.einsum("si,sj->sij", axes.depth, axes.depth)
@@ -278,7 +277,7 @@ def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> 
         pull[measured.sample] += (trust * measured.offset)[:, None] * measured.lateral
     gap_weight = np.where(samples.filled, GAP_WEIGHT, 1.0)[:, None]
     moved = np.linalg.solve(weight + 1e-9 * np.eye(3), pull[..., None])[..., 0]
-    return _Estimate(samples.positions + moved, gap_weight[..., None] * weight, samples.radius, radii)
+    return _Estimate(samples.curves.points + moved, gap_weight[..., None] * weight, samples.radius, radii)
 
 
 def _trust(ratio: Floats) -> Floats:
@@ -309,7 +308,8 @@ def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Sam
 
 def _path_radius(samples: Samples, measured: Floats, usable: Bools) -> Floats:
     """Return the median of what was measured along each path, (S,); the radius so far where nothing usable was."""
-    median = part_medians(np.where(usable, measured, np.nan), samples.bounds[:-1], samples.bounds[1:])[0][samples.path]
+    curves = samples.curves
+    median = part_medians(np.where(usable, measured, np.nan), curves.bounds[:-1], curves.bounds[1:])[0][curves.owner]
     return np.where(np.isnan(median), samples.radius, median)
 
 
@@ -317,10 +317,9 @@ def _along_paths(measured: Floats, good: Bools, samples: Samples) -> Floats:
     """Return the radius at each sample: the pooled measurement where it is good, interpolated along the path elsewhere."""
     result = samples.radius.copy()
     window_half = 2 * samples.window_half
-    count = window_sum(good.astype(float), samples.path, window_half)
-    mean = window_sum(np.where(good, measured, 0.0), samples.path, window_half) / np.maximum(count, 1.0)
-    for p in range(len(samples.closed)):
-        part = samples.of_path(p)
+    count = window_sum(good.astype(float), samples.curves.owner, window_half)
+    mean = window_sum(np.where(good, measured, 0.0), samples.curves.owner, window_half) / np.maximum(count, 1.0)
+    for part in samples.curves.parts:
         index = np.flatnonzero(count[part] > 0)
         if len(index):
             result[part] = np.interp(np.arange(part.stop - part.start), index, mean[part][index])

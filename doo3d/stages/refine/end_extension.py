@@ -70,23 +70,23 @@ def surface_ahead(samples: Samples, points: Floats, spacing: float) -> list[tupl
     -------
     For each path the points at its first end and at its last; None for a ring.
     """
-    is_open = ~np.array(samples.closed)
-    first, last = samples.bounds[:-1][is_open], samples.bounds[1:][is_open] - 1
+    is_open = ~samples.curves.closed
+    first, last = samples.curves.bounds[:-1][is_open], samples.curves.bounds[1:][is_open] - 1
     radius = samples.radius[first]
     inside = np.maximum(1, np.rint(2 * radius / samples.spacing).astype(int))
     ends = np.column_stack((first, last)).ravel()
     inner = np.column_stack((np.minimum(first + inside, last), np.maximum(last - inside, first))).ravel()
-    tangents, radius = unit(samples.positions[ends] - samples.positions[inner]), np.repeat(radius, 2)
+    tangents, radius = unit(samples.curves.points[ends] - samples.curves.points[inner]), np.repeat(radius, 2)
     window = 3 * samples.window_half + 3
     max_gap = np.maximum(radius, 2 * spacing)
     axial, lateral, bounds = kernels.surface_ahead(
-        points, samples.positions, ends, tangents, MAX_END_EXTENSION * radius, OWN_RADII * radius, max_gap, window
+        points, samples.curves.points, ends, tangents, MAX_END_EXTENSION * radius, OWN_RADII * radius, max_gap, window
     )
     found = (
         SurfaceAhead(axial[a:b], lateral[a:b], tip, tangent)
-        for (a, b), tip, tangent in zip(itertools.pairwise(bounds.tolist()), samples.positions[ends], tangents, strict=True)
+        for (a, b), tip, tangent in zip(itertools.pairwise(bounds.tolist()), samples.curves.points[ends], tangents, strict=True)
     )
-    return [None if closed else (next(found), next(found)) for closed in samples.closed]
+    return [None if closed else (next(found), next(found)) for closed in samples.curves.closed.tolist()]
 
 
 def extend_to_surface(paths: Sequence[Path], samples: Samples, points: Floats, spacing: float) -> list[Path]:

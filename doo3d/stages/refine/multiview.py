@@ -55,7 +55,7 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
     The measurement; None if fewer than two samples lie in the view, or its mask is empty.
     """
     turn, position, camera = view.pose[:3, :3], view.pose[:3, 3], view.camera
-    local = (samples.positions - position) @ turn
+    local = (samples.curves.points - position) @ turn
     pixels = camera.project(local)
     inside = np.asarray(np.isfinite(pixels).all(axis=1))
     inside[inside] = ((pixels[inside] >= 0) & (pixels[inside] <= (camera.width - 1, camera.height - 1))).all(axis=1)
@@ -63,7 +63,7 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
     if len(index) < 2 or not view.mask.any():
         return None
     # stretches in view are paths of their own
-    path = np.cumsum(np.concatenate(([0], (np.diff(index) > 1) | (np.diff(samples.path[index]) != 0))))
+    path = np.cumsum(np.concatenate(([0], (np.diff(index) > 1) | (np.diff(samples.curves.owner[index]) != 0))))
     local, along = local[index], unit(tangent[index] @ turn)
     axes = section_axes(local, along, np.zeros(3))
     limit = reach * samples.radius[index]

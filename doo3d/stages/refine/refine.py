@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from ...config import RefineConfig
 from ...evidence.depth_model import PointVisibility
+from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
 from ...geometry.polyline import arc_length
@@ -125,27 +125,29 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     if samples is None:
         return []
     ahead = surface_ahead(samples, context.foreground.points, context.point_gap)
-    joints = [_joints(samples, p, ahead[p], context.segment_length) for p in range(len(paths))]
-    laid = [p for p in range(len(paths)) if len(joints[p]) > 1]
+    lines = [_joints(samples, p, ahead[p], context.segment_length) for p in range(len(paths))]
+    joints = Curves.of([line if len(line) > 1 else line[:0] for line in lines], samples.curves.closed.tolist())
+    laid = np.flatnonzero(joints.counts).tolist()
     if not laid:
         return []
-    radius = samples.radius[samples.bounds[:-1]].tolist()
-    of_path = _Laid.of([each if len(each) > 1 else each[:0] for each in joints], samples, context, config)
-    support = depth_support([joints[p] for p in laid], [radius[p] for p in laid], context.foreground)
-    is_reversed = _are_reversed([joints[p] for p in laid], [samples.closed[p] for p in laid], context.foreground)
+    at_joint, at_middle, occluded = _seen_along(joints, samples, context, config)
+    radius = samples.radius[samples.curves.bounds[:-1]].tolist()
+    whole = joints if len(laid) == len(joints) else joints.of_numbers(laid)
+    support = depth_support(whole, [radius[p] for p in laid], context.foreground)
+    is_reversed = _are_reversed(whole, context.foreground)
     chains = []
     for k, p in enumerate(laid):
-        size, order = len(joints[p]) - 1, -1 if is_reversed[k] else 1
+        part, order = slice(*joints.segment_bounds[p : p + 2]), -1 if is_reversed[k] else 1
         chains.append(
             Chain(
                 joints[p][::order],
                 context.segment_length,
                 radius[p],
-                samples.radii[of_path.joint_sample[p]][::order],
-                of_path.occluded[p][::order],
-                samples.closed[p],
-                _connections(paths[p], of_path.segment_sample[p] - samples.bounds[p], samples.of_path(p), order),
-                depth_filled=np.zeros(size, dtype=bool) if support is None else support[k].is_filled[::order],
+                samples.radii[at_joint[joints.parts[p]]][::order],
+                occluded[part][::order],
+                bool(joints.closed[p]),
+                _connections(paths[p], at_middle[part] - samples.curves.bounds[p], samples.curves.parts[p], order),
+                depth_filled=np.zeros(0, dtype=bool) if support is None else support[k].is_filled[::order],
             )
         )
     thickest = max(chain.radius for chain in chains)
@@ -156,8 +158,8 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
 
 def _joints(samples: Samples, p: int, ahead: tuple[SurfaceAhead, SurfaceAhead] | None, length: float) -> Floats:
     """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment; ahead : None for a ring."""
-    part = samples.of_path(p)
-    axis = samples.positions[part]
+    part = samples.curves.parts[p]
+    axis = samples.curves.points[part]
     if ahead is None:
         return equal_ring(axis, length)
     end_of = _strip_end if axis.shape[1] == 2 else _wall_end
@@ -181,41 +183,27 @@ def _strip_end(ahead: SurfaceAhead, radius: float) -> float:
     return count / (2 * radius) - back if count else 0.0
 
 
-class _Laid(NamedTuple):
-    """The chains laid along paths: of each path, arrays of N + 1 joints and N segments; of a path without a chain they are empty.
+def _seen_along(joints: Curves, samples: Samples, context: FrameContext, config: RefineConfig) -> tuple[Ints, Ints, Bools]:
+    """Return the sample nearest to each joint and to the middle of each segment, and which segments are occluded.
 
-    Attributes
-    ----------
-    joint_sample, segment_sample
-        (N + 1,) and (N,), the sample nearest to each joint, and to the middle of each segment.
-    occluded
-        (N,) bool, True for an occluded segment (Keipour et al., RA-L 2022, section III-H).
+    joints : of each path, those of the chain laid along it; none for a path without a chain. Occluded is a segment by Keipour et
+    al. (RA-L 2022), section III-H.
     """
-
-    joint_sample: list[Ints]
-    segment_sample: list[Ints]
-    occluded: list[Bools]
-
-    @staticmethod
-    def of(joints: Sequence[Floats], samples: Samples, context: FrameContext, config: RefineConfig) -> _Laid:
-        """Return the samples at the joints of each path, (N + 1, D), and which segments are occluded."""
-        middles = [(each[1:] + each[:-1]) / 2 for each in joints]
-        joint_bounds, bounds = (np.cumsum([0, *map(len, each)]) for each in (joints, middles))
-        middle = np.concatenate(middles)
-        length = context.segment_length
-        at_joint = nearest_of_own(np.concatenate(joints), joint_bounds, samples.positions, samples.bounds, length)
-        at_middle = nearest_of_own(middle, bounds, samples.positions, samples.bounds, length)
-        occluded = np.ones(len(middle), dtype=bool)
-        if config.occluded != "from_depth":
-            occluded = samples.filled[at_middle]
-        if config.occluded != "from_gaps" and occluded.any():
-            reach = OWN_RADII * samples.radius[at_middle[occluded]] + context.voxel
-            surface = thinned(context.grid.centroids)
-            unseen = ~(nearest(middle[occluded], surface, float(reach.max()), True)[0] <= reach)
-            if context.visibility is not None:
-                unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
-            occluded[occluded] = unseen
-        return _Laid(np.split(at_joint, joint_bounds[1:-1]), np.split(at_middle, bounds[1:-1]), np.split(occluded, bounds[1:-1]))
+    curves, length = samples.curves, context.segment_length
+    middle = (joints.points[joints.segments] + joints.points[joints.segments + 1]) / 2
+    at_joint = nearest_of_own(joints.points, joints.bounds, curves.points, curves.bounds, length)
+    at_middle = nearest_of_own(middle, joints.segment_bounds, curves.points, curves.bounds, length)
+    occluded = np.ones(len(middle), dtype=bool)
+    if config.occluded != "from_depth":
+        occluded = samples.filled[at_middle]
+    if config.occluded != "from_gaps" and occluded.any():
+        reach = OWN_RADII * samples.radius[at_middle[occluded]] + context.voxel
+        surface = thinned(context.grid.centroids)
+        unseen = ~(nearest(middle[occluded], surface, float(reach.max()), True)[0] <= reach)
+        if context.visibility is not None:
+            unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
+        occluded[occluded] = unseen
+    return at_joint, at_middle, occluded
 
 
 def _connections(path: Path, near: Ints, samples: slice, order: int) -> tuple[Connection, ...]:
@@ -239,9 +227,10 @@ def _connections(path: Path, near: Ints, samples: slice, order: int) -> tuple[Co
     return tuple(Connection(len(near) - 1 - segment, confidence) for segment, confidence in sorted(connections)[::-1])
 
 
-def _are_reversed(joints: Sequence[Floats], closed: Sequence[bool], foreground: Foreground) -> Bools:
-    """Tell which lines (N + 1, D) of joints do not start at the end nearer the left edge of the view (ties: nearer the top)."""
-    ends = np.concatenate([each[[1, -2] if ring else [0, -1]] for each, ring in zip(joints, closed, strict=True)])
+def _are_reversed(chains: Curves, foreground: Foreground) -> Bools:
+    """Tell which chains do not start at the end nearer the left edge of the view (ties: nearer the top)."""
+    inwards = np.repeat(chains.closed, 2) * np.tile((1, -1), len(chains))
+    ends = chains.points[chains.tips + inwards]
     if foreground.camera is not None:
         ends = foreground.camera.project(ends)
     (u, v), (last_u, last_v) = ends[::2, :2].T, ends[1::2, :2].T

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...config import TraverseConfig
+from ...geometry.curves import Curves
 from ...geometry.mask import half_width_in
 from ...geometry.polyline import arc_length, moving_mean, resample, steps
 from ...geometry.radii import TOUCHING_RADII
@@ -150,9 +151,8 @@ def _clear_lengths(graph: BranchGraph, branches: list[Branch], points: dict[int,
         counts = [int(np.searchsorted(distance, JUNCTION_TRIM_MAX_RADII * radius)) + 1 for distance in distances]
         most = max(counts)
         limits = [len(line) // 2 + 1 if branch.a == branch.b else most for (branch, _), line in zip(leaving, lines, strict=True)]
-        near = [line[:most] for line in lines]
-        bounds = np.cumsum([0, *map(len, near)])
-        first = first_clear(np.concatenate(near), bounds, np.array(counts), np.array(limits), TOUCHING_RADII * radius)
+        near = Curves.of([line[:most] for line in lines])
+        first = first_clear(near.points, near.bounds, np.array(counts), np.array(limits), TOUCHING_RADII * radius)
         for (branch, end), distance, index in zip(leaving, distances, first.tolist(), strict=True):
             clear[branch.number, end] = float(distance[index])
     return clear

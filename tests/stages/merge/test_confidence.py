@@ -12,6 +12,7 @@ from builders.drawn_masks import frame_of, line, wave
 import doo3d
 from doo3d.config import MergeConfig
 from doo3d.evidence.depth_model import DepthModel
+from doo3d.geometry.curves import Curves
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
 from doo3d.stages import Assembly
@@ -131,7 +132,7 @@ def test_a_connection_that_closes_a_ring_is_no_alternative():
 
 def chain(start, direction, count=6):
     start, direction = np.array([*start, 0.5]), unit(np.array([*direction, 0.0]))
-    return Chain(start + STEP * np.arange(count + 1)[:, None] * direction, STEP)
+    return start + STEP * np.arange(count + 1)[:, None] * direction
 
 
 def star(angle):
@@ -148,7 +149,7 @@ def settings(**changes):
 def test_confidence_falls_with_the_angle_of_a_crossing(strategy):
     least = {}
     for degrees in (90, 50, 20):
-        joined = merge(star(np.radians(degrees)), context_of(radius=RADIUS), settings(strategy=strategy)).assemblies
+        joined = merge(Curves.of(star(np.radians(degrees))), context_of(radius=RADIUS), settings(strategy=strategy)).assemblies
         assert [len(assembly.pieces) for assembly in joined] == [2, 2]
         assert all(len(assembly.confidence) == len(assembly.costs) for assembly in joined)
         least[degrees] = min(confidence for assembly in joined for confidence in assembly.confidence)
@@ -159,8 +160,8 @@ def test_confidence_falls_with_the_angle_of_a_crossing(strategy):
 def test_a_rival_lowers_the_confidence():
     one, right = chain((-0.08, 0), (1, 0)), chain((0.01, 0), (1, 0))
     rival = chain((0.01, 0.004), (1, 0.1))
-    (alone, *_) = merge([one, right], context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
-    joined = merge([one, right, rival], context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
+    (alone, *_) = merge(Curves.of([one, right]), context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
+    joined = merge(Curves.of([one, right, rival]), context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
     doubtful = next(assembly for assembly in joined if assembly.confidence)
     assert alone.confidence[0] > 0.9
     assert doubtful.confidence[0] < 0.3

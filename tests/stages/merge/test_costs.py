@@ -79,14 +79,14 @@ def test_marked_ends_of_each_pair_are_counted():
 def test_a_custom_cost_decides_between_equal_pairs(monkeypatch):
     """Two pairs that the paper's costs hold equal, of which the custom cost forbids one."""
     from doo3d.config import MergeConfig
+    from doo3d.geometry.curves import Curves
     from doo3d.stages.merge import costs
     from doo3d.stages.merge.merge import merge
-    from doo3d.types import Chain
 
     def line(x, y):
-        return Chain(np.column_stack((np.arange(x, x + 0.101, 0.01), np.full(11, y), np.zeros(11))), 0.01, 0.003)
+        return np.column_stack((np.arange(x, x + 0.101, 0.01), np.full(11, y), np.zeros(11)))
 
-    pieces = [line(-0.13, 0.0), line(0.0, 0.01), line(0.0, -0.01)]
+    pieces = Curves.of([line(-0.13, 0.0), line(0.0, 0.01), line(0.0, -0.01)])
 
     def joined(**custom):
         merged = merge(

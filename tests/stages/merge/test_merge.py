@@ -11,10 +11,11 @@ from builders.gap_arcs import arcs_of
 
 from doo3d.config import MergeConfig, load_config
 from doo3d.evidence.depth_model import DepthModel
+from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import unit
 from doo3d.stages.merge import merge
 from doo3d.stages.merge.ends import End
-from doo3d.types import Camera, Chain
+from doo3d.types import Camera
 from doo3d.visibility import Visibility
 
 STEP, RADIUS = 0.01, 0.004
@@ -28,17 +29,17 @@ def chain(start, direction, count=6, dim=3):
     start, direction = (
         np.append(np.asarray(v, dtype=float), [0.5] * (dim - 2) if v is start else [0.0] * (dim - 2)) for v in (start, direction)
     )
-    return Chain(scale * (start + STEP * np.arange(count + 1)[:, None] * unit(direction)), scale * STEP)
+    return scale * (start + STEP * np.arange(count + 1)[:, None] * unit(direction))
 
 
 def config(**settings):
     return MergeConfig(**({"chains": 1, "max_cost": np.inf, "max_gap": np.inf, "free_space_weight": 0.0} | settings))
 
 
-def run(chains, settings, visibility=None):
-    radius = RADIUS if chains[0].joints.shape[1] == 3 else 1000 * RADIUS
-    context = context_of(radius=radius, visibility=visibility, segment_length=chains[0].segment_length)
-    return merge(chains, context, settings).assemblies
+def run(chains, settings, visibility=None, closed=None):
+    scale = 1 if chains[0].shape[1] == 3 else 1000
+    context = context_of(radius=scale * RADIUS, visibility=visibility, segment_length=scale * STEP)
+    return merge(Curves.of(chains, closed), context, settings).assemblies
 
 
 def gaps(assembly):
@@ -58,7 +59,7 @@ def joined(assemblies, a, b):
 
 def check_whole(assemblies, chains):
     """Every chain is in one assembly at most, as it was or turned round, and gap paths lead across the gaps."""
-    left = [c.joints.tolist() for c in chains]
+    left = [c.tolist() for c in chains]
     for assembly in assemblies:
         for piece in assembly.pieces:
             same = [joints for joints in left if joints in (piece.tolist(), piece[::-1].tolist())]
@@ -86,11 +87,8 @@ def cost_of(a, a_before, b, b_before, per_unit):
 @pytest.mark.parametrize("second_turned", [False, True])
 def test_all_four_combinations_of_ends(dim, first_turned, second_turned):
     one, other = chain((0, 0), (1, 0), 6, dim), chain((0.1, 0.005), (1, 0.1), 5, dim)
-    facing = one.joints[-1], other.joints[0]
-    chains = [
-        Chain(c.joints[::-1] if turned else c.joints, c.segment_length)
-        for c, turned in ((one, first_turned), (other, second_turned))
-    ]
+    facing = one[-1], other[0]
+    chains = [c[::-1] if turned else c for c, turned in ((one, first_turned), (other, second_turned))]
     (assembly,) = run(chains, config())
     assert joined([assembly], *facing)
     check_whole([assembly], chains)
@@ -119,7 +117,7 @@ def random_chains(seed, dim, count=6):
 
 def slow_greedy(chains, wanted, per_unit):
     """The paper's rule by trying all: the cheapest of all end pairs of different chains, joined, and again."""
-    ends = {(c, side): (j[-side], j[-side + 1 - 2 * side]) for c, j in enumerate(x.joints for x in chains) for side in (0, 1)}
+    ends = {(c, side): (j[-side], j[-side + 1 - 2 * side]) for c, j in enumerate(chains) for side in (0, 1)}
     group = {c: c for c in range(len(chains))}
     links = []
     while len(set(group.values())) > wanted:
@@ -166,7 +164,7 @@ def row(count, gap=0.03):
 @pytest.mark.parametrize("wanted", [1, 2, 3])
 def test_the_wanted_number_is_left(strategy, wanted):
     """Four in a row, the middle gap the widest, a stray one far off: with two wanted the two longest are given."""
-    chains = [*row(2), *(Chain(c.joints + np.array([0.2, 0, 0]), STEP) for c in row(2, 0.02)), chain((0, 3), (0, 1), 2)]
+    chains = [*row(2), *(c + np.array([0.2, 0, 0]) for c in row(2, 0.02)), chain((0, 3), (0, 1), 2)]
     assemblies = run(chains, config(strategy=strategy, chains=wanted, max_gap=0.5))
     assert len(assemblies) == wanted
     sizes = [sum(len(piece) - 1 for piece in assembly.pieces) for assembly in assemblies]
@@ -202,7 +200,7 @@ def test_a_global_matching_joins_pairs_that_greedy_choice_misses():
         "min_length": 0,
     }
     greedy, best = (run([a, b, c, d], config(strategy=strategy, **weights)) for strategy in ("greedy", "global"))
-    ends = a.joints[-1], b.joints[0], c.joints[-1], d.joints[0]
+    ends = a[-1], b[0], c[-1], d[0]
     assert joined(greedy, ends[0], ends[3])
     assert sum(len(x.costs) for x in greedy) == 1
     assert joined(best, ends[0], ends[1])
@@ -213,7 +211,7 @@ def bow(gap):
     """A ring with a gap, as an open chain."""
     turn = np.arange(25) * (2 * np.pi - gap) / 24
     radius = STEP / 2 / np.sin((2 * np.pi - gap) / 48)
-    return Chain(radius * np.column_stack((np.cos(turn), np.sin(turn), 0 * turn)), STEP)
+    return radius * np.column_stack((np.cos(turn), np.sin(turn), 0 * turn))
 
 
 @pytest.mark.parametrize(("strategy", "chains"), [("greedy", 1), ("greedy", None), ("global", None), ("global", 1)])
@@ -227,8 +225,8 @@ def test_rings_only_when_wanted(strategy, chains):
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
 def test_two_halves_of_a_ring(strategy):
-    whole = bow(0.3).joints
-    halves = [Chain(whole[:11], STEP), Chain(whole[13:], STEP)]
+    whole = bow(0.3)
+    halves = [whole[:11], whole[13:]]
     (open_,) = run(halves, config(strategy=strategy, allow_closed_chains=False))
     assert not open_.closed
     assert len(open_.costs) == 1
@@ -239,8 +237,7 @@ def test_two_halves_of_a_ring(strategy):
 
 
 def test_a_ring_that_was_found_closed_stays_closed():
-    ring = Chain(bow(0.2).joints, STEP, closed=True)
-    assemblies = run([ring, chain((0.3, 0), (1, 0), 30)], config(chains=None, min_length=0))
+    assemblies = run([bow(0.2), chain((0.3, 0), (1, 0), 30)], config(chains=None, min_length=0), closed=[True, False])
     assert sorted((len(a.pieces), a.closed) for a in assemblies) == [(1, False), (1, True)]
 
 
@@ -260,8 +257,8 @@ def test_free_space_decides_between_equal_pairs(strategy, exposed_side):
     chains = [one, others[1], others[-1]]
     settings = MergeConfig(chains=2, strategy=strategy, max_cost=1e4, free_space_weight=20.0)
     assemblies = run(chains, settings, visibility=visibility)
-    assert joined(assemblies, one.joints[-1], others[-exposed_side].joints[0])
-    assert not joined(assemblies, one.joints[-1], others[exposed_side].joints[0])
+    assert joined(assemblies, one[-1], others[-exposed_side][0])
+    assert not joined(assemblies, one[-1], others[exposed_side][0])
 
 
 @dims
@@ -269,7 +266,7 @@ def test_free_space_decides_between_equal_pairs(strategy, exposed_side):
 def test_one_chain_is_itself(dim, strategy):
     only = chain((0, 0), (1, 0), 9, dim)
     (assembly,) = run([only], config(strategy=strategy))
-    assert [piece.tolist() for piece in assembly.pieces] in ([only.joints.tolist()], [only.joints[::-1].tolist()])
+    assert [piece.tolist() for piece in assembly.pieces] in ([only.tolist()], [only[::-1].tolist()])
     assert assembly.gap_paths == ()
 
 
@@ -281,7 +278,7 @@ def test_short_chains_are_dropped_when_no_number_is_wanted():
 
 
 def test_empty_in_empty_out():
-    assert merge([], context_of(radius=RADIUS), MergeConfig()).assemblies == []
+    assert merge(Curves.of([]), context_of(radius=RADIUS), MergeConfig()).assemblies == []
 
 
 @pytest.mark.parametrize("strategy", ["greedy", pytest.param("global", marks=pytest.mark.slow)])
@@ -296,15 +293,20 @@ def test_many_chains_the_same_every_time(strategy):
 def test_dropped_chains_are_recorded_with_the_setting(settings, setting):
     chains = [*row(2), chain((0, 3), (0, 1), 2)]
     merged = merge(
-        chains, context_of(radius=RADIUS, segment_length=STEP), config(max_gap=0.5, min_length=6, max_cost=500, **settings)
+        Curves.of(chains),
+        context_of(radius=RADIUS, segment_length=STEP),
+        config(max_gap=0.5, min_length=6, max_cost=500, **settings),
     )
-    assert [(dropped.chain, dropped.setting) for dropped in merged.dropped] == [(chains[2], setting)]
+    assert [(dropped.joints.tolist(), dropped.setting) for dropped in merged.dropped] == [(chains[2].tolist(), setting)]
+    assert merged.dropped[0].length == pytest.approx(2 * STEP)
 
 
 def test_decisions_are_recorded():
     """Three in a row: the costs add up, and the alternative to each connection shares one end with it."""
     chains = [*row(3), chain((0.07, 0.02), (1, 0.4))]
-    merged = merge(chains, context_of(radius=RADIUS, segment_length=STEP), config(max_cost=500, chains=None, min_length=12))
+    merged = merge(
+        Curves.of(chains), context_of(radius=RADIUS, segment_length=STEP), config(max_cost=500, chains=None, min_length=12)
+    )
     assert {decision.chosen.ends for decision in merged.decisions} == {(End(0, 1), End(1, 0)), (End(1, 1), End(2, 0))}
     costs = [decision.chosen.cost for decision in merged.decisions]
     assert costs == sorted(costs)
@@ -313,21 +315,23 @@ def test_decisions_are_recorded():
     for decision in merged.decisions:
         assert len({*decision.chosen.ends} & {*decision.runner_up.ends}) == 1
         assert set(decision.chosen.terms) == {"distance", "direction", "curvature"}
-        np.testing.assert_array_equal(decision.chosen.points[0], chains[decision.chosen.ends[0].chain].joints[-1])
+        np.testing.assert_array_equal(decision.chosen.points[0], chains[decision.chosen.ends[0].chain][-1])
 
 
 def test_connections_of_dropped_chains_are_not_kept():
-    chains = [*row(2), *(Chain(c.joints[:4] + np.array([0, 0.5, 0]), STEP) for c in row(2, 0.01))]
-    merged = merge(chains, context_of(radius=RADIUS, segment_length=STEP), config(chains=None, min_length=20, max_gap=0.08))
+    chains = [*row(2), *(c[:4] + np.array([0, 0.5, 0]) for c in row(2, 0.01))]
+    merged = merge(
+        Curves.of(chains), context_of(radius=RADIUS, segment_length=STEP), config(chains=None, min_length=20, max_gap=0.08)
+    )
     assert sorted((decision.chosen.ends[0].chain, decision.kept) for decision in merged.decisions) == [(0, True), (2, False)]
-    assert [dropped.chain for dropped in merged.dropped] == chains[2:]
+    assert [dropped.joints.tolist() for dropped in merged.dropped] == [chain.tolist() for chain in chains[2:]]
 
 
 @pytest.mark.parametrize("side", ["outside", "inside"])
 def test_gap_paths_are_led_on_the_side_of_the_settings(side):
     """Two ends side by side that turn away from each other."""
     one, other = chain((-0.04, 0.02), (1, 0.6)), chain((-0.04, -0.02), (1, -0.6))
-    one, other = (Chain(c.joints - c.joints[-1] + at, STEP) for c, at in ((one, [0, 0.02, 0.5]), (other, [0, -0.02, 0.5])))
+    one, other = (c - c[-1] + at for c, at in ((one, [0, 0.02, 0.5]), (other, [0, -0.02, 0.5])))
     (assembly,) = run([one, other], config(gap_side=side))
     first = arcs_of(assembly.gap_paths[0])[0]
     assert bool(first.angle > np.pi) == (side == "inside")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from builders.drawn_masks import line, surface
 
+from doo3d.geometry.curves import Curves
 from doo3d.stages.refine.axis_and_radius import depth_noise, estimate_axis_and_radius
 from doo3d.stages.refine.samples import Samples, sample_paths
 from doo3d.types import Foreground, Path
@@ -18,9 +19,8 @@ RADIUS, HALF, COUNT = 0.004, 2, 2000
 def samples(count: int = COUNT) -> Samples:
     along = 0.4 * RADIUS * np.arange(count)
     places = np.column_stack((along, np.zeros(count), 0.6 + 0.05 * np.sin(along / 0.2)))
-    path = (np.arange(count) >= count // 2).astype(np.int64)
     radius = np.full(count, RADIUS)
-    return Samples(places, path, np.zeros(count, dtype=bool), (False, False), radius, radius, HALF, 0.4 * RADIUS)
+    return Samples(Curves.of(np.split(places, 2)), np.zeros(count, dtype=bool), radius, radius, HALF, 0.4 * RADIUS)
 
 
 @pytest.mark.parametrize("noise", [0.0001, 0.001])
@@ -28,8 +28,8 @@ def test_it_is_the_noise(noise):
     """On a gently bent course, with half of the places not measured at all and a step from one path to the next."""
     given = samples()
     away = np.tile([0.0, 0.0, 1.0], (COUNT, 1))
-    places = given.positions.copy()
-    places[:, 2] += noise * np.random.default_rng(0).normal(size=COUNT) + 0.3 * given.path
+    places = given.curves.points.copy()
+    places[:, 2] += noise * np.random.default_rng(0).normal(size=COUNT) + 0.3 * given.curves.owner
     known = np.ones(COUNT, dtype=bool)
     known[: COUNT // 4] = False
     places[~known, 2] += 9.0
@@ -38,16 +38,18 @@ def test_it_is_the_noise(noise):
 
 def test_of_too_few_places_nothing_is_known():
     few = samples(6)
-    assert depth_noise(few.positions, np.tile([0.0, 0.0, 1.0], (6, 1)), np.ones(6, dtype=bool), few) == 0
+    assert depth_noise(few.curves.points, np.tile([0.0, 0.0, 1.0], (6, 1)), np.ones(6, dtype=bool), few) == 0
 
 
 def test_estimation_changes_no_samples_it_is_given():
     """Samples are frozen; their arrays stay as they were, too."""
     axis = line([-0.1, 0, 0.5], [0.1, 0, 0.5])
     given = sample_paths([Path(axis - (0, 0, RADIUS))], RADIUS, 0.01)
-    before = {name: np.copy(getattr(given, name)) for name in ("positions", "radius", "radii", "filled", "path")}
+    before = {name: np.copy(getattr(given, name)) for name in ("radius", "radii", "filled")}
+    points = np.copy(given.curves.points)
     moved = estimate_axis_and_radius(given, Foreground(surface(axis, RADIUS)))
-    assert np.abs(moved.positions - given.positions).max() > RADIUS / 2
+    assert np.abs(moved.curves.points - points).max() > RADIUS / 2
+    np.testing.assert_array_equal(given.curves.points, points)
     for name, values in before.items():
         np.testing.assert_array_equal(getattr(given, name), values)
     with pytest.raises(FrozenInstanceError):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from builders.drawn_masks import CAMERA, depth_of, line, surface
 
-from doo3d.geometry.polyline import densify, perpendicular, tangents, unit
+from doo3d.geometry.curves import Curves
+from doo3d.geometry.polyline import densify, perpendicular, unit
 from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
 from doo3d.stages.refine.silhouette import MaskSample, measure_silhouette
 
@@ -18,7 +19,7 @@ INNER = slice(8, -8)
 
 
 def frames(viewpoint=(0, 0, 0)):
-    return section_axes(AXIS, tangents(AXIS), None if viewpoint is None else np.array(viewpoint, dtype=float))
+    return section_axes(AXIS, Curves.of([AXIS]).tangents, None if viewpoint is None else np.array(viewpoint, dtype=float))
 
 
 @pytest.mark.parametrize("viewpoint", [(0, 0, 0), (1, -2, 0.3), None])
@@ -34,13 +35,13 @@ def test_axes_are_square_and_away_points_away(viewpoint):
 def test_axes_turn_little_without_a_viewpoint():
     t = np.linspace(0, 4 * np.pi, 300)
     curve = np.column_stack((np.cos(t), np.sin(t), 0.3 * t))
-    found = section_axes(curve, tangents(curve), None)
+    found = section_axes(curve, Curves.of([curve]).tangents, None)
     assert (np.einsum("ij,ij->i", found.lateral[1:], found.lateral[:-1]) > 0.99).all()
 
 
 def test_axes_of_a_line_that_runs_away_from_the_camera():
     places = np.array([0.0, 0, 1]) * np.linspace(0.4, 0.6, 20)[:, None]
-    found = section_axes(places, tangents(places), np.zeros(3))
+    found = section_axes(places, Curves.of([places]).tangents, np.zeros(3))
     np.testing.assert_allclose(np.linalg.norm(found.lateral, axis=1), 1)
     np.testing.assert_allclose(found.lateral @ [0, 0, 1], 0, atol=1e-12)
 

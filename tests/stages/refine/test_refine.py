@@ -10,6 +10,7 @@ from builders.drawn_masks import CAMERA, axis_error, frame_of, line, ring, runs_
 from scipy.spatial import cKDTree
 
 from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
+from doo3d.geometry.curves import Curves
 from doo3d.geometry.depth_support import depth_support
 from doo3d.geometry.polyline import arc_length, densify, steps
 from doo3d.stages import FrameContext
@@ -205,7 +206,7 @@ def filled_depth(depth_of):
     foreground = segment(frame, SegmentConfig(), mask).foreground
     joints = np.column_stack((np.arange(-0.1, 0.101, STEP), np.zeros(21), np.full(21, 0.5)))
     foreground = replace(foreground, depth=depth_of(frame.depth.copy()))
-    (support,) = depth_support([joints], [0.004], foreground)
+    (support,) = depth_support(Curves.of([joints]), [0.004], foreground)
     return support.is_filled, (joints[1:, 0] + joints[:-1, 0]) / 2
 
 
@@ -232,8 +233,8 @@ def test_depth_is_filled_where_readings_are_of_something_else(offset):
 
 def test_points_of_a_cloud_have_no_depth_readings():
     joints = np.column_stack((np.arange(5) * STEP, np.zeros(5), np.ones(5)))
-    assert depth_support([joints], [0.004], Foreground(joints)) is None
-    assert depth_support([joints[:, :2]], [4.0], Foreground(joints[:, :2])) is None
+    assert depth_support(Curves.of([joints]), [0.004], Foreground(joints)) is None
+    assert depth_support(Curves.of([joints[:, :2]]), [4.0], Foreground(joints[:, :2])) is None
 
 
 @views

@@ -1,0 +1,158 @@
+"""Several curves at once: the points of all in flat arrays, one curve after the other, as the kernels take them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import kernels
+from ..types import Bools, Floats, Ints
+from .projection import Projection
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """K curves as polylines of N points in all; what follows from the points is computed once, when it is first read.
+
+    Attributes
+    ----------
+    points
+        (N, D), the points of all curves, one curve after the other: positions, m (px in 2-D), or D values at each. The array
+        is read-only from then on.
+    bounds
+        (K + 1,) int, row of the first point of each curve, and N.
+    closed
+        (K,) bool, True for a ring: its last point is followed by its first, or repeats it.
+    """
+
+    points: Floats
+    bounds: Ints
+    closed: Bools
+
+    def __post_init__(self) -> None:
+        self.points.flags.writeable = False
+
+    @classmethod
+    def of(cls, lines: Sequence[Floats], closed: Sequence[bool] | None = None) -> Curves:
+        """Return curves through the points (P, D) of each line; without `closed` none is a ring, and without lines D is 2."""
+        points = np.ascontiguousarray(np.concatenate(lines), dtype=float) if len(lines) else np.zeros((0, 2))
+        is_ring = np.zeros(len(lines), dtype=bool) if closed is None else np.array(closed, dtype=bool)
+        return cls(points, np.cumsum([0, *map(len, lines)]), is_ring)
+
+    def __len__(self) -> int:
+        return len(self.closed)
+
+    def __getitem__(self, number: int) -> Floats:
+        """Return the points of one curve, (P, D), a view of the array of all."""
+        return self.points[self.parts[number]]
+
+    def __iter__(self) -> Iterator[Floats]:
+        """Yield the points of each curve."""
+        return (self.points[part] for part in self.parts)
+
+    @cached_property
+    def parts(self) -> list[slice]:
+        """For each curve the slice that selects its points in arrays over the points of all."""
+        return [slice(*both) for both in itertools.pairwise(self.bounds.tolist())]
+
+    def of_numbers(self, numbers: Sequence[int]) -> Curves:
+        """Return some of the curves."""
+        return Curves.of([self[number] for number in numbers], self.closed[numbers].tolist())
+
+    def with_points(self, points: Floats) -> Curves:
+        """Return the same curves through other points, (N, E)."""
+        return Curves(points, self.bounds, self.closed)
+
+    @cached_property
+    def counts(self) -> Ints:
+        """The number of points of each curve, (K,)."""
+        return np.diff(self.bounds)
+
+    @cached_property
+    def owner(self) -> Ints:
+        """The curve that each point belongs to, (N,)."""
+        return np.repeat(np.arange(len(self.closed)), np.diff(self.bounds))
+
+    @cached_property
+    def lengths(self) -> Floats:
+        """The length of each curve from its first point to its last, (K,)."""
+        return kernels.polyline_lengths(self.points, self.bounds)
+
+    @cached_property
+    def tangents(self) -> Floats:
+        """The unit tangents at the points by central differences, onwards, (N, D); one-sided at the ends of an open curve."""
+        return kernels.polyline_tangents(self.points, self.bounds, self.closed)
+
+    @cached_property
+    def tips(self) -> Ints:
+        """The rows of the first and the last point of each curve, (2 K,)."""
+        return np.column_stack((self.bounds[:-1], self.bounds[1:] - 1)).ravel()
+
+    @cached_property
+    def segments(self) -> Ints:
+        """The rows of the points that a segment leads from, to the next row, (N - K,)."""
+        is_followed = np.ones(len(self.points), dtype=bool)
+        is_followed[self.bounds[1:] - 1] = False
+        return np.flatnonzero(is_followed)
+
+    @cached_property
+    def segment_bounds(self) -> Ints:
+        """The bounds of the segments of each curve in arrays over the segments of all, (K + 1,)."""
+        return self.segments.searchsorted(self.bounds)
+
+    def ends(self, window: float) -> tuple[Floats, Floats]:
+        """Return the outward tangents and the curvature vectors at both ends of each curve, (2 K, D) each.
+
+        window : length of curve at the end to which a parabola is fitted; at least the last segment is used.
+        """
+        return kernels.end_tangents(self.points, self.bounds, float(window))
+
+    def sampled(self, spacing: Floats, counts: Ints, to_end: Bools) -> tuple[Curves, Ints]:
+        """Return evenly spaced samples along the curves, from the first point of each.
+
+        Parameters
+        ----------
+        spacing, counts
+            (K,) arc length between neighboring samples of each curve, and number of samples on it.
+        to_end
+            (K,) bool, True if the last of two samples or more is the last point of the curve exactly.
+
+        Returns
+        -------
+        samples : as curves of `counts` points, S in all.
+        segment : (S,) int, the segment of its curve on which each sample lies.
+        """
+        points, segment = kernels.sample_polylines(self.points, self.bounds, spacing, counts, to_end)
+        return Curves(points, np.append(0, np.cumsum(counts)), self.closed), segment
+
+    def interpolate(self, curve: Ints, at: Floats) -> Floats:
+        """Interpolate the points linearly at positions along curves.
+
+        Parameters
+        ----------
+        curve
+            int array of any shape, index of the curve of each position.
+        at
+            array of the same shape, position along the curve counted in points: 2.5 is half way between points 2 and 3.
+
+        Returns
+        -------
+        (..., D), ... being the shape of `at`; NaN beyond the ends of an open curve. Positions on a ring, whose last point has to
+        repeat its first, wrap around.
+        """
+        found = kernels.interpolate_polylines(self.points, self.bounds, self.closed, curve.ravel(), at.ravel())
+        return found.reshape(*at.shape, self.points.shape[1])
+
+    def seen_in(self, view: Projection) -> Curves:
+        """Return the curves as a view shows them: (u, v, distance) of each point, NaN where it is behind the camera."""
+        return self.with_points(np.column_stack((view.project(self.points), view.distance(self.points))))
+
+
+def runs(values: Bools) -> list[tuple[int, int]]:
+    """Return the bounds (first, end) of each run of True in (N,) bool values: values[first:end] are True."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
