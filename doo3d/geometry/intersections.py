@@ -10,8 +10,6 @@ from ..kernels import polyline_crossings
 from ..types import Floats, Ints
 from .curves import Curves
 
-PolylineSet = Curves
-
 
 @dataclass(frozen=True)
 class Intersections:

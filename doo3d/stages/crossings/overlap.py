@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...evidence.strand_colors import CORE_OFFSETS, PROFILE_OFFSETS, color_profiles, colors_at, first_strand_log_odds, medians
-from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.curves import Curves
+from ...geometry.intersections import Intersections
 from ...geometry.noise import DEVIATIONS
 from ...types import Array, Floats, Ints
 
@@ -67,7 +68,7 @@ class CrossingStrands:
     normal: Floats
 
 
-def sample_strands(crossings: Intersections, chains: PolylineSet, half_width: Floats) -> CrossingStrands:
+def sample_strands(crossings: Intersections, chains: Curves, half_width: Floats) -> CrossingStrands:
     """Take samples along both strands of each crossing, on both sides of the area where they overlap.
 
     Parameters
@@ -97,7 +98,7 @@ def sample_strands(crossings: Intersections, chains: PolylineSet, half_width: Fl
     return CrossingStrands(middle[..., :2], middle[..., 2], side, in_half_widths, half_width, crossings.point, _normals(step))
 
 
-def _segment_vectors(chains: PolylineSet, chain: Ints, segment: Array) -> Floats:
+def _segment_vectors(chains: Curves, chain: Ints, segment: Array) -> Floats:
     """Return the vectors (..., 2) from one joint to the next in the view; NaN beyond the ends."""
     return np.asarray((chains.interpolate(chain, segment + 1.0) - chains.interpolate(chain, segment + 0.0))[..., :2])
 

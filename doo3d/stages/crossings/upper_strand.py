@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...geometry.intersections import Intersections, PolylineSet
+from ...geometry.curves import Curves
+from ...geometry.intersections import Intersections
 from ...geometry.limits import AT_ONCE
 from ...geometry.projection import Projection
 from ...types import Floats, Foreground
@@ -25,7 +26,7 @@ NEAREST_POINTS = 8
 
 
 def upper_strand_log_odds(
-    intersections: Intersections, chains: PolylineSet, radius: Floats, view: Projection, foreground: Foreground
+    intersections: Intersections, chains: Curves, radius: Floats, view: Projection, foreground: Foreground
 ) -> Floats:
     """Return the log odds that the first strand of each crossing is the upper one, judged by depth and color.
 
