@@ -22,7 +22,6 @@ ORDER = [
     {"geometry"},
     {"facts"},
     {"evidence"},
-    {"bare_surface"},
     {"visibility"},
     {"stages"},
     {"pipeline"},

@@ -445,8 +445,8 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     """
 
 def classify_positions(
-    points: Floats, camera: Floats, depth: Array, mask: Bools, margin: float, own_counts: bool, classes: Ints
-) -> tuple[Ints, Ints, Ints, Floats]:
+    points: Floats, camera: Floats, depth: Array, mask: Bools, margin: float, own_counts: bool, noise: float
+) -> tuple[Ints, Floats, Ints, Ints, Floats]:
     """Tell what a depth image says about positions in space, each compared with the reading at the pixel that it projects to.
 
     Parameters
@@ -461,13 +461,14 @@ def classify_positions(
         m by which a reading is behind a position to show that it is free, or in front of it to hide it
     own_counts
         True if a reading in the mask also shows that a position in front of it is free
-    classes
-        (6,) int64, the numbers for: outside the image; no reading outside the mask; no reading in the mask; surface of the
-        object; hidden; free
+    noise
+        1/m, standard deviation of the readings in inverse depth, above 0
 
     Returns
     -------
-    class : (N,) int64, the number of each position
+    class : (N,) int64: 0 outside the image, 1 no reading outside the mask, 2 no reading in the mask, 3 surface of the object,
+        4 hidden, 5 free
+    log_odds : (N, 3) nat, of the last three; minus infinity where the mask excludes one, 0 where there is no reading
     behind : (K,) int64, the hidden positions outside the mask whose reading is not nearer by the margin
     pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
     """

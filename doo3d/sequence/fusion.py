@@ -9,12 +9,12 @@ import numpy as np
 
 from ..config import ConfigLike, as_config
 from ..errors import DooError, InputError
+from ..evidence.depth_model import MultiViewDepthModel
 from ..facts.cloud_facts import point_spacing
 from ..inputs import FrameData, FrameRef
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
 from ..types.arguments import refused
-from ..visibility import MultiViewVisibility
 from .voxel_sums import VoxelSums
 
 FUSED_NAME = "static"
@@ -249,7 +249,7 @@ def _consistent_points(
     points, colors = mean[:, :3], mean[:, 3:]
     kept = coarse.frames[np.searchsorted(coarse.keys, coarse.keys_of(points))] >= min_views
     if views and not kept.all():
-        kept[~kept] = ~MultiViewVisibility.of_views(views, margin, True).contradicted_by_views(points[~kept])
+        kept[~kept] = ~MultiViewDepthModel.of_views(views, margin, True).contradicted_by_views(points[~kept])
     points, colors = points[kept], colors[kept]
     if not len(points):
         raise InputError(

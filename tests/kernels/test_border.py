@@ -24,7 +24,7 @@ CALLS = {
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
     "classify_positions": (
-        POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, np.arange(6),
+        POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, 1e-3,
     ),
     "close_mask": (np.ones((3, 3), bool), np.array([1, 1]), 1.0),
     "CloudFacts": (POINTS, 8000, 80, 3.0, 0.05, 0.8),

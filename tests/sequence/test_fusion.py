@@ -18,13 +18,13 @@ from doo3d.errors import InputError
 from doo3d.evaluation.benchmark.fused_views import RenderedView, circle_views, fused_score, seen_fraction, with_block
 from doo3d.evaluation.scenes.model import Scene
 from doo3d.evaluation.scenes.registry import make_scene
+from doo3d.evidence.depth_model import MultiViewDepthModel, PointVisibility
 from doo3d.inputs import Capture, FrameData, FrameRef
 from doo3d.pipeline import detect
 from doo3d.sequence import fusion
 from doo3d.sequence.fused_capture import fused_capture
 from doo3d.sequence.fusion import check_camera_moved, fuse
 from doo3d.types import Cloud, Image
-from doo3d.visibility import MultiViewVisibility, PointVisibility
 
 CONFIG = load_config("default")
 
@@ -213,7 +213,7 @@ def test_clouds_with_poses():
 
 def test_what_many_views_say_of_a_place():
     """On the cable it is seen; beside it, above the table, seen through; far away nothing is said."""
-    visibility = MultiViewVisibility.of_views(fuse(frame_refs(), CONFIG).views, 0.006, False)
+    visibility = MultiViewDepthModel.of_views(fuse(frame_refs(), CONFIG).views, 0.006, False)
     axis = scene().cables[0].axis
     up = scene().table.normal
     said = visibility.classify(axis)

@@ -76,7 +76,7 @@ def _nothing(*_: Any, **__: Any) -> list[Any]:
     return []
 
 
-class _NoBareSurface:
+class _NoSupport:
     beside = staticmethod(_none)
 
 
@@ -130,8 +130,8 @@ ABLATIONS: dict[str, Ablation] = {
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
-        places={"doo3d.visibility:BareSurface": _NoBareSurface},
-        modules=("bare_surface",),
+        places={"doo3d.evidence.depth_model:Support": _NoSupport},
+        modules=("evidence.support",),
         made_for=("stereo", "ragged", "images"),
     ),
     "ends extended to the surface": Ablation(places={f"{_STAGES}.refine.refine:extend_to_surface": _first}),

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-METHOD = ("facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py", "bare_surface.py")
+METHOD = ("facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py")
 """Packages and modules of `doo3d` in which the method is; the rest reads, writes, draws and measures."""
 
 _CPP_NUMBER = re.compile(r"^\s*(?:static\s+|inline\s+)*constexpr\s+\w[\w:<>]*\s+\w+\s*=", re.M)

@@ -42,7 +42,7 @@ void bind_surface_ahead(nb::module_&);
 void bind_surface_color(nb::module_&);
 void bind_thinning(nb::module_&);
 void bind_valleys(nb::module_&);
-void bind_visibility(nb::module_&);
+void bind_depth_model(nb::module_&);
 void bind_visits(nb::module_&);
 void bind_voxel_cells(nb::module_&);
 void bind_whittaker(nb::module_&);
@@ -90,7 +90,7 @@ NB_MODULE(_native, m) {
     bind_surface_color(m);
     bind_thinning(m);
     bind_valleys(m);
-    bind_visibility(m);
+    bind_depth_model(m);
     bind_visits(m);
     bind_voxel_cells(m);
     bind_whittaker(m);

@@ -67,10 +67,10 @@ def neck_share(
     arcs = at + middle[:, None] + cell * np.arange(-CELLS, CELLS + 1)
     feet, across = _beside(trunk.along, axis, arcs, line[0], towards)
     points = place + feet + cuts[:, None, None] * across
-    is_beside = visibility.is_beside(points.reshape(-1, len(place)), INSIDE_DEPTH_RADII * surface).reshape(arcs.shape)
+    is_beside = visibility.model.is_beside(points.reshape(-1, len(place)), INSIDE_DEPTH_RADII * surface).reshape(arcs.shape)
     width = cell * np.array([_run_length(row) for row in ~is_beside])
     full = 2 * radius if is_near.all() else min(2 * radius, float(np.median(width[~is_near])))
-    missing = full - width[is_near].min() - visibility.pixel_at(place)
+    missing = full - width[is_near].min() - visibility.model.pixel_at(place)
     return float(np.clip(missing / (2 * radius), 0, 1))
 
 

@@ -66,7 +66,7 @@ class JunctionContext:
         """Return the data of a frame; chains : joints of each chain, (N + 1, D), beside which the bare surface is measured."""
         visibility = context.visibility
         if visibility is not None:
-            visibility = visibility.with_bare_surface(chains, context.radius, context.foreground)
+            visibility = visibility.with_support(chains, context.radius, context.foreground)
         max_gap = config.max_gap * context.gap_unit
         surface, persistence = Surface.of(context), config.bending.curvature_persistence
         return JunctionContext(visibility, context.foreground.viewpoint, surface, max_gap, persistence)

@@ -10,12 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import MergeConfig
+from ...evidence.depth_model import PointVisibility
 from ...geometry.gap_path import GapPath, gap_path
 from ...geometry.limits import AT_ONCE
 from ...geometry.polyline import steps
 from ...geometry.radii import STEP_RADII
 from ...types import Bools, Floats, Ints
-from ...visibility import OPEN, PointVisibility, Visibility
+from ...visibility import OPEN, Visibility
 from .costs import FORCED_COST_FACTOR
 from .ends import ChainEnds, End, Pair
 
@@ -126,7 +127,7 @@ class GapPaths:
         """Which ends are tips in plain view, (E,)."""
         if self.visibility is None:
             return np.zeros(len(self.ends.points), dtype=bool)
-        return self.visibility.are_tips(self.ends.points, self.ends.tangents, self.radius)
+        return self.visibility.tips(self.ends.points, self.ends.tangents, self.radius) > 0
 
     def cost(self, pair: Pair) -> GapCost:
         """Return the cost of the gap path of one pair of ends in its three parts, in cost units."""
@@ -184,7 +185,7 @@ class GapPaths:
         free, unknown = np.zeros(len(first)), np.ones(len(first))
         if self.visibility is not None:
             samples = points[first][:, None] + CONNECTION_SAMPLES[:, None] * offset[:, None]
-            status = self.visibility.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
+            status = self.visibility.model.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
             free = np.isin(status, OPEN).mean(axis=1)
             unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
         unknown = np.where((length < config.tangent_window_radii * self.radius) & (free == 0), 0.0, unknown)

@@ -53,7 +53,7 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     chains, left_out = _longest(chains)
     radius, visibility = context.radius, context.visibility
     if visibility is not None and config.free_space_weight:
-        visibility = visibility.with_bare_surface(list(chains), radius, context.foreground)
+        visibility = visibility.with_support(list(chains), radius, context.foreground)
     ends = measure_ends(chains, config.tangent_window_radii * radius, context.gap_unit, context.max_turn)
     terms = cost_terms(ends, radius, visibility, config)
     cost = pair_costs(ends, terms, radius, visibility, config)

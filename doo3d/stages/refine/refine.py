@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...config import RefineConfig
+from ...evidence.depth_model import PointVisibility
 from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
 from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
@@ -200,7 +201,7 @@ def _seen_along(joints: Curves, samples: Samples, context: FrameContext, config:
         surface = thinned(context.grid.centroids)
         unseen = ~(nearest(middle[occluded], surface, float(reach.max()), True)[0] <= reach)
         if context.visibility is not None:
-            unseen &= ~context.visibility.is_masked_without_depth(middle[occluded])
+            unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
         occluded[occluded] = unseen
     return at_joint, at_middle, occluded
 

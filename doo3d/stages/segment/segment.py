@@ -11,7 +11,7 @@ from ...errors import InputError
 from ...facts.frame_facts import FrameFacts
 from ...geometry.limits import MAX_CELLS
 from ...geometry.noise import SAMPLES
-from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, check_mask
+from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, Plane, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .mask_cleanup import CleanedMask, clean_mask
@@ -114,7 +114,7 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     if mask is None:
         _check_frame_depth(frame, config)
-    method, selected, note = _select(frame, config, mask, seed, frame.depth.shape)
+    method, selected, note, plane = _select(frame, config, mask, seed, frame.depth.shape)
     is_told = _is_told(method, config)
     may_have_wide = method not in (MASK, "everything")
     if method != "everything":
@@ -157,7 +157,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     without_depth = pixels - split.removed - measured - outliers
     record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
     repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
-    return replace(record, repaired=repaired, split=split.removed, smoothed=smoothed)
+    return replace(record, repaired=repaired, split=split.removed, smoothed=smoothed, plane=plane)
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -165,7 +165,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     drawn = object_in_mask_image(image.color)
     if drawn is not None and mask is None and config.method == "auto" and resolve_method(image, config) == "strands":
         mask = drawn
-    method, selected, note = _select(image, config, mask, seed, shape)
+    method, selected, note, _ = _select(image, config, mask, seed, shape)
     is_told = _is_told(method, config)
     # an image of the mask tells nothing that the mask does not
     color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
@@ -192,7 +192,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     _check_extent(cloud, config)
-    method, selected, note = _select(cloud, config, mask, seed, (len(cloud.points),))
+    method, selected, note, plane = _select(cloud, config, mask, seed, (len(cloud.points),))
     is_told = cloud.segmented or _is_told(method, config)
     chosen, limits = draw_points(cloud.points if selected.all() else cloud.points[selected], seed)
     facts, points, means = filter_points(chosen)
@@ -217,23 +217,23 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         views=cloud.views,
         is_told=is_told,
     )
-    return Segmentation(foreground, method, len(chosen), 0, 0, 0, 0, outliers, limits=limits)
+    return Segmentation(foreground, method, len(chosen), 0, 0, 0, 0, outliers, limits=limits, plane=plane)
 
 
 def _select(
     data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int, shape: tuple[int, ...]
-) -> tuple[str, Bools, str]:
-    """Return the method, the mask of the given shape that the caller, or else the method, gives, and the method's note."""
+) -> tuple[str, Bools, str, Plane | None]:
+    """Return the method, the mask of the given shape that the caller or the method gives, and the method's note and plane."""
     if mask is not None:
         given = check_mask(mask, shape)
         if not given.any():
             element = "point" if isinstance(data, Cloud) else "pixel"
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
-        return MASK, given, ""
+        return MASK, given, "", None
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
     selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
-    chosen, note = selected if isinstance(selected, Selected) else (selected, "")
-    return method, chosen if SEGMENTERS.is_built_in(method) else check_mask(chosen, shape), note
+    chosen, note, plane = selected if isinstance(selected, Selected) else Selected(selected)
+    return method, chosen if SEGMENTERS.is_built_in(method) else check_mask(chosen, shape), note, plane
 
 
 def _check_size(pixels: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...types import Foreground
+from ...types import Foreground, Plane
 
 MASK = "mask"
 """Method of a segmentation whose mask the caller gave."""
@@ -55,6 +55,8 @@ class Segmentation:
         a sentence on the method that `auto` took where nobody said what the object is; else empty.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
+    plane
+        the plane that the method told the object from, its normal to either side; None for other methods.
     """
 
     foreground: Foreground
@@ -72,3 +74,4 @@ class Segmentation:
     limits: tuple[str, ...] = ()
     choice: str = ""
     base: Segmentation | None = None
+    plane: Plane | None = None

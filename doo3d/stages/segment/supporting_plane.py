@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...config import SegmentConfig
+from ...facts.frame_facts import facts_of
 from ...geometry.noise import SAMPLES
-from ...kernels import bounding_box
-from ...types import Bools, Cloud, Floats, Frame, Image, Plane
+from ...types import Cloud, Floats, Foreground, Frame, Image, Plane
 from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
 
@@ -24,9 +24,10 @@ PLANE_DIGITS = 12
 def find_supporting_plane(
     data: Frame | Cloud | Image, segmentation: Segmentation, config: SegmentConfig, seed: int
 ) -> Plane | None:
-    """Fit the plane around the object, whatever method segmented it.
+    """Return the plane around the object, whatever method segmented it.
 
-    The readings beside the object's mask are used, within the box around the mask; of a cloud without a mask all points.
+    It is the plane that segmentation told the object from. Without one, a plane is fitted to the readings beside the object's
+    mask, within the box around the mask; of a cloud without a mask to all points.
 
     Parameters
     ----------
@@ -48,24 +49,27 @@ def find_supporting_plane(
     foreground = segmentation.foreground
     if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
         return None
-    if isinstance(data, Cloud):
-        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
-        inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
+    inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
+    if base.plane is not None:
+        normal, height = base.plane.normal, base.plane.height
     else:
-        assert foreground.mask is not None
-        points, inside = _surrounding_points(data, foreground.mask, config), np.zeros(3)
-    if len(points) < MIN_READINGS:
-        return None
-    normal, height = fit_plane(points, config.plane_distance, seed)
-    if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
-        return None
+        if isinstance(data, Cloud):
+            points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+        else:
+            points = _surrounding_points(data, foreground, config)
+        if len(points) < MIN_READINGS:
+            return None
+        normal, height = fit_plane(points, config.plane_distance, seed)
+        if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
+            return None
     sign = 1.0 if float(normal @ inside) >= height else -1.0
     return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
-def _surrounding_points(frame: Frame, mask: Bools, config: SegmentConfig) -> Floats:
+def _surrounding_points(frame: Frame, foreground: Foreground, config: SegmentConfig) -> Floats:
     """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
-    top, bottom, left, right = bounding_box(mask)
+    top, bottom, left, right = facts_of(foreground).box
+    mask = facts_of(foreground).mask
     margin = int(SURROUNDINGS * (max(bottom - top, right - left) - 1)) + 1
     top, left = max(0, top - margin), max(0, left - margin)
     box = np.s_[top : bottom + margin, left : right + margin]

@@ -11,6 +11,7 @@ from builders.drawn_masks import frame_of, line, wave
 
 import doo3d
 from doo3d.config import MergeConfig
+from doo3d.evidence.depth_model import DepthModel
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
@@ -174,7 +175,7 @@ def test_gaps_through_free_space_are_no_alternatives():
     depth = np.full((240, 320), 0.3, np.float32)
     depth[122:] = 0.9
     ends = ChainEnds(points, np.zeros_like(points), np.zeros_like(points), np.zeros(3, dtype=bool))
-    visibility = Visibility(depth, np.zeros_like(depth, bool), camera, 0.01)
+    visibility = Visibility(DepthModel(depth, np.zeros_like(depth, bool), camera, 0.01))
     seen = GapPaths(ends, RADIUS, visibility, MergeConfig()).with_straight_gaps(cost)
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200

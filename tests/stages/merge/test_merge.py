@@ -10,6 +10,7 @@ from builders.contexts import context_of
 from builders.gap_arcs import arcs_of
 
 from doo3d.config import MergeConfig, load_config
+from doo3d.evidence.depth_model import DepthModel
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import unit
 from doo3d.stages.merge import merge
@@ -252,7 +253,7 @@ def test_free_space_decides_between_equal_pairs(strategy, exposed_side):
     depth = np.full((240, 320), 0.3, np.float32)
     v = np.arange(240)
     depth[(v > 120 if exposed_side == 1 else v < 120)] = 0.9
-    visibility = Visibility(depth, np.zeros((240, 320), bool), CAMERA, 0.01)
+    visibility = Visibility(DepthModel(depth, np.zeros((240, 320), bool), CAMERA, 0.01))
     chains = [one, others[1], others[-1]]
     settings = MergeConfig(chains=2, strategy=strategy, max_cost=1e4, free_space_weight=20.0)
     assemblies = run(chains, settings, visibility=visibility)

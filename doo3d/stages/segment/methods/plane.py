@@ -10,7 +10,8 @@ from ....config import SegmentConfig
 from ....errors import InputError
 from ....geometry.noise import MAD_TO_DEVIATION, SAMPLES
 from ....kernels import best_plane, raised_pixels
-from ....types import Bools, Cloud, Floats, Frame, Image, Ints
+from ....types import Cloud, Floats, Frame, Image, Ints, Plane
+from .selected import Selected
 
 MIN_PLANE_SHARE, MISS_PROBABILITY = 0.4, 1e-4
 """Share of the readings that lie on a plane, and the probability that no draw of RANSAC has its three points on it. A plane with
@@ -32,8 +33,8 @@ MAX_GRID_PIXELS = 20_000
 """Pixels of a grid over a frame, from which samples are drawn. With a grid of 2000, 39 of 48 frames were right, with this 40."""
 
 
-def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
-    """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, in front of the dominant plane.
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
+    """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, in front of the dominant plane, and return both.
 
     A pixel or point is selected if it lies on the sensor's side of the plane, at a distance of more than `plane_distance` and
     more than 3.5 standard deviations of the plane's noise. In a Frame 2 standard deviations suffice for pixels connected to such
@@ -60,18 +61,21 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     random = np.random.default_rng(seed)
     sample = _drawn(data, random)
     if len(sample) < 3:
-        return np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool)
+        return Selected(np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool))
     normal, offset = _fit(sample, config.plane_distance, random)
-    noise = plane_noise(np.abs(sample @ normal - offset), config.plane_distance)
+    residual = np.abs(sample @ normal - offset)
+    plane = Plane(normal, offset) if np.mean(residual < config.plane_distance) >= MIN_PLANE_SHARE else None
+    noise = plane_noise(residual, config.plane_distance)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
     if isinstance(data, Cloud):
-        return np.asarray(height_above_plane(data, normal, offset) > high)
+        return Selected(height_above_plane(data, normal, offset) > high, plane=plane)
     if offset < 0:
         normal, offset = -normal, -offset
     camera = data.camera
     along_u = normal[0] * (np.arange(camera.width) - camera.cx) / camera.fx
     along_v = normal[1] * (np.arange(camera.height) - camera.cy) / camera.fy + normal[2]
-    return raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
+    raised = raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
+    return Selected(raised, plane=plane)
 
 
 def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float]:

@@ -52,7 +52,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         )
     if isinstance(data, Image):
         return _in_image(data.color)
-    return select_in_frame(plane.mask(data, config, seed), data)
+    raised = plane.mask(data, config, seed)
+    return select_in_frame(raised.mask, data)._replace(plane=raised.plane)
 
 
 def _in_image(color: Array) -> Selected:

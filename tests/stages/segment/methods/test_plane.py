@@ -55,7 +55,7 @@ def table(tilt=0.0, noise=0.0, radius=RADIUS):
 @pytest.mark.parametrize("noise", [0.0, 0.0007])
 def test_a_cable_on_a_table(tilt, noise):
     frame, truth = table(tilt, noise)
-    found = mask(frame, CONFIG, 0)
+    found = mask(frame, CONFIG, 0).mask
     assert found.shape == truth.shape
     assert (found & truth).sum() > 0.85 * truth.sum()
     assert (found & ~truth).sum() < 0.02 * truth.sum()
@@ -81,7 +81,7 @@ def test_pixels_behind_the_plane_are_not_the_object():
     frame, _ = table()
     depth = frame.depth.copy()
     depth[20:60, 20:60] += 0.1
-    assert not mask(Frame(None, depth, CAMERA), CONFIG, 0)[20:60, 20:60].any()
+    assert not mask(Frame(None, depth, CAMERA), CONFIG, 0).mask[20:60, 20:60].any()
 
 
 @pytest.mark.parametrize("viewpoint", [np.zeros(3), None])
@@ -92,7 +92,7 @@ def test_a_cloud(viewpoint, below):
     sign = 1 if below else -1
     floor = np.column_stack((random.uniform(-0.3, 0.3, (20000, 2)), 0.8 + 0.0004 * random.normal(size=20000)))
     cable = surface(line([-0.2, -0.1, 0.8 + sign * 0.02], [0.2, 0.12, 0.8 + sign * 0.02]), RADIUS)
-    found = mask(Cloud(np.concatenate((floor, cable)), viewpoint=viewpoint), CONFIG, 0)
+    found = mask(Cloud(np.concatenate((floor, cable)), viewpoint=viewpoint), CONFIG, 0).mask
     wanted = viewpoint is None or not below
     assert found[20000:].mean() > 0.9 if wanted else not found[20000:].any()
     assert found[:20000].mean() < 0.005
@@ -100,10 +100,10 @@ def test_a_cloud(viewpoint, below):
 
 @pytest.mark.parametrize("points", [np.zeros((2, 3)), np.ones((50, 3)), np.linspace([0, 0, 1], [1, 0, 1], 50)])
 def test_no_plane_to_be_found(points):
-    found = mask(Cloud(points), CONFIG, 0)
+    found = mask(Cloud(points), CONFIG, 0).mask
     assert found.shape == (len(points),)
     assert not found.any()
 
 
 def test_no_depth():
-    assert not mask(Frame(None, np.zeros((480, 640), np.float32), CAMERA), CONFIG, 0).any()
+    assert not mask(Frame(None, np.zeros((480, 640), np.float32), CAMERA), CONFIG, 0).mask.any()

@@ -1,8 +1,9 @@
-"""Bare surface: two cables in line on an empty table stay two; what hides a cable, or a hole in its mask, is bridged."""
+"""The surface beside an object: two cables in line on a table stay two; what hides a cable, or a hole in its mask, is bridged."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,12 +12,13 @@ from builders.drawn_masks import CAMERA, depth_of, line
 
 import doo3d
 from doo3d import Frame, load_config
-from doo3d.bare_surface import BareSurface
 from doo3d.config import MergeConfig, VisibilityConfig
+from doo3d.evidence.depth_model import DepthModel, PointVisibility
+from doo3d.evidence.support import Support
 from doo3d.geometry.curves import Curves
 from doo3d.stages.merge import merge
 from doo3d.types import Foreground
-from doo3d.visibility import PointVisibility, Visibility
+from doo3d.visibility import Visibility
 
 TABLE, RADIUS = 0.6, 0.002
 Z = TABLE - RADIUS
@@ -103,9 +105,9 @@ def test_confidence_falls_over_bare_table():
 
 def classified(frame, mask, points):
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    visibility = Visibility.of(foreground, VisibilityConfig(), RADIUS)
+    model = DepthModel.of(foreground, VisibilityConfig(), RADIUS)
     ends = [np.linspace((a, 0, SEEN), (b, 0, SEEN), 20) for a, b in ((-0.15, -0.05), (0.05, 0.15))]
-    return visibility.with_bare_surface(ends, RADIUS, foreground).classify(points)
+    return model.with_support(ends, RADIUS, foreground).classify(points)
 
 
 @with_and_without_color
@@ -132,13 +134,39 @@ def test_color_decides_where_depth_does_not():
         assert not (classified(blind, mask, gap) == PointVisibility.BARE).any()
 
 
+def test_the_log_odds_of_color_and_depth_are_added():
+    points, pixels = np.array([(0.0, 0.0, 0.6)] * 2), np.array([(320, 240), (0, 0)])
+    frame, mask = scene(two_cables(0.06), True)
+    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
+    colors = Support.beside([np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)], RADIUS, foreground).colors
+    known = Support(points[:1], np.array([0.004]), np.array([0.001]), colors)
+    blind = replace(known, colors=None)
+    unresolved = Support(points[:1], np.array([np.nan]), np.array([np.nan]), colors)
+    readings = np.array([0.604, 0.601])
+    by_depth = blind.bare_log_odds(points, pixels, readings, 1e-9)
+    assert by_depth == pytest.approx([2, -1])
+    by_color = unresolved.bare_log_odds(points, pixels, readings, 1e-9)
+    assert (by_color > 2).all()
+    np.testing.assert_allclose(known.bare_log_odds(points, pixels, readings, 1e-9), by_depth + by_color)
+    noisy = replace(blind, rise_noise=np.array([0.002]))
+    np.testing.assert_allclose(noisy.bare_log_odds(points, pixels, readings, 1e-9), by_depth / 2)
+
+
+def test_the_rise_beside_a_chain_and_its_noise_are_measured():
+    frame, mask = scene(WHOLE, False)
+    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, camera=CAMERA)
+    support = Support.beside([np.linspace((-0.15, 0, SEEN), (0.15, 0, SEEN), 40)], RADIUS, foreground)
+    assert support.rise == pytest.approx([TABLE - SEEN] * 2, abs=0.0003)
+    assert support.rise_noise == pytest.approx([0.0005] * 2, rel=0.4)
+
+
 def test_nothing_is_bare_without_an_image_of_depth():
     points = np.zeros((3, 3))
-    assert BareSurface.beside([points], RADIUS, Foreground(points)) is None
+    assert Support.beside([points], RADIUS, Foreground(points)) is None
     flat = Foreground(np.zeros((3, 2)), mask=np.ones((5, 5), bool))
-    visibility = Visibility.of(flat, VisibilityConfig(), 2.0)
-    assert visibility.with_bare_surface([np.zeros((3, 2))], 2.0, flat) is visibility
-    assert BareSurface.beside([], RADIUS, flat) is None
+    model = DepthModel.of(flat, VisibilityConfig(), 2.0)
+    assert model.with_support([np.zeros((3, 2))], 2.0, flat) is model
+    assert Support.beside([], RADIUS, flat) is None
 
 
 def test_tips_are_where_the_mask_ends_in_the_open():
@@ -146,10 +174,10 @@ def test_tips_are_where_the_mask_ends_in_the_open():
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
     visibility = Visibility.of(foreground, VisibilityConfig(), RADIUS)
     chain = np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)
-    visibility = visibility.with_bare_surface([chain], RADIUS, foreground)
+    visibility = visibility.with_support([chain], RADIUS, foreground)
     ends = np.array([chain[-1], chain[10], chain[0]])
     outward = np.array([(1.0, 0, 0), (1.0, 0, 0), (-1.0, 0, 0)])
-    assert visibility.are_tips(ends, outward, RADIUS).tolist() == [True, False, False]
+    assert (visibility.tips(ends, outward, RADIUS) > 0).tolist() == [True, False, False]
 
 
 def test_bare_surface_is_a_term_of_the_cost():
