@@ -78,8 +78,7 @@ def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
         return None
     if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
         return None
-    closing = max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))
-    closed, deep = close_mask(part, ellipse(closing), WIDE_RADII * radius + 0.5)
+    closed, deep = close_mask(part, ellipse(max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))), WIDE_RADII * radius + 0.5)
     if deep < WIDE_LENGTH_RADII * radius:  # fewer pixels of any kind are so deep, and so fewer of the medial axis
         return None
     rows, columns, inside = medial_axis(closed)
@@ -124,8 +123,7 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
     """Tell from a mask (h, w) bool on a coarser grid whether it may have long wide stretches."""
     step = int(radius / COARSE_RADIUS_PX)
     side = 2 * math.ceil(GAP_RADII * radius / 2 / step) + 1
-    coarse = np.ascontiguousarray(part[::step, ::step]).astype(np.uint8)
-    closed = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
+    closed = cv2.morphologyEx(part[::step, ::step].astype(np.uint8), cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
     inside = medial_axis(closed > 0)[2]
     return bool(np.count_nonzero(inside * step > WIDE_RADII * radius) * step >= WIDE_LENGTH_RADII * radius / 2)
 

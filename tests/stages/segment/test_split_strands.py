@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 import doo3d
 from doo3d.facts.frame_facts import FrameFacts
+from doo3d.inspection.scaling import draw_frame
 from doo3d.stages.segment.split_strands import split_strands
 from doo3d.stages.segment.wide_stretches import strand_radius
 
@@ -145,3 +146,11 @@ def test_the_radius_of_one_strand_is_that_of_the_thinnest_stretches():
 def test_an_empty_mask_stays_empty():
     mask = np.zeros((20, 30), dtype=bool)
     assert np.shares_memory(split_strands(FrameFacts(mask), None, None, None).mask, mask)
+
+
+def test_fifty_rows_of_cables_with_gaps_between_them_are_not_cut_by_valleys() -> None:
+    frame, mask, _ = draw_frame("cables", 50)
+    split = split_strands(FrameFacts(mask, frame.depth), None, frame.color, frame.depth)
+    assert split.removed == 0
+    assert split.side_by_side is not None
+    assert len(doo3d.detect(frame, mask=mask).chains) == 50
