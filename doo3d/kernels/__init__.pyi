@@ -1363,6 +1363,26 @@ def ribbon_scores(
     width : (D, H, W) uint8, the index of that width.
     """
 
+def sample_across(view: Floats, across: Floats, offsets: Floats, mask: Bools, depth: Array) -> tuple[Ints, Array]:
+    """Return the pixels at A lateral offsets of S samples along a strand, and the depth beside it.
+
+    Parameters
+    ----------
+    view, across
+        (S, 2) px and (S, 2) unit: position of a sample in the view, and direction across the strand.
+    offsets
+        (S, A) px from the position along `across`. The nearest pixel is taken.
+    mask
+        (H, W) bool, the pixels that are not beside the strand, since they are of the object.
+    depth
+        (H, W) float32 m, 0 = no reading.
+
+    Returns
+    -------
+    pixels : (S, A) row-major indices, also in the mask; -1 outside the image
+    readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
+    """
+
 def sample_bilinear(image: Array, positions: Floats) -> Floats:
     """Return the values of an image at positions between its pixels, by bilinear interpolation.
 
