@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import kernels
 from ..geometry.mask import median_half_width
+from ..geometry.noise import SAMPLES
 from ..types import Array, Bools, Foreground, Ints
 from ..types.arrays import sealed
 
@@ -114,6 +115,14 @@ class FrameFacts(kernels.FrameFacts):
     def depth_noise(self) -> float:
         """The median absolute difference of horizontally neighboring readings, m; 0 without any."""
         return self._summary[2]
+
+    @cached_property
+    def inverse_depth_noise(self) -> float:
+        """The standard deviation of the readings in inverse depth, 1/m, with that of their rounding; 0 if all in a row are equal.
+
+        A stereo camera's errors are correlated over its window: differences between neighbors show a part of them.
+        """
+        return self.inverse_depth_deviation(SAMPLES)
 
     @cached_property
     def _summary(self) -> tuple[int, float, float]:

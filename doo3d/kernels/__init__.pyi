@@ -187,6 +187,20 @@ class FrameFacts:
         (K,) bool, False for a pixel outside the mask
         """
 
+    def inverse_depth_deviation(self, pixels: int) -> float:
+        """Return the standard deviation of the inverse of the depth readings, 1/m, with that of their rounding.
+
+        It is the larger noise of first and second differences along rows, whose larger quarter is left out, and the noise of
+        rounding by the lower quartile of the steps between neighbors that differ: 1 / sqrt(12) of it. 0 if no two neighbors in a
+        row differ.
+
+        pixels : number of pixels, evenly drawn, that it is estimated from at least, where the mask has so many.
+
+        Raises
+        ------
+        ValueError : there is no depth, or pixels is below 1.
+        """
+
     def depth_summary(self) -> tuple[int, float, float]:
         """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
 

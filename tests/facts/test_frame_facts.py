@@ -129,3 +129,17 @@ def test_holes_of_the_depth_against_dilations(reach):
     found = FrameFacts(mask, depth).depth_holes(np.ascontiguousarray(np.argwhere(kept)[:, ::-1]), reach)
     assert len(expected) > 10
     assert found.tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize(
+    ("deviation", "step"), [(0.1, 0), (1, 0), (0, 0.25), (0.1, 0.25), (1, 0.25), (0, 1), (0.1, 1), (0.3, 1), (0.5, 1), (1, 1)]
+)
+def test_the_noise_of_inverse_depth_has_noise_and_rounding(deviation, step):
+    """A slope of a stereo camera's disparity with noise, rounded to a subpixel step; both in units of 0.002 / m."""
+    random, unit = np.random.default_rng(1), 0.002
+    inverse = 1000 + 0.07 * np.arange(120) + random.uniform(0, 1, (90, 1)) + deviation * random.normal(size=(90, 120))
+    depth = 1 / (unit * (inverse if not step else step * np.rint(inverse / step)))
+    depth[random.random(depth.shape) < 0.1] = 0
+    depth[:, 60:] *= 1.2  # another strand behind the first
+    found = FrameFacts(np.ones(depth.shape, bool), depth.astype(np.float32)).inverse_depth_noise
+    assert found == pytest.approx(unit * np.hypot(deviation, step / np.sqrt(12)), rel=0.3)

@@ -126,6 +126,13 @@ auto depth_summary(const Facts& facts) {
     return std::make_tuple(found.readings, found.median, found.noise);
 }
 
+double depth_deviation(const Facts& facts, Index pixels) {
+    const float* depth = facts.readings();
+    require(pixels > 0, "pixels is not over 0");
+    nb::gil_scoped_release released;
+    return inverse_depth_noise(facts, depth, pixels);
+}
+
 auto agreeing(const Facts& facts, double low, double high, Index half_width, double slope, Index min_agreeing) {
     const float* depth = facts.readings();
     require(half_width >= 0, "half_width is negative");
@@ -179,6 +186,7 @@ void bind_frame_facts(nb::module_& m) {
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
         .def("depth_summary", &depth_summary)
+        .def("inverse_depth_deviation", &depth_deviation, "pixels"_a)
         .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a)
         .def("depth_holes", &holes, "kept"_a.noconvert(), "reach"_a);
     m.def("medial_axis", &medial_axis, "mask"_a.noconvert());

@@ -1,6 +1,7 @@
 // A strand and what lies on both of its sides: pixels and depth at lateral offsets, whether the strand rises from its sides, and
 // whether these have one color.
 #include "lab.h"
+#include "medians.h"
 
 #include <algorithm>
 
@@ -9,14 +10,6 @@ namespace {
 struct SideLimits {
     double margin, min_reach, window, rise, max_noise, per_median, color_noise, max_edge;
 };
-
-// Median as NumPy's: the mean of the two in the middle of an even number.
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + values.size() / 2;
-    std::nth_element(values.begin(), middle, values.end());
-    if (values.size() % 2) return *middle;
-    return (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
 
 double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::min(a, b); }
 
