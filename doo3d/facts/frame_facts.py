@@ -14,7 +14,7 @@ from ..types.arrays import sealed
 
 
 class FrameFacts(kernels.FrameFacts):
-    """A mask without its small regions, and its box, pixels, distance, medial axis, skeleton and depth.
+    """A mask without its small regions, and its box, pixels, medial axis, skeleton and depth.
 
     The mask is read once, into runs of pixels; all facts follow from these and cost what the object's pixels cost, whatever the
     size of the frame. Each is made when it is first asked for.
@@ -66,11 +66,6 @@ class FrameFacts(kernels.FrameFacts):
     def pixels(self) -> Ints:
         """The pixels (N, 2) int64 (u, v) of the mask, sorted by u and then v."""
         return sealed(self.pixel_list())
-
-    @cached_property
-    def distance(self) -> Array:
-        """The chamfer distance (h, w) float32 px from each pixel of the box to the nearest outside the mask; 0 outside."""
-        return sealed(self.distance_image())
 
     @cached_property
     def axis(self) -> tuple[Ints, Ints, Array]:
