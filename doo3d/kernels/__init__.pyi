@@ -973,10 +973,54 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
     """
 
+def line_ends(pixels: Ints, starts: Ints, shape: tuple[int, int], window: int) -> tuple[Ints, Ints, Floats]:
+    """Return the ends of lines one pixel wide: pixels with one pixel of a line among the eight around them.
+
+    Parameters
+    ----------
+    pixels
+        (N,) row-major indices of the lines' pixels, line by line
+    starts
+        (B + 1,) start of each line in `pixels`, and N
+    shape
+        (H, W) of the image
+    window
+        px; the direction of an end is that from the mean of its line's pixels within so many rows and columns
+
+    Returns
+    -------
+    line : (E,) number of each end's line; in row-major order of the ends
+    position : (E, 2) (row, column)
+    direction : (E, 2) unit vector (row, column) out of the line; an end at the mean of its line has none and is left out
+    """
+
 def long_parts(mask: Bools, extent: int) -> Bools:
     """Return the 8-connected parts of a mask that extend over so many rows or columns at least.
 
     mask : (H, W) bool. extent : px. Returns (H, W) bool.
+    """
+
+def long_ridges(rows: Ints, columns: Ints, shape: tuple[int, int], reach: int, extent: float) -> Bools:
+    """Widen ridges to all sides, and return the connected parts of the result that are long.
+
+    Parameters
+    ----------
+    rows, columns
+        (K,) pixels of the ridges, such as those of a medial axis where the mask is wide
+    shape
+        (H, W) of the image
+    reach
+        px by which each pixel is widened to a square
+    extent
+        px; a part is long if more pixels than this were widened to it, and the diagonal of its box, less the square, is longer
+
+    Returns
+    -------
+    (H, W) bool
+
+    Raises
+    ------
+    ValueError : a pixel is not in the image
     """
 
 def mask_parts(mask: Bools, min_pixels: int, asked: Ints) -> tuple[Ints, Ints, Floats, Bools]:
