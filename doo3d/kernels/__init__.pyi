@@ -187,6 +187,9 @@ class FrameFacts:
         (K,) bool, False for a pixel outside the mask
         """
 
+    def middle_pixels(self, pixels: Ints, reach: float) -> Bools:
+        """Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, measured as by `near_mask`: (K,)."""
+
     def depth_summary(self) -> tuple[int, float, float]:
         """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
 

@@ -129,3 +129,17 @@ def test_holes_of_the_depth_against_dilations(reach):
     found = FrameFacts(mask, depth).depth_holes(np.ascontiguousarray(np.argwhere(kept)[:, ::-1]), reach)
     assert len(expected) > 10
     assert found.tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_middle_pixels_are_near_the_skeleton_also_outside_of_the_mask(seed):
+    random = np.random.default_rng(seed)
+    mask = np.pad(random.random((20, 30)) < random.uniform(0.1, 1), 8)
+    facts, reach = kernels.FrameFacts(mask), random.uniform(0, 9)
+    skeleton = np.zeros_like(mask)
+    u, v = facts.skeleton_pixels().T
+    skeleton[v, u] = True
+    pixels = np.argwhere(np.ones_like(mask))[:, ::-1].copy()
+    expected = kernels.near_mask(skeleton, reach, False)
+    np.testing.assert_array_equal(facts.middle_pixels(pixels, reach), expected[pixels[:, 1], pixels[:, 0]])
+    assert not kernels.FrameFacts(np.zeros_like(mask)).middle_pixels(pixels, reach).any()
