@@ -982,7 +982,7 @@ def line_ends(pixels: Ints, starts: Ints, shape: tuple[int, int], window: int) -
     Parameters
     ----------
     pixels
-        (N,) row-major indices of the lines' pixels, line by line
+        (N,) row-major indices of the lines' pixels, line by line, ascending in each
     starts
         (B + 1,) start of each line in `pixels`, and N
     shape
@@ -1001,29 +1001,6 @@ def long_parts(mask: Bools, extent: int) -> Bools:
     """Return the 8-connected parts of a mask that extend over so many rows or columns at least.
 
     mask : (H, W) bool. extent : px. Returns (H, W) bool.
-    """
-
-def long_ridges(rows: Ints, columns: Ints, shape: tuple[int, int], reach: int, extent: float) -> Bools:
-    """Widen ridges to all sides, and return the connected parts of the result that are long.
-
-    Parameters
-    ----------
-    rows, columns
-        (K,) pixels of the ridges, such as those of a medial axis where the mask is wide
-    shape
-        (H, W) of the image
-    reach
-        px by which each pixel is widened to a square
-    extent
-        px; a part is long if more pixels than this were widened to it, and the diagonal of its box, less the square, is longer
-
-    Returns
-    -------
-    (H, W) bool
-
-    Raises
-    ------
-    ValueError : a pixel is not in the image
     """
 
 def mask_parts(mask: Bools, min_pixels: int, asked: Ints) -> tuple[Ints, Ints, Floats, Bools]:

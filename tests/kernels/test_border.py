@@ -67,7 +67,6 @@ CALLS = {
     "lay_equal_chords": (POINTS, 0.01),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),
-    "long_ridges": (np.array([1, 1]), np.array([1, 2]), (3, 4), 1, 0.5),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
     "mask_pixels": (np.ones((3, 3), bool),),
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),

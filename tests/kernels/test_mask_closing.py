@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doo3d.kernels import FrameFacts, close_mask, long_parts, long_ridges
+from doo3d.kernels import FrameFacts, close_mask, long_parts
 
 
 def ellipse(px):
@@ -50,22 +50,3 @@ def test_long_parts_as_by_labels(seed, extent, shape):
     _, label, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     long = stats[:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].max(axis=1) >= extent
     np.testing.assert_array_equal(long_parts(mask, extent), mask & long[label])
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.floats(0, 20), st.sampled_from([(40, 150), (1, 70), (64, 3)]))
-def test_long_ridges_as_by_labels(seed, reach, extent, shape):
-    random = np.random.default_rng(seed)
-    rows, columns = (random.random(shape) < random.uniform(0, 0.1)).nonzero()
-    ridge = np.zeros(shape, np.uint8)
-    ridge[rows, columns] = 1
-    side = 2 * reach + 1
-    _, label, stats, _ = cv2.connectedComponentsWithStats(cv2.dilate(ridge, np.ones((side, side), np.uint8)), connectivity=8)
-    size = np.bincount(label[rows, columns], minlength=len(stats))
-    length = np.hypot(*stats[:, cv2.CC_STAT_WIDTH : cv2.CC_STAT_HEIGHT + 1].T) - side
-    long = (np.minimum(size, length) > extent) & (np.arange(len(stats)) > 0)
-    np.testing.assert_array_equal(long_ridges(rows, columns, shape, reach, extent), long[label])
-
-
-def test_a_ridge_beyond_the_image_is_refused():
-    with pytest.raises(ValueError, match="not in the image"):
-        long_ridges(np.array([3]), np.array([0]), (3, 3), 1, 0.0)

@@ -36,12 +36,13 @@ auto line_ends(Vector<Index> pixels, Vector<Index> starts, std::pair<Index, Inde
             const Index y = pixels(i) / width, x = pixels(i) % width;
             if (count_around(image, y, x) != 1) continue;
             Index down = 0, right = 0, count = 0;
-            for (Index k = starts(line); k < starts(line + 1); ++k) {
+            Index k = i;
+            while (k > starts(line) && pixels(k - 1) / width >= y - window) --k;
+            for (; k < starts(line + 1) && pixels(k) / width <= y + window; ++k, ++visits.count) {
                 const Index dy = pixels(k) / width - y, dx = pixels(k) % width - x;
-                if (std::abs(dy) > window || std::abs(dx) > window) continue;
+                if (std::abs(dx) > window) continue;
                 down += dy + window, right += dx + window, ++count;
             }
-            visits.count += starts(line + 1) - starts(line);
             const double back_y = double(down) / double(count) - double(window), back_x = double(right) / double(count) - double(window);
             const double length = std::hypot(back_y, back_x);
             if (length > 0) ends.push_back({line, pixels(i), -back_y / length, -back_x / length});

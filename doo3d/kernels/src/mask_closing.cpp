@@ -1,9 +1,6 @@
 // Closed gaps of a mask, and its long parts, on bits: 64 pixels a step.
 #include "bit_image.h"
 
-#include <cstdlib>
-#include <new>
-
 namespace {
 
 auto close_mask(Matrix<bool> mask, Vector<Index> half_widths, double distance) {
@@ -56,45 +53,9 @@ auto long_parts(Matrix<bool> mask, Index extent) {
     return MatrixResult<bool>(kept, {std::size_t(height), std::size_t(width)}, owner);
 }
 
-// All in the box of the pixels and what they are widened by.
-auto long_ridges(Vector<Index> rows, Vector<Index> columns, std::pair<Index, Index> shape, Index reach, double extent) {
-    const auto [height, width] = shape;
-    const Index count = rows.shape(0);
-    require(Index(columns.shape(0)) == count, "rows and columns have different lengths");
-    require(height >= 0 && width >= 0 && reach >= 0, "shape or reach is negative");
-    Box box{height, 0, width, 0};
-    for (Index i = 0; i < count; ++i) {
-        require(rows(i) >= 0 && rows(i) < height && columns(i) >= 0 && columns(i) < width, "a pixel is not in the image");
-        box = {std::min(box.top, rows(i)), std::max(box.bottom, rows(i) + 1), std::min(box.left, columns(i)), std::max(box.right, columns(i) + 1)};
-    }
-    const Index top = std::max<Index>(box.top - reach, 0), left = std::max<Index>(box.left - reach, 0);
-    auto* kept = static_cast<bool*>(std::calloc(std::max<Index>(height * width, 1), sizeof(bool)));
-    if (!kept) throw std::bad_alloc();
-    nb::capsule owner(kept, [](void* p) noexcept { std::free(p); });
-    if (count) {
-        nb::gil_scoped_release release;
-        count_visits(2 * count);
-        BitImage ridge(std::min(box.bottom + reach, height) - top, std::min(box.right + reach, width) - left);
-        for (Index i = 0; i < count; ++i) ridge.set(rows(i) - top, columns(i) - left);
-        for (const Part& part : parts_of(ridge.dilated(std::vector<Index>(reach + 1, reach)))) {
-            Index first = ridge.width, last = 0, own = 0;
-            for (const Run& run : part.runs) {
-                first = std::min<Index>(first, run.start), last = std::max<Index>(last, run.end);
-                own += ridge.count(run.row, run.start, run.end);
-            }
-            if (part.runs.empty() || double(own) <= extent) continue;
-            const double size = std::hypot(double(last - first), double(part.runs.back().row + 1 - part.runs.front().row));
-            if (size - double(2 * reach + 1) <= extent) continue;
-            for (const Run& run : part.runs) std::fill_n(kept + (run.row + top) * width + run.start + left, run.end - run.start, true);
-        }
-    }
-    return MatrixResult<bool>(kept, {std::size_t(height), std::size_t(width)}, owner);
-}
-
 }  // namespace
 
 void bind_mask_closing(nb::module_& m) {
     m.def("close_mask", &close_mask, "mask"_a.noconvert(), "half_widths"_a.noconvert(), "distance"_a);
-    m.def("long_ridges", &long_ridges, "rows"_a.noconvert(), "columns"_a.noconvert(), "shape"_a, "reach"_a, "extent"_a);
     m.def("long_parts", &long_parts, "mask"_a.noconvert(), "extent"_a);
 }

@@ -9,7 +9,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from ...kernels import FrameFacts, close_mask, long_ridges, medial_axis, near_mask
+from ...kernels import FrameFacts, close_mask, medial_axis, near_mask
 from ...types import Array, Bools, Floats, Ints
 
 MIN_RADIUS_PX = 0.9
@@ -100,14 +100,21 @@ def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
     if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
         return None
     rows, columns, inside = rows[at_wide], columns[at_wide], inside[at_wide]
-    ridge = long_ridges(rows, columns, part.shape, math.ceil(radius), WIDE_LENGTH_RADII * radius)
-    kept = ridge[rows, columns]
+    ridge = np.zeros(part.shape, dtype=np.uint8)
+    ridge[rows, columns] = 1
+    side = 2 * math.ceil(radius) + 1
+    _, label, stats, _ = cv2.connectedComponentsWithStats(cv2.dilate(ridge, np.ones((side, side), np.uint8)), connectivity=8)
+    at = label[rows, columns]
+    size = np.bincount(at, minlength=len(stats))
+    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) - side
+    is_long = (np.minimum(size, length) > WIDE_LENGTH_RADII * radius) & (np.arange(len(stats)) > 0)
+    kept = is_long[at]
     if not kept.any():
         return None
     widest = float(inside[kept].max())
     if widest > MAX_BUNDLE_RADII * radius and not (half_width > WIDE_RADII * radius).any():
         return Bundles(radius, part, closed, None, widest)
-    return Bundles(radius, part, closed, closed & dilate(ridge, widest + radius), widest)
+    return Bundles(radius, part, closed, closed & dilate(is_long[label], widest + radius), widest)
 
 
 def strand_radius(half_width: Floats) -> float:
