@@ -198,6 +198,9 @@ class FrameFacts:
         ValueError : there is no depth, or pixels is below 1.
         """
 
+    def middle_pixels(self, pixels: Ints, reach: float) -> Bools:
+        """Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, measured as by `near_mask`: (K,)."""
+
     def depth_summary(self) -> tuple[int, float, float]:
         """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
 
@@ -973,6 +976,27 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     -------
     joints : (J, D) float64, the J >= 1 joints of the J - 1 chords; only the first point if the polyline is too short for a chord
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
+    """
+
+def line_ends(pixels: Ints, starts: Ints, shape: tuple[int, int], window: int) -> tuple[Ints, Ints, Floats]:
+    """Return the ends of lines one pixel wide: pixels with one pixel of a line among the eight around them.
+
+    Parameters
+    ----------
+    pixels
+        (N,) row-major indices of the lines' pixels, line by line, ascending in each
+    starts
+        (B + 1,) start of each line in `pixels`, and N
+    shape
+        (H, W) of the image
+    window
+        px; the direction of an end is that from the mean of its line's pixels within so many rows and columns
+
+    Returns
+    -------
+    line : (E,) number of each end's line; in row-major order of the ends
+    position : (E, 2) (row, column)
+    direction : (E, 2) unit vector (row, column) out of the line; an end at the mean of its line has none and is left out
     """
 
 def long_parts(mask: Bools, extent: int) -> Bools:

@@ -137,3 +137,17 @@ def test_the_noise_of_inverse_depth_has_noise_and_rounding(deviation, step):
     depth[:, 60:] *= 1.2  # another strand behind the first
     found = FrameFacts(np.ones(depth.shape, bool), depth.astype(np.float32)).inverse_depth_noise
     assert found == pytest.approx(unit * np.hypot(deviation, step / np.sqrt(12)), rel=0.3)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_middle_pixels_are_near_the_skeleton_also_outside_of_the_mask(seed):
+    random = np.random.default_rng(seed)
+    mask = np.pad(random.random((20, 30)) < random.uniform(0.1, 1), 8)
+    facts, reach = kernels.FrameFacts(mask), random.uniform(0, 9)
+    skeleton = np.zeros_like(mask)
+    u, v = facts.skeleton_pixels().T
+    skeleton[v, u] = True
+    pixels = np.argwhere(np.ones_like(mask))[:, ::-1].copy()
+    expected = kernels.near_mask(skeleton, reach, False)
+    np.testing.assert_array_equal(facts.middle_pixels(pixels, reach), expected[pixels[:, 1], pixels[:, 0]])
+    assert not kernels.FrameFacts(np.zeros_like(mask)).middle_pixels(pixels, reach).any()

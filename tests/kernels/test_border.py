@@ -64,6 +64,7 @@ CALLS = {
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
     "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
     "lay_equal_chords": (POINTS, 0.01),
+    "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
     "mask_pixels": (np.ones((3, 3), bool),),

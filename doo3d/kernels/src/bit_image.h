@@ -79,6 +79,15 @@ class BitImage {
         for_each_run([&](Index, Index start, Index end) { sum += end - start; });
         return sum;
     }
+    // Return the number of set pixels [start, end) of a row.
+    Index count(Index y, Index start, Index end) const {
+        Index sum = 0;
+        for (Index x = next(y, start, 0), stop; x < end; x = next(y, stop, 0)) {
+            stop = std::min(next(y, x, ~Word(0)), end);
+            sum += stop - x;
+        }
+        return sum;
+    }
     BitImage operator~() const {
         BitImage result = *this;
         for (Word& word : result.bits) word = ~word;

@@ -4,6 +4,7 @@
 #include "zhang_suen.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace {
 
@@ -271,4 +272,32 @@ std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index re
     for_each_widened(reach, [&](Index row, Index first, Index length) { std::fill_n(at(spread, row, first), length, 0.0f); });
     for (const Run& run : runs_) std::fill_n(at(peak, run.row, run.start - box_.left), run.end - run.start, 0.0f);
     return core;
+}
+
+// The disc around each pixel of the skeleton is marked in an image of the box with as much around it, and cleared again.
+std::vector<Byte> FrameFacts::near_skeleton(const Index* pixels, Index count, double reach) {
+    reach = std::min(reach, double(height_ + width_));
+    const Index margin = Index(reach), width = columns() + 2 * margin, pitch = columns() + 2;
+    std::vector<Byte> near(count);
+    Zeros<Byte> image((rows() + 2 * margin) * width);
+    Visits visits{count};
+    const auto mark = [&](Byte value) {
+        for (Index dy = -margin; dy <= margin; ++dy) {
+            Index dx = -1;
+            while (chamfer_length(dx + 1, std::abs(dy)) < reach) ++dx;
+            if (dx < 0) continue;
+            for (const Index pixel : skeleton()) {
+                const Index row = pixel / pitch - 1 + margin + dy, column = pixel % pitch - 1 + margin;
+                std::fill_n(image.data() + row * width + column - dx, 2 * dx + 1, value);
+            }
+            visits.count += Index(skeleton_.size());
+        }
+    };
+    mark(1);
+    for (Index k = 0; k < count; ++k) {
+        const Index column = pixels[2 * k] - box_.left + margin, row = pixels[2 * k + 1] - box_.top + margin;
+        near[k] = column >= 0 && row >= 0 && column < width && row < rows() + 2 * margin && image.data()[row * width + column];
+    }
+    mark(0);
+    return near;
 }

@@ -67,6 +67,8 @@ public:
     // Tell for each of `count` pixels (u, v) whether its distance is at least `fraction` of the largest within `reach` px of it in rows
     // and columns, or at most `margin` less. Pixels outside of the mask are in no core.
     std::vector<Byte> in_core(const Index* pixels, Index count, Index reach, float fraction, float margin);
+    // Tell for each of `count` pixels (u, v) whether its chamfer distance from the skeleton is below `reach` px.
+    std::vector<Byte> near_skeleton(const Index* pixels, Index count, double reach);
 
 private:
     // Call `visit` with the row, the first column and the number of columns within `reach` of the runs of a row, all in the box.

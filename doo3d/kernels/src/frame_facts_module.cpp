@@ -101,6 +101,19 @@ auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fractio
     return to_numpy_bool(core);
 }
 
+auto middle_pixels(Facts& facts, Matrix<Index> pixels, double reach) {
+    require(pixels.shape(1) == 2, "pixels are not (N, 2)");
+    require(reach >= 0, "reach is negative");
+    std::vector<Byte> middle;
+    {
+        const Index count = pixels.shape(0);
+        const Index* data = pixels.data();
+        nb::gil_scoped_release released;
+        middle = facts.near_skeleton(data, count, reach);
+    }
+    return to_numpy_bool(middle);
+}
+
 auto depth_summary(const Facts& facts) {
     const float* depth = facts.readings();
     DepthSummary found;
@@ -169,6 +182,7 @@ void bind_frame_facts(nb::module_& m) {
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
+        .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
         .def("depth_summary", &depth_summary)
         .def("inverse_depth_deviation", &depth_deviation, "pixels"_a)
         .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a)

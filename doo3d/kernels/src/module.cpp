@@ -16,6 +16,7 @@ void bind_follow_strand(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_lattice_pixels(nb::module_&);
+void bind_line_ends(nb::module_&);
 void bind_line_fitting(nb::module_&);
 void bind_mask_closing(nb::module_&);
 void bind_mask_edge(nb::module_&);
@@ -64,6 +65,7 @@ NB_MODULE(_native, m) {
     bind_frame_facts(m);
     bind_gap_path(m);
     bind_lattice_pixels(m);
+    bind_line_ends(m);
     bind_line_fitting(m);
     bind_mask_closing(m);
     bind_mask_edge(m);

@@ -65,6 +65,8 @@ struct Padded {
 };
 
 class Responses {
+    enum { TOGETHER = 4 };
+
    public:
     Responses(const Padded& image, const Detectors& detectors)
         : image(image), detectors(detectors), even(detectors.even.size()), odd(detectors.odd.size()) {}
@@ -76,14 +78,18 @@ class Responses {
         for (auto* sums : {&even, &odd}) {
             for (auto& values : *sums) values.assign(count, 0.0f);
         }
-        plus.resize(count), minus.resize(count);
+        for (auto* rows : {&plus, &minus}) {
+            for (auto& values : *rows) values.resize(count);
+        }
+        Index waiting = 0;
         for (Index y = 0; y <= half; ++y) {
             for (Index x = 0; x <= half; ++x) {
-                mirror(middle, x, y, count);
-                const std::size_t at = y * (half + 1) + x;
-                for (std::size_t o = 0; o < even.size(); ++o) accumulate(even[o], plus, detectors.even[o][at]);
-                if (!x || !y) continue;
-                for (std::size_t o = 1; o + 1 < odd.size(); ++o) accumulate(odd[o], minus, detectors.odd[o][at]);
+                mirror(middle, x, y, count, waiting++);
+                if (waiting < TOGETHER && (y < half || x < half)) continue;
+                const Index at = y * (half + 1) + x + 1 - waiting;
+                for (std::size_t o = 0; o < even.size(); ++o) accumulate(even[o], plus, &detectors.even[o][at], waiting);
+                for (std::size_t o = 1; o + 1 < odd.size(); ++o) accumulate(odd[o], minus, &detectors.odd[o][at], waiting);
+                waiting = 0;
             }
         }
     }
@@ -99,20 +105,29 @@ class Responses {
     const Padded& image;
     const Detectors& detectors;
     std::vector<std::vector<float>> even, odd;
-    std::vector<float> plus, minus;
+    std::vector<float> plus[TOGETHER], minus[TOGETHER];
 
-    static void accumulate(std::vector<float>& sums, const std::vector<float>& values, float weight) {
-        float* to = sums.data();
-        const float* from = values.data();
-        const std::size_t count = sums.size();
-        for (std::size_t i = 0; i < count; ++i) to[i] += weight * from[i];
+    // Add weighted rows of values to sums, in order; four at a time, so that the sums are loaded and stored once for these.
+    static void accumulate(std::vector<float>& sums, const std::vector<float>* values, const float* weights, Index rows) {
+        float* __restrict to = sums.data();
+        const Index count = Index(sums.size());
+        if (rows == TOGETHER) {
+            const float *a = values[0].data(), *b = values[1].data(), *c = values[2].data(), *d = values[3].data();
+            const float one = weights[0], two = weights[1], three = weights[2], four = weights[3];
+            for (Index i = 0; i < count; ++i) to[i] = (((to[i] + one * a[i]) + two * b[i]) + three * c[i]) + four * d[i];
+            return;
+        }
+        for (Index k = 0; k < rows; ++k) {
+            for (Index i = 0; i < count; ++i) to[i] += weights[k] * values[k][i];
+        }
     }
 
     // Add up the pixels at (x, y), (-x, -y) and, with both signs, at (-x, y), (x, -y); each pixel once.
-    void mirror(const float* middle, Index x, Index y, Index count) {
+    void mirror(const float* middle, Index x, Index y, Index count, Index row) {
         const float *a = middle + y * image.width + x, *b = middle - y * image.width - x;
         const float *c = middle + y * image.width - x, *d = middle - y * image.width + x;
-        float *sum = plus.data(), *difference = minus.data();
+        float *__restrict sum = plus[row].data(), *__restrict difference = minus[row].data();
+        if (!x || !y) std::fill(difference, difference + count, 0.0f);
         if (x && y) {
             for (Index i = 0; i < count; ++i) {
                 const float one = a[i] + b[i], other = c[i] + d[i];

@@ -52,7 +52,7 @@ def inpaint_readings(readings: Readings, facts: FrameFacts, max_slope: float) ->
         return readings
     v, u = np.divmod(filled, width)
     pixels = np.concatenate((readings.pixels, np.column_stack((u, v)) + corner))
-    order = np.lexsort((pixels[:, 0], pixels[:, 1]))
+    order = np.argsort(pixels @ (1, facts.mask.shape[1]), kind="stable")  # merges what is sorted
     return Readings(pixels[order], np.append(readings.depth, inpainted)[order], np.append(readings.filtered, inpainted)[order])
 
 

@@ -23,8 +23,8 @@ from ...geometry.mask import bounding_box
 from ...kernels import long_parts, medial_axis
 from ...types import Array, Bools
 from .valley_lines import find_valley_lines
-from .valleys import MAX_BUNDLE_RADII, VALLEY_LENGTH_RADII, find_valleys, shade_strands
-from .wide_stretches import WIDE_RADII, Bundles, dilate, find_bundles
+from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
+from .wide_stretches import Bundles, dilate, find_bundles
 
 MIN_GAP_PX = 6
 """px; shorter holes in a mask are pin-holes, longer ones may be gaps between strands."""
@@ -85,8 +85,8 @@ def split_strands(
     if bundles is None:
         return whole
     beside = np.zeros_like(mask)
-    if bundles.widest > MAX_BUNDLE_RADII * bundles.radius and not (half_width > WIDE_RADII * bundles.radius).any():
-        beside[box] = dilate(bundles.closed & ~part, 3 * bundles.radius)[1:-1, 1:-1]  # rows of strands, apart as they are
+    if bundles.wide is None:
+        beside[box] = dilate(bundles.closed & ~part, 3 * bundles.radius)[1:-1, 1:-1]
         return SplitMask(mask, 0, beside)
     inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)
     shade = shade_strands(part, box, bundles.radius, bundles.widest, color, depth, equal_widths)
@@ -95,7 +95,7 @@ def split_strands(
     bundles = Bundles(
         bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
     )
-    found = find_valley_lines(*find_valleys(shade[inner].copy(), bundles.radius, bundles.wide), bundles)
+    found = find_valley_lines(*find_valleys(shade[inner].copy(), bundles.radius, bundles.inner), bundles)
     if not found.any():
         return whole
     lines, cut = np.zeros_like(part), np.zeros_like(part)

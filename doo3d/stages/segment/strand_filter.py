@@ -118,14 +118,15 @@ def filter_along_strands(readings: Readings, facts: FrameFacts, radius: float, f
         return none
     line, bounds = facts.skeleton
     mask = facts.mask
-    smoothed = 0
-    if _is_torn(_depth_at(line, readings, mask), bounds, radius):
+    smoothed, depth = 0, _depth_at(line, readings, mask)
+    if _is_torn(depth, bounds, radius):
         own = _smooth_readings(readings, line, bounds, mask, radius, frame)
         smoothed = int(np.count_nonzero(own))
         readings = readings._replace(
             depth=np.where(own > 0, own, readings.depth), filtered=np.where(own > 0, own, readings.filtered)
         )
-    return StrandDepth(readings, _bridges(line, bounds, _depth_at(line, readings, mask), radius, frame), smoothed)
+        depth = _depth_at(line, readings, mask)
+    return StrandDepth(readings, _bridges(line, bounds, depth, radius, frame), smoothed)
 
 
 def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...kernels import thin_pixels
+from ...kernels import line_ends, mask_parts, part_medians, thin_pixels
 from ...types import Array, Bools, Floats, Ints
 from .wide_stretches import Bundles, close_gaps
 
@@ -38,35 +37,37 @@ MAX_VALLEYS = 200
 
 def find_valley_lines(valley: Array, bottom: Bools, bundles: Bundles) -> Bools:
     """Return the middle lines (h, w) of the valleys that part strands."""
-    radius = bundles.radius
-    distance = bundles.distance
-    inner = bundles.wide & (distance > 1.5) & (valley > MIN_VALLEY)
+    radius, distance = bundles.radius, bundles.distance
+    inner = bundles.inner & (valley > MIN_VALLEY)
     skeleton = _thinned(close_gaps(bottom & inner, 1) & inner)
-    _, label, stats, _ = cv2.connectedComponentsWithStats(skeleton.astype(np.uint8), connectivity=8)
-    size = stats[:, cv2.CC_STAT_AREA]
-    deep = np.zeros(len(size), dtype=bool)
-    for k in np.argsort(-size, kind="stable")[: MAX_VALLEYS + 1]:
-        if k and size[k] >= MIN_VALLEY_RADII * radius:
-            left, top, width, height = stats[k, : cv2.CC_STAT_HEIGHT + 1]
-            box = slice(top, top + height), slice(left, left + width)
-            own = label[box] == k
-            is_inside = np.median(distance[box][own]) >= radius  # room for a strand
-            deep[k] = np.median(valley[box][own]) >= SURE_VALLEY and is_inside
-    return _opening_lines(np.where(deep[label], label, 0), bundles)
+    pixels, starts, _, _ = mask_parts(skeleton, skeleton.size, np.zeros(0, dtype=np.int64))
+    size = np.diff(starts)
+    longest = np.argsort(-size, kind="stable")[:MAX_VALLEYS]
+    longest = longest[size[longest] >= MIN_VALLEY_RADII * radius]
+    inside, depth = (
+        part_medians(image.ravel()[pixels].astype(float), starts[longest], starts[longest + 1])[0] for image in (distance, valley)
+    )
+    deep = np.sort(longest[(depth >= SURE_VALLEY) & (inside >= radius)])  # and room for a strand
+    own = [pixels[starts[k] : starts[k + 1]] for k in deep]
+    return _opening_lines(np.concatenate((pixels[:0], *own)), np.concatenate(([0], np.cumsum(size[deep]))), bundles)
 
 
-def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
+def _opening_lines(pixels: Ints, starts: Ints, bundles: Bundles) -> Bools:
     """Return the lines (h, w) that run out between two strands, or are continued by one that does, each up to its opening.
 
-    `label` (h, w) is the number of the line through each pixel, 0 for none. A line that runs along a gap of the mask counts as
-    open. A stripe along a single strand opens nowhere.
+    `pixels` are row-major indices, line by line, and `starts` where each begins. A line that runs along a gap of the mask counts
+    as open. A stripe along a single strand opens nowhere.
     """
-    pixels = np.flatnonzero(label)
-    own = label.ravel()[pixels]
-    ends = _line_ends(label, bundles.radius)
+    result = np.zeros_like(bundles.part)
+    size = len(starts) - 1
+    if not size:
+        return result
+    own = np.repeat(np.arange(size), np.diff(starts))
+    label = np.full(result.shape, -1, dtype=np.int32)
+    label.ravel()[pixels] = own
+    ends = _LineEnds(*line_ends(pixels, starts, result.shape, math.ceil(2 * bundles.radius)))
     ahead, is_ahead, opening = _carry_on(ends, label, bundles)
     near = cKDTree(ends.position).query_pairs(2 * REACH_RADII * bundles.radius, output_type="ndarray")
-    size = int(label.max()) + 1
     graph = coo_array((np.ones(len(near)), (ends.line[near[:, 0]], ends.line[near[:, 1]])), shape=(size, size))
     group = connected_components(graph, directed=False)[1]
     opens = np.zeros(size, dtype=bool)
@@ -77,7 +78,6 @@ def _opening_lines(label: Ints, bundles: Bundles) -> Bools:
     width = np.zeros(size)
     np.maximum.at(width, group[own], 2 * bundles.distance.ravel()[pixels])
     kept = (opens & (length >= MIN_VALLEY_WIDTHS * width))[group]
-    result = np.zeros_like(bundles.part)
     result.ravel()[pixels[kept[own]]] = True
     result[tuple(ahead[is_ahead & kept[ends.line][:, None]].T)] = True
     return result & bundles.closed
@@ -89,23 +89,6 @@ class _LineEnds(NamedTuple):
     line: Ints
     position: Ints
     direction: Floats
-
-
-def _line_ends(label: Ints, radius: float) -> _LineEnds:
-    """Return the ends of labelled lines (h, w); lines shorter than their window have none."""
-    lines = label > 0
-    neighbors = cv2.filter2D(lines.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
-    window = math.ceil(2 * radius)
-    ends: Ints = np.argwhere(lines & (neighbors == 2))
-    line = label[ends[:, 0], ends[:, 1]]
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(label, window), (2 * window + 1, 2 * window + 1))
-    near = windows[ends[:, 0], ends[:, 1]] == line[:, None, None]
-    by_row, by_column = near.sum(axis=2), near.sum(axis=1)
-    total = np.column_stack([count @ np.arange(2 * window + 1) for count in (by_row, by_column)])
-    back = total / by_row.sum(axis=1)[:, None] - window
-    length = np.hypot(*back.T)
-    kept = length > 0
-    return _LineEnds(line[kept], ends[kept], -back[kept] / length[kept, None])
 
 
 def _carry_on(ends: _LineEnds, label: Ints, bundles: Bundles) -> tuple[Ints, Bools, Bools]:
@@ -121,7 +104,7 @@ def _carry_on(ends: _LineEnds, label: Ints, bundles: Bundles) -> tuple[Ints, Boo
     ahead, seen = _rays(ends.position, direction, np.arange(0, math.ceil(REACH_RADII * bundles.radius), 0.5), part.shape)
     free = seen & ~part[ahead[:, :, 0], ahead[:, :, 1]]
     other = label[ahead[:, :, 0], ahead[:, :, 1]]
-    is_met = free | (seen & (other > 0) & (other != ends.line[:, None]))
+    is_met = free | (seen & (other >= 0) & (other != ends.line[:, None]))
     met, end = is_met.argmax(axis=1), np.arange(len(ahead))
     is_ahead = is_met.any(axis=1)[:, None] & (np.arange(ahead.shape[1]) <= met[:, None])
     beyond = ahead[end, met] + OPENING_RADII * bundles.radius * direction

@@ -10,7 +10,7 @@ import numpy as np
 from ...geometry.noise import SAMPLES
 from ...kernels import largest_within, valley_bottoms, valley_depth
 from ...types import Array, Bools
-from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, close_gaps, ellipse
+from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, MAX_BUNDLE_PX, MAX_BUNDLE_RADII, close_gaps, ellipse
 
 VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
 
@@ -30,10 +30,6 @@ MIN_CONTRAST = 4.0
 
 AROUND_RADII = 3.0
 """Radii around a pixel over whose depth its nearness is measured."""
-
-MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
-"""Radii, and px at least, of a strand up to which the half-width of a bundle is measured: 12 strands side by side. A wider region
-of the mask is no bundle, and to measure it takes seconds."""
 
 
 def find_valleys(shade: Array, radius: float, wide: Bools) -> tuple[Array, Bools]:
@@ -96,17 +92,20 @@ def shade_strands(
     -------
     (h, w) float32; the background is as low as the image goes.
     """
-    shade = np.zeros(part.shape, dtype=np.float32)
+    pixels = np.flatnonzero(part[1:-1, 1:-1])
     if color is not None:
-        shade[1:-1, 1:-1] = cv2.transform(color[box], np.full((1, 3), 1 / 3))
+        values = cv2.transform(color[box].reshape(-1, 3)[pixels][:, None], np.full((1, 3), 1 / 3))[:, 0].astype(np.float32)
     elif depth is not None:
-        shade[1:-1, 1:-1] = _nearness(depth[box], part[1:-1, 1:-1], radius)
-    values = shade[part]
+        values = _nearness(depth[box], part[1:-1, 1:-1], radius).ravel()[pixels]
+    else:
+        values = np.zeros(len(pixels), dtype=np.float32)
     low, middle, high = np.percentile(values[:: max(1, len(values) // SAMPLES)], (10, 50, 90))
     contrast = (high - low) / 2
     if contrast <= (MIN_CONTRAST if color is not None else 0.0):
         return _equal_widths(part, radius, widest) if equal_widths else None
-    return np.where(part, np.clip((shade - middle) / contrast, -CLIP, CLIP), -CLIP).astype(np.float32)
+    shade = np.full(part.shape, -CLIP, dtype=np.float32)
+    shade[part] = np.clip((values - middle) / contrast, -CLIP, CLIP)
+    return shade
 
 
 def _equal_widths(part: Bools, radius: float, widest: float) -> Array:

@@ -37,6 +37,10 @@ WIDE_RADII = 1.6
 WIDE_LENGTH_RADII = 6.0
 """Radii; shorter wide stretches are crossings, knots and plugs."""
 
+MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
+"""Radii, and px at least, of a strand up to which the half-width of a bundle is measured: 12 strands side by side. A wider region
+of the mask is no bundle, and to measure it takes seconds."""
+
 
 @dataclass(frozen=True)
 class Bundles:
@@ -51,7 +55,7 @@ class Bundles:
     closed
         (h, w) bool, the mask with the gaps between strands closed.
     wide
-        (h, w) bool, its wide stretches.
+        (h, w) bool, its wide stretches; None if they are rows of strands, apart as they are, and wider than any bundle.
     widest
         px, the largest half-width of these.
     """
@@ -59,13 +63,19 @@ class Bundles:
     radius: float
     part: Bools
     closed: Bools
-    wide: Bools
+    wide: Bools | None
     widest: float
 
     @cached_property
     def distance(self) -> Array:
         """The distance (h, w) float32 px of each pixel of the closed mask from the edge."""
         return np.asarray(cv2.distanceTransform(np.pad(self.closed, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1])
+
+    @cached_property
+    def inner(self) -> Bools:
+        """The wide stretches (h, w) bool without the pixels at the edge, where no valley parts two strands."""
+        assert self.wide is not None
+        return self.wide & (self.distance > 1.5)
 
 
 def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
@@ -85,18 +95,22 @@ def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
     at_wide = inside - 0.5 > WIDE_RADII * radius
     if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
         return None
+    rows, columns, inside = rows[at_wide], columns[at_wide], inside[at_wide]
     ridge = np.zeros(part.shape, dtype=np.uint8)
-    ridge[rows[at_wide], columns[at_wide]] = 1
+    ridge[rows, columns] = 1
     side = 2 * math.ceil(radius) + 1
     _, label, stats, _ = cv2.connectedComponentsWithStats(cv2.dilate(ridge, np.ones((side, side), np.uint8)), connectivity=8)
-    size = np.bincount(label[rows[at_wide], columns[at_wide]], minlength=len(stats))
+    at = label[rows, columns]
+    size = np.bincount(at, minlength=len(stats))
     length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) - side
-    kept = (np.minimum(size, length) > WIDE_LENGTH_RADII * radius) & (np.arange(len(stats)) > 0)
+    is_long = (np.minimum(size, length) > WIDE_LENGTH_RADII * radius) & (np.arange(len(stats)) > 0)
+    kept = is_long[at]
     if not kept.any():
         return None
-    wide = kept[label]
-    widest = float(inside[at_wide][kept[label[rows[at_wide], columns[at_wide]]]].max())
-    return Bundles(radius, part, closed, closed & dilate(wide, widest + radius), widest)
+    widest = float(inside[kept].max())
+    if widest > MAX_BUNDLE_RADII * radius and not (half_width > WIDE_RADII * radius).any():
+        return Bundles(radius, part, closed, None, widest)
+    return Bundles(radius, part, closed, closed & dilate(is_long[label], widest + radius), widest)
 
 
 def strand_radius(half_width: Floats) -> float:

@@ -1,0 +1,43 @@
+"""Ends of lines against windows cut out of an image of their numbers."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from doo3d.kernels import line_ends, mask_parts
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.sampled_from([(30, 40), (1, 30), (25, 2)]))
+def test_ends_as_by_windows_around_them(seed, window, shape):
+    random = np.random.default_rng(seed)
+    mask = random.random(shape) < 0.2
+    pixels, starts, _, _ = mask_parts(mask, mask.size, np.zeros(0, int))
+    label = np.full(shape, -1)
+    label.ravel()[pixels] = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+    around = cv2.filter2D(mask.astype(np.uint8), -1, np.ones((3, 3)), borderType=cv2.BORDER_CONSTANT)
+    padded = np.pad(label, window, constant_values=-1)
+    expected = []
+    for y, x in np.argwhere(mask & (around == 2)):
+        offsets = np.argwhere(padded[y : y + 2 * window + 1, x : x + 2 * window + 1] == label[y, x]) - window
+        back = offsets.mean(axis=0)
+        if np.hypot(*back) > 1e-9:
+            expected.append((label[y, x], y, x, *(-back / np.hypot(*back))))
+    line, position, direction = line_ends(pixels, starts, shape, window)
+    found = np.column_stack((line, position, direction))
+    np.testing.assert_allclose(found, np.reshape(expected, (-1, 5)), atol=1e-9)
+
+
+def test_the_ends_of_a_straight_line_point_out_of_it():
+    line, position, direction = line_ends(np.arange(12, 18), np.array([0, 6]), (3, 10), 3)
+    assert line.tolist() == [0, 0]
+    assert position.tolist() == [[1, 2], [1, 7]]
+    np.testing.assert_allclose(direction, [[0, -1], [0, 1]])
+
+
+def test_a_pixel_beyond_the_image_is_refused():
+    with pytest.raises(ValueError, match="not in the image"):
+        line_ends(np.array([9]), np.array([0, 1]), (3, 3), 1)
