@@ -1927,6 +1927,31 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
     the result, such as all zero.
     """
 
+def wide_readings(depth: Array, stride: int, scale: float, max_depth: float, half_width: float) -> tuple[int, int]:
+    """Count the readings of a depth image that lie deep inside surfaces, and all readings, in every so many rows and columns.
+
+    Gaps of one pixel between readings belong to a surface, and what lies beyond the image to none. The distance to a surface's edge
+    is OpenCV's of steps on a 3 x 3 neighborhood.
+
+    Parameters
+    ----------
+    depth
+        (H, W) float32 m, 0 = no reading.
+    stride
+        px between the rows, and columns, that are looked at.
+    scale
+        sides of such a pixel per m of depth.
+    max_depth
+        m; a pixel that is farther away has the size of one there.
+    half_width
+        m from a surface's edge beyond which a reading lies deep inside.
+
+    Returns
+    -------
+    wide : number of readings deep inside surfaces.
+    readings : number of readings.
+    """
+
 def window_sum(values: Floats, path: Ints, half: int) -> Floats:
     """Return at each sample the sum of the values at the sample and at its neighbors on the same path.
 

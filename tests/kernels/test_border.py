@@ -130,6 +130,7 @@ CALLS = {
     "values_at_ranks": (POINTS, np.array([0, 5])),
     "visits": (),
     "VoxelCells": (POINTS, 0.01, 1, 1e18),
+    "wide_readings": (np.ones((5, 5), np.float32), 2, 0.01, 3.0, 0.01),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
