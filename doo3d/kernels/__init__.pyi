@@ -1745,9 +1745,9 @@ def surface_color(
 ) -> tuple[Array, Floats, Bools]:
     """Return the color of the surface around strands, its deviation, and the places that differ from it.
 
-    Colors are compared in OpenCV's 8-bit CIELAB, in images scaled down by halves: by 4, and by 8. The surface's color is the median
-    in a window of the smaller one. There, pixels mostly within 2 px of raised ones are replaced by the mean of the others in the
-    window, so that a coil is none.
+    Colors are compared in OpenCV's 8-bit CIELAB, in images scaled down by halves: by 4, and by 8. The surface's color is the
+    median in a window of the smaller one. There, pixels mostly within 2 px of raised ones are replaced by the mean of the others
+    in the window, so that a coil is none.
 
     Parameters
     ----------
@@ -1930,8 +1930,8 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
 def wide_readings(depth: Array, stride: int, scale: float, max_depth: float, half_width: float) -> tuple[int, int]:
     """Count the readings of a depth image that lie deep inside surfaces, and all readings, in every so many rows and columns.
 
-    Gaps of one pixel between readings belong to a surface, and what lies beyond the image to none. The distance to a surface's edge
-    is OpenCV's of steps on a 3 x 3 neighborhood.
+    Gaps of one pixel between readings belong to a surface, and what lies beyond the image to none. The distance to a surface's
+    edge is OpenCV's of steps on a 3 x 3 neighborhood.
 
     Parameters
     ----------

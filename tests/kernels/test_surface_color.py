@@ -56,9 +56,7 @@ def plain(color, raised, window):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize(
-    ("shape", "window"), [((160, 240), 15), ((64, 200), 5), ((24, 16), 15)]
-)
+@pytest.mark.parametrize(("shape", "window"), [((160, 240), 15), ((64, 200), 5), ((24, 16), 15)])
 def test_as_opencv_and_numpy(shape, window, seed):
     color, raised = scene(shape, seed)
     found = surface_color(color, raised, window, STEP, PER_MEDIAN, MIN_DEVIATION, SEED)

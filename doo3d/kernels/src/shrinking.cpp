@@ -29,7 +29,7 @@ WITH_AVX2 void add_squares(const Byte* __restrict upper, const Byte* __restrict 
 }
 
 WITH_AVX2 void add_means(const std::uint16_t* __restrict upper, const std::uint16_t* __restrict lower, Index count, Byte* __restrict means) {
-    constexpr Index beside = 2 * CHANNELS;
+    const Index beside = 2 * CHANNELS;
     for (Index i = 0; i < count; ++i) means[i] = Byte((upper[i] + upper[i + beside] + lower[i] + lower[i + beside] + 2) >> 2);
 }
 

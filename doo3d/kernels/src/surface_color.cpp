@@ -235,9 +235,9 @@ std::vector<float> interpolated(const std::vector<float>& color, Index height, I
 
 // Return the median absolute difference of the blurred image from the surface's color at every so many pixels, by channel.
 std::array<float, CHANNELS> differences(const Volume<Byte>& color, const std::vector<float>& surface, Index rows, Index columns, Index step) {
-    constexpr Index side = 5;  // px, of the blur
     const Index height = color.shape(0), width = color.shape(1);
     const float weights[] = {BLUR[2], BLUR[1], BLUR[0], BLUR[1], BLUR[2]};
+    const Index side = std::size(weights);
     std::vector<Byte> lab;  // of the pixels around the samples, row by row
     for (Index v = 2; v < height - 2; v += 4 * step) {
         for (Index u = 2; u < width - 2; u += step) {

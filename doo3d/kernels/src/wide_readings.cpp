@@ -1,11 +1,9 @@
 // The readings of a depth image that lie on surfaces, wider than an object is.
-#include "arrays.h"
+#include "runs.h"
 
 #include <algorithm>
 
 namespace {
-
-constexpr std::int32_t NEXT = 62587, ACROSS = 89738;  // 1 / 65536 px: steps of OpenCV's distance (DIST_L2, 3 x 3)
 
 // An image of numbers with one more pixel on all sides, which hold `beyond`.
 template <class T>
@@ -31,22 +29,23 @@ Bordered<Byte> extreme(Bordered<Byte>& image, Byte beyond, Choose choose) {
     return result;
 }
 
-// Two passes, down and up: the distance of each pixel to the nearest that is 0, or beyond the image.
+// Two passes, down and up: the distance of each pixel to the nearest that is 0, or beyond the image, in px / 65536.
 Bordered<std::int32_t> distances(Bordered<Byte>& seen) {
     Bordered<std::int32_t> result(seen.height, seen.width, 0);
+    const auto next = std::int32_t(std::lround(STRAIGHT * 65536)), across = std::int32_t(std::lround(DIAGONAL * 65536));
     for (Index y = 0; y < seen.height; ++y) {
         const std::int32_t* upper = result.row(y - 1);
         std::int32_t* own = result.row(y);
-        for (Index x = 0; x < seen.width; ++x) own[x] = std::min(std::min(upper[x - 1], upper[x + 1]) + ACROSS, upper[x] + NEXT);
-        for (Index x = 0; x < seen.width; ++x) own[x] = seen.row(y)[x] ? std::min(own[x], own[x - 1] + NEXT) : 0;
+        for (Index x = 0; x < seen.width; ++x) own[x] = std::min(std::min(upper[x - 1], upper[x + 1]) + across, upper[x] + next);
+        for (Index x = 0; x < seen.width; ++x) own[x] = seen.row(y)[x] ? std::min(own[x], own[x - 1] + next) : 0;
     }
     for (Index y = seen.height - 1; y >= 0; --y) {
         const std::int32_t* lower = result.row(y + 1);
         std::int32_t* own = result.row(y);
         for (Index x = 0; x < seen.width; ++x) {
-            own[x] = std::min(own[x], std::min(std::min(lower[x - 1], lower[x + 1]) + ACROSS, lower[x] + NEXT));
+            own[x] = std::min(own[x], std::min(std::min(lower[x - 1], lower[x + 1]) + across, lower[x] + next));
         }
-        for (Index x = seen.width; x--;) own[x] = std::min(own[x], own[x + 1] + NEXT);
+        for (Index x = seen.width; x--;) own[x] = std::min(own[x], own[x + 1] + next);
     }
     return result;
 }
