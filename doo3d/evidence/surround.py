@@ -35,9 +35,8 @@ def learn_surround(color: Array, raised: Bools, deviations: float) -> tuple[Arra
     deviation : (3,) standard deviation of each channel: its noise and texture
     differs : (H / 4, W / 4) bool, pixels of the image scaled down by 4 with another color
     """
-    lab = to_lab(_halved(_halved(color)))
     step = max(1, round((color.shape[0] * color.shape[1] / SAMPLES) ** 0.5 / 2))
-    return surface_color(color, lab, _halved(lab), raised, MEDIAN_PX, step, MAD_TO_DEVIATION, MIN_DEVIATION, deviations)
+    return surface_color(color, raised, MEDIAN_PX, step, MAD_TO_DEVIATION, MIN_DEVIATION, deviations)
 
 
 def to_lab(color: Array) -> Array:
@@ -49,8 +48,3 @@ def median_hue(color: Array, pixels: Ints) -> Floats:
     """Return the median (2,) of the color axes of 8-bit CIELAB at pixels, given by row-major indices, of (H, W, 3) uint8 RGB."""
     some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // SAMPLES)]]
     return np.asarray(np.median(to_lab(some[None])[0, :, 1:], axis=0))
-
-
-def _halved(image: Array) -> Array:
-    height, width = (max(1, size // 2) for size in image.shape[:2])
-    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA))

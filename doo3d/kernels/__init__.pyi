@@ -1787,29 +1787,18 @@ def surface_ahead(
     """
 
 def surface_color(
-    color: Array,
-    lab: Array,
-    small: Array,
-    raised: Bools,
-    window: int,
-    step: int,
-    per_median: float,
-    min_deviation: float,
-    seed: float,
+    color: Array, raised: Bools, window: int, step: int, per_median: float, min_deviation: float, seed: float
 ) -> tuple[Array, Floats, Bools]:
     """Return the color of the surface around strands, its deviation, and the places that differ from it.
 
-    The surface's color is the median in a window of the smaller image. There, pixels mostly within 2 px of raised ones are
-    replaced by the mean of the others in the window, so that a coil is none.
+    Colors are compared in OpenCV's 8-bit CIELAB, in images scaled down by halves: by 4, and by 8. The surface's color is the
+    median in a window of the smaller one. There, pixels mostly within 2 px of raised ones are replaced by the mean of the others
+    in the window, so that a coil is none.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB, H and W over 4.
-    lab
-        (r, c, 3) uint8, the image scaled down, in OpenCV's 8-bit CIELAB.
-    small
-        (h, w, 3) uint8, that image scaled down again, to an eighth of `color`.
     raised
         (H, W) bool.
     window
@@ -1821,13 +1810,13 @@ def surface_color(
     min_deviation
         deviation at least.
     seed
-        deviations from which on a pixel of `lab` differs.
+        deviations from which on a pixel of the larger image differs.
 
     Returns
     -------
-    around : (h, w, 3) float32, the surface's color.
+    around : (h, w, 3) float32, the surface's color in the smaller image.
     deviation : (3,), robust standard deviation of the image, blurred by a Gaussian of 0.8 px, from the surface's color.
-    seeds : (r, c) bool, the pixels that differ.
+    seeds : (r, c) bool, the pixels of the larger image that differ.
     """
 
 def thin_pixels(coords: Ints) -> Bools:
@@ -1982,6 +1971,31 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
     -------
     (P, D) float64; the given points if there are no more than `order`. A ValueError says if the weights are too few to determine
     the result, such as all zero.
+    """
+
+def wide_readings(depth: Array, stride: int, scale: float, max_depth: float, half_width: float) -> tuple[int, int]:
+    """Count the readings of a depth image that lie deep inside surfaces, and all readings, in every so many rows and columns.
+
+    Gaps of one pixel between readings belong to a surface, and what lies beyond the image to none. The distance to a surface's
+    edge is OpenCV's of steps on a 3 x 3 neighborhood.
+
+    Parameters
+    ----------
+    depth
+        (H, W) float32 m, 0 = no reading.
+    stride
+        px between the rows, and columns, that are looked at.
+    scale
+        sides of such a pixel per m of depth.
+    max_depth
+        m; a pixel that is farther away has the size of one there.
+    half_width
+        m from a surface's edge beyond which a reading lies deep inside.
+
+    Returns
+    -------
+    wide : number of readings deep inside surfaces.
+    readings : number of readings.
     """
 
 def window_sum(values: Floats, path: Ints, half: int) -> Floats:

@@ -120,10 +120,7 @@ CALLS = {
         POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
     ),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
-    "surface_color": (
-        np.zeros((8, 8, 3), np.uint8), np.zeros((2, 2, 3), np.uint8), np.zeros((1, 1, 3), np.uint8), np.zeros((8, 8), bool), 3, 1,
-        1.5, 1.0, 3.5,
-    ),
+    "surface_color": (np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8), bool), 3, 1, 1.5, 1.0, 3.5),
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
@@ -137,6 +134,7 @@ CALLS = {
     "visits": (),
     "VoxelCells": (POINTS, 0.01, 1, 1e18),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
+    "wide_readings": (np.ones((5, 5), np.float32), 2, 0.01, 3.0, 0.01),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
 CONSTANT = {"arc_towards", "corner_radius", "is_simple", "unit", "visits"}

@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from doo3d.kernels import surface_color
 
@@ -41,8 +43,9 @@ def bare(small, raised, window):
     return np.where(known[..., None], small, np.rint(mean)).astype(np.uint8)
 
 
-def plain(color, lab, small, raised, window):
-    around = cv2.medianBlur(bare(small, raised, window), window).astype(np.float32)
+def plain(color, raised, window):
+    lab = cv2.cvtColor(halved(halved(color)), cv2.COLOR_RGB2LAB)
+    around = cv2.medianBlur(bare(halved(lab), raised, window), window).astype(np.float32)
     surface = cv2.resize(around, lab.shape[1::-1], interpolation=cv2.INTER_LINEAR)
     blurred = cv2.sepFilter2D(cv2.cvtColor(color, cv2.COLOR_RGB2LAB).astype(np.float32), -1, np.array(BLUR), np.array(BLUR))
     height, width = color.shape[:2]
@@ -56,25 +59,24 @@ def plain(color, lab, small, raised, window):
 @pytest.mark.parametrize(("shape", "window"), [((160, 240), 15), ((64, 200), 5), ((24, 16), 15)])
 def test_as_opencv_and_numpy(shape, window, seed):
     color, raised = scene(shape, seed)
-    lab = cv2.cvtColor(halved(halved(color)), cv2.COLOR_RGB2LAB)
-    small = halved(lab)
-    found = surface_color(color, lab, small, raised, window, STEP, PER_MEDIAN, MIN_DEVIATION, SEED)
-    around, deviation, seeds = plain(color, lab, small, raised, window)
+    found = surface_color(color, raised, window, STEP, PER_MEDIAN, MIN_DEVIATION, SEED)
+    around, deviation, seeds = plain(color, raised, window)
     np.testing.assert_array_equal(found[0], around)
     np.testing.assert_allclose(found[1], deviation, rtol=1e-5)
     np.testing.assert_array_equal(found[2], seeds)
     assert shape[0] < 160 or 0 < seeds.mean() < 0.5
 
 
-def test_where_all_is_raised_the_colors_stay():
-    small = np.random.default_rng(0).integers(0, 255, (9, 11, 3), dtype=np.uint8)
-    color, lab = np.zeros((72, 88, 3), np.uint8), np.zeros((18, 22, 3), np.uint8)
-    around, _, _ = surface_color(color, lab, small, np.ones((72, 88), bool), 3, STEP, PER_MEDIAN, MIN_DEVIATION, SEED)
-    np.testing.assert_array_equal(around, cv2.medianBlur(small, 3))
+@settings(max_examples=60, deadline=None)
+@given(st.integers(16, 90), st.integers(16, 90), st.integers(0, 1000))
+def test_where_all_is_raised_the_colors_are_those_of_the_image_scaled_down(height, width, seed):
+    color = np.random.default_rng(seed).integers(0, 256, (height, width, 3), np.uint8)
+    around, _, _ = surface_color(color, np.ones((height, width), bool), 1, STEP, PER_MEDIAN, MIN_DEVIATION, SEED)
+    np.testing.assert_array_equal(around, halved(cv2.cvtColor(halved(halved(color)), cv2.COLOR_RGB2LAB)))
 
 
 @pytest.mark.parametrize(("window", "step"), [(4, 1), (17, 1), (3, 0)])
 def test_what_does_not_fit_is_refused(window, step):
-    color, small = np.zeros((16, 16, 3), np.uint8), np.zeros((2, 2, 3), np.uint8)
+    color = np.zeros((16, 16, 3), np.uint8)
     with pytest.raises(ValueError, match="window"):
-        surface_color(color, small, small, np.zeros((16, 16), bool), window, step, PER_MEDIAN, MIN_DEVIATION, SEED)
+        surface_color(color, np.zeros((16, 16), bool), window, step, PER_MEDIAN, MIN_DEVIATION, SEED)

@@ -19,6 +19,13 @@
 #include <string>
 #include <vector>
 
+// A second version of a loop for processors with AVX2, where the compiler and the C library choose at load time.
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#define WITH_AVX2 __attribute__((target_clones("avx2", "default")))
+#else
+#define WITH_AVX2
+#endif
+
 namespace nb = nanobind;
 using namespace nb::literals;
 

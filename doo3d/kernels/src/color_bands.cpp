@@ -36,7 +36,7 @@ struct ToLab {
     static float root_of(double t) { return float(t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116.0); }
 
     // Convert the pixels of a row of a tile, channel by channel.
-    void operator()(const Byte (&rgb)[WIDE * CHANNELS], float (&lab)[CHANNELS][WIDE]) const {
+    WITH_AVX2 void operator()(const Byte (&rgb)[WIDE * CHANNELS], float (&lab)[CHANNELS][WIDE]) const {
         const float white[4] = {1 / 0.950456f, 1, 1 / 1.088754f, 1};
         float at[4 * WIDE], f[CHANNELS][WIDE];
         std::int32_t step[4 * WIDE];
@@ -187,7 +187,7 @@ class Bands {
         }
     }
 
-    void evaluate(Index tile) {
+    WITH_AVX2 void evaluate(Index tile) {
         const Index top = tile / columns * TILE, left = tile % columns * TILE;
         const Index bottom = std::min(top + TILE, height), right = std::min(left + TILE, width);
         count_visits(WIDE * WIDE);

@@ -5,13 +5,6 @@
 #include <cstdlib>
 #include <limits>
 
-// A second version of a loop for processors with AVX2, where the compiler and the C library choose at load time.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-#define WITH_AVX2 __attribute__((target_clones("avx2", "default")))
-#else
-#define WITH_AVX2
-#endif
-
 namespace {
 
 // Return the mean of the smaller three quarters of values that are not below 0; 0 of nothing.

@@ -47,6 +47,7 @@ void bind_valleys(nb::module_&);
 void bind_visits(nb::module_&);
 void bind_voxel_cells(nb::module_&);
 void bind_whittaker(nb::module_&);
+void bind_wide_readings(nb::module_&);
 void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
@@ -96,5 +97,6 @@ NB_MODULE(_native, m) {
     bind_visits(m);
     bind_voxel_cells(m);
     bind_whittaker(m);
+    bind_wide_readings(m);
     bind_zhang_suen(m);
 }

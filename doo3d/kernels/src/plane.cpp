@@ -1,5 +1,5 @@
 // A plane in depth: the points near it, and the pixels raised from it.
-#include "arrays.h"
+#include "runs.h"
 
 #include <algorithm>
 
@@ -36,37 +36,30 @@ Index best_plane(StridedMatrix<double> points, Matrix<double> normals, Vector<do
     return best;
 }
 
-enum Level : Byte { NONE, LOW, SEED, REACHED };
+enum Level : Byte { NONE, LOW, SEED };
 
 // The height of a pixel of depth z above the plane is offset - z (along_u + along_v). Pixels above `high` are seeds, from which the
 // pixels above `low` are reached.
-void find_levels(const float* depth, const float* along_u, float along_v, float offset, float low, float high, Index width, Byte* levels) {
-    std::int32_t level[BLOCK];
-    for (Index first = 0; first < width; first += BLOCK) {
-        const Index count = std::min(BLOCK, width - first);
-        for (Index c = 0; c < count; ++c) {
-            const float z = depth[first + c], height = offset - (along_v + along_u[first + c]) * z;
-            level[c] = std::int32_t((z > 0) & (height > low)) + std::int32_t((z > 0) & (height > high));
-        }
-        for (Index c = 0; c < count; ++c) levels[first + c] = Byte(level[c]);
+WITH_AVX2 void find_levels(const float* __restrict depth, const float* __restrict along_u, float along_v, float offset, float low, float high,
+                           Index width, Byte* __restrict levels) {
+    for (Index c = 0; c < width; ++c) {
+        const float z = depth[c], height = offset - (along_v + along_u[c]) * z;
+        levels[c] = Byte(Byte((z > 0) & (height > low)) + Byte((z > 0) & (height > high)));
     }
 }
 
-void reach(Byte* levels, Index height, Index width, Index start, std::vector<Index>& stack) {
-    levels[start] = REACHED;
-    stack.assign(1, start);
-    while (!stack.empty()) {
-        const Index row = stack.back() / width, column = stack.back() % width;
-        stack.pop_back();
-        for (Index r = std::max<Index>(row - 1, 0); r < std::min(row + 2, height); ++r) {
-            for (Index c = std::max<Index>(column - 1, 0); c < std::min(column + 2, width); ++c) {
-                Byte& level = levels[r * width + c];
-                if (level == NONE || level == REACHED) continue;
-                level = REACHED;
-                stack.push_back(r * width + c);
-            }
-        }
+// Set the pixels of the components with a seed to 1 and all others to 0.
+void reach_from_seeds(Byte* levels, Index height, Index width) {
+    const std::vector<Run> runs = runs_of(levels, height, width);
+    RunSets sets = connected(runs, 1);
+    std::vector<Byte> has_seed(runs.size(), 0);
+    count_visits(Index(runs.size()));
+    const auto pixels = [&](const Run& run) { return levels + run.row * width + run.start; };
+    const auto size = [](const Run& run) { return std::size_t(run.end - run.start); };
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        has_seed[sets.root(std::int32_t(i))] |= std::memchr(pixels(runs[i]), SEED, size(runs[i])) != nullptr;
     }
+    for (std::size_t i = 0; i < runs.size(); ++i) std::memset(pixels(runs[i]), has_seed[sets.root(std::int32_t(i))], size(runs[i]));
 }
 
 auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> along_v, double offset, double low, double high) {
@@ -80,17 +73,12 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
         nb::gil_scoped_release released;
         auto* levels = reinterpret_cast<Byte*>(selected);
         count_visits(size);
-        count_bytes(size);
         std::vector<float> u(width);
         for (Index c = 0; c < width; ++c) u[c] = along_u(c);
         for (Index row = 0; row < height; ++row) {
             find_levels(depth.data() + row * width, u.data(), along_v(row), float(offset), float(low), float(high), width, levels + row * width);
         }
-        std::vector<Index> stack;
-        for (Index i = first_set(levels, 0, size); i < size; i = first_set(levels, i + 1, size)) {
-            if (levels[i] == SEED) reach(levels, height, width, i, stack);
-        }
-        for (Index i = 0; i < size; ++i) levels[i] = Byte(levels[i] == REACHED);
+        reach_from_seeds(levels, height, width);
     }
     return MatrixResult<bool>(selected, {std::size_t(height), std::size_t(width)}, owner);
 }

@@ -2,6 +2,7 @@
 #include "between_pixels.h"
 #include "lab.h"
 #include "mask_runs.h"
+#include "shrinking.h"
 
 #include <limits>
 
@@ -16,15 +17,15 @@ Index reflected(Index at, Index size) {
     return at;
 }
 
-// Return which of the CELL x CELL pixels at a place, each row a bit per pixel, are set or within 2 px of one that is.
-void widened(const Matrix<bool>& mask, Index top, Index left, Byte (&rows)[CELL]) {
-    const Index height = mask.shape(0), width = mask.shape(1), from = std::max<Index>(left - 2, 0), to = std::min(left + CELL + 2, width);
+// Return which of the CELL x CELL pixels of a cell, each row a bit per pixel, are set or within 2 px of one that is.
+void widened(const BitImage& mask, Index row, Index column, Byte (&rows)[CELL]) {
     unsigned bits[CELL + 4] = {};
     for (Index i = 0; i < CELL + 4; ++i) {
-        const Index y = top - 2 + i;
-        if (y < 0 || y >= height) continue;
-        const Byte* row = bytes_of(mask) + y * width;
-        for (Index x = first_set(row, from, to); x < to; x = first_set(row, x + 1, to)) bits[i] |= 1u << (x - left + 2);
+        const Index y = row * CELL - 2 + i;
+        if (y < 0 || y >= mask.height) continue;
+        const unsigned before = column > 0 ? mask.eight(y, column - 1) : 0;
+        const unsigned after = column + 1 < mask.words * Index(sizeof(Word)) ? mask.eight(y, column + 1) : 0;
+        bits[i] = before >> (CELL - 2) | unsigned(mask.eight(y, column)) << 2 | after << (CELL + 2);
     }
     for (Index i = 0; i < CELL; ++i) {
         const unsigned all = bits[i] | bits[i + 1] | bits[i + 2] | bits[i + 3] | bits[i + 4];
@@ -36,7 +37,9 @@ void widened(const Matrix<bool>& mask, Index top, Index left, Byte (&rows)[CELL]
 // with the rounding of an image of bytes.
 std::vector<Byte> covered_cells(const Matrix<bool>& mask, Index rows, Index columns) {
     std::vector<Byte> covered(rows * columns, 0);
+    BitImage bits(mask.shape(0), mask.shape(1));
     for (const Run& run : runs_of(bytes_of(mask), mask.shape(0), mask.shape(1))) {
+        bits.set_run(run.row, run.start, run.end);
         for (Index row = std::max<Index>(run.row - 2, 0) / CELL; row <= std::min((run.row + 2) / CELL, rows - 1); ++row) {
             const Index first = std::max<Index>(run.start - 2, 0) / CELL, last = std::min((run.end + 1) / CELL, columns - 1);
             for (Index column = first; column <= last; ++column) covered[row * columns + column] = 1;  // perhaps
@@ -44,13 +47,13 @@ std::vector<Byte> covered_cells(const Matrix<bool>& mask, Index rows, Index colu
     }
     for (Index row = 0; row < rows; ++row) {
         for (Index column = 0; column < columns; ++column) {
-            Byte bits[CELL];
+            Byte near[CELL];
             if (!covered[row * columns + column]) continue;
-            widened(mask, row * CELL, column * CELL, bits);
+            widened(bits, row, column, near);
             int quarter[2][2] = {};
             for (Index v = 0; v < CELL / 2; ++v) {
                 for (Index u = 0; u < CELL / 2; ++u) {
-                    const int pair = (bits[2 * v] >> 2 * u & 3) * 4 + (bits[2 * v + 1] >> 2 * u & 3);
+                    const int pair = (near[2 * v] >> 2 * u & 3) * 4 + (near[2 * v + 1] >> 2 * u & 3);
                     quarter[v / 2][u / 2] += (255 * ((pair & 1) + (pair >> 1 & 1) + (pair >> 2 & 1) + (pair >> 3)) + 2) >> 2;
                 }
             }
@@ -98,13 +101,71 @@ void fill_covered(std::vector<Byte>& image, const std::vector<Byte>& covered, In
     }
 }
 
+// Add one to each sum whose value is up to a limit.
+inline void add_up_to(const Byte* __restrict values, Byte limit, Index count, Byte* __restrict sums) {
+    for (Index x = 0; x < count; ++x) sums[x] = Byte(sums[x] + Byte(values[x] <= limit));
+}
+
+inline void add(const Byte* __restrict values, Index count, Byte* __restrict sums) {
+    for (Index x = 0; x < count; ++x) sums[x] = Byte(sums[x] + values[x]);
+}
+
+inline void add_beside(const Byte* __restrict values, Index step, Index count, Byte* __restrict sums) {
+    for (Index x = 0; x < count; ++x) sums[x] = Byte(values[x] + values[x + step]);
+}
+
+// Count the last row of a window in each column, copy the counts, and take its first row away.
+inline void move_down(const Byte* __restrict first, const Byte* __restrict last, Byte limit, Index count, Byte* __restrict columns,
+                      Byte* __restrict counts) {
+    for (Index x = 0; x < count; ++x) {
+        const Byte here = Byte(columns[x] + Byte(last[x] <= limit));
+        counts[x] = here;
+        columns[x] = Byte(here - Byte(first[x] <= limit));
+    }
+}
+
+// Tell for each window of an image (height, width), which is padded by half a window on all sides, whether at most half of its pixels
+// are up to a value: 1 or 0. `rows` is for four rows of the padded image.
+WITH_AVX2 void find_above(const Byte* __restrict padded, Index height, Index width, Index window, Byte limit, Byte* __restrict rows,
+                          Byte* __restrict above) {
+    const Index across = width + window - 1;
+    Byte *columns = rows, *counts = rows + across, *sums = counts + across, *wider = sums + across;
+    std::memset(columns, 0, std::size_t(across));
+    for (Index y = 0; y + 1 < window; ++y) add_up_to(padded + y * across, limit, across, columns);
+    for (Index y = 0; y < height; ++y) {
+        const Byte* first = padded + y * across;
+        move_down(first, first + (window - 1) * across, limit, across, columns, sums);
+        std::memset(counts, 0, std::size_t(width));
+        for (Index size = 1, done = 0; size <= window; size *= 2) {  // sums of 1, 2, 4, 8 columns
+            if (window & size) {
+                add(sums + done, width, counts);
+                done += size;
+            }
+            if (2 * size <= window) add_beside(sums, size, across - size, wider);
+            std::swap(sums, wider);
+        }
+        for (Index x = 0; x < width; ++x) above[y * width + x] = Byte(counts[x] <= Byte(window * window / 2));
+    }
+}
+
+// Return the number of ones among bytes of 0 and 1.
+Index number_of(const std::vector<Byte>& flags) {
+    Index number = 0;
+    for (std::size_t start = 0; start < flags.size(); start += 255) {
+        Byte some = 0;
+        for (std::size_t i = start; i < std::min(start + 255, flags.size()); ++i) some = Byte(some + flags[i]);
+        number += some;
+    }
+    return number;
+}
+
 // The median in a window around each pixel of a channel, whose border is repeated beyond it. For each value the pixels up to it are
-// counted in all windows at once: as many passes as there are values between the least and the greatest.
+// counted in all windows at once: as many passes as there are values between the least and the greatest median.
 class WindowMedian {
    public:
     WindowMedian(Index height, Index width, Index window)
-        : height(height), width(width), window(window), across(width + window - 1), padded((height + window - 1) * across), columns(across),
-          sizes(across), counts(width), found(height * width) {}
+        : height(height), width(width), window(window), across(width + window - 1), padded((height + window - 1) * across), rows(4 * across),
+          above(height * width), found(height * width) {}
 
     const std::vector<Byte>& operator()(const std::vector<Byte>& image, Index channel) {
         for (Index y = 0; y < height + window - 1; ++y) {
@@ -114,46 +175,30 @@ class WindowMedian {
                 padded[y * across + x] = image[(v * width + u) * CHANNELS + channel];
             }
         }
+        // the medians lie between the values that half a window of pixels are not above, and not below
         std::array<Index, 256> up_to{};
         for (const Byte value : padded) ++up_to[value];
-        std::fill(found.begin(), found.end(), Byte(0));
-        const Index half = window * window / 2, all = Index(padded.size());
-        Index below = 0;
-        for (int value = 0; value < 255 && all - (below += up_to[value]) > half; ++value) {
-            if (below > half) count_up_to(Byte(value));
-            else std::transform(found.begin(), found.end(), found.begin(), [](Byte median) { return Byte(median + 1); });
+        const Index half = window * window / 2;
+        int least = 0, most = 255;
+        for (Index below = up_to[0]; below <= half; below += up_to[++least]) {}
+        for (Index above = up_to[255]; above <= half; above += up_to[--most]) {}
+        while (least < most) {  // the least median
+            const int value = (least + most) / 2;
+            number_above(value) < height * width ? most = value : least = value + 1;
         }
+        std::fill(found.begin(), found.end(), Byte(least));
+        for (; number_above(least) > 0; ++least) add(above.data(), height * width, found.data());
         return found;
     }
 
    private:
     Index height, width, window, across;
-    std::vector<Byte> padded, columns, sizes, counts, found;
+    std::vector<Byte> padded, rows, above, found;
 
-    // Raise the median by one where at most half of the window is up to a value; a window has at most 255 pixels.
-    void count_up_to(Byte limit) {
-        const Byte half = Byte(window * window / 2);
-        Byte *column = columns.data(), *sums = sizes.data(), *count = counts.data();
-        std::fill(columns.begin(), columns.end(), Byte(0));
-        for (Index y = 0; y + 1 < window; ++y) {
-            const Byte* row = padded.data() + y * across;
-            for (Index x = 0; x < across; ++x) column[x] = Byte(column[x] + Byte(row[x] <= limit));
-        }
-        for (Index y = 0; y < height; ++y) {
-            const Byte *first = padded.data() + y * across, *last = first + (window - 1) * across;
-            for (Index x = 0; x < across; ++x) sums[x] = column[x] = Byte(column[x] + Byte(last[x] <= limit));
-            for (Index x = 0; x < across; ++x) column[x] = Byte(column[x] - Byte(first[x] <= limit));
-            std::fill(counts.begin(), counts.end(), Byte(0));
-            for (Index size = 1, done = 0; size <= window; size *= 2) {  // sums of 1, 2, 4, 8 columns
-                if (window & size) {
-                    for (Index x = 0; x < width; ++x) count[x] = Byte(count[x] + sums[x + done]);
-                    done += size;
-                }
-                for (Index x = 0; x + size < across; ++x) sums[x] = Byte(sums[x] + sums[x + size]);
-            }
-            Byte* to = found.data() + y * width;
-            for (Index x = 0; x < width; ++x) to[x] = Byte(to[x] + Byte(count[x] <= half));
-        }
+    // Find the windows with a median above a value, and return their number; a window has at most 255 pixels.
+    Index number_above(int value) {
+        find_above(padded.data(), height, width, window, Byte(value), rows.data(), above.data());
+        return number_of(above);
     }
 };
 
@@ -193,47 +238,69 @@ std::vector<float> interpolated(const std::vector<float>& color, Index height, I
 std::array<float, CHANNELS> differences(const Volume<Byte>& color, const std::vector<float>& surface, Index rows, Index columns, Index step) {
     const Index height = color.shape(0), width = color.shape(1);
     const float weights[] = {BLUR[2], BLUR[1], BLUR[0], BLUR[1], BLUR[2]};
-    const LabTables& to_lab = lab_tables();
-    std::array<std::vector<float>, CHANNELS> away;
+    const Index side = std::size(weights);
+    std::vector<Byte> lab;  // of the pixels around the samples, row by row
     for (Index v = 2; v < height - 2; v += 4 * step) {
         for (Index u = 2; u < width - 2; u += step) {
-            float sum[CHANNELS] = {};
-            for (Index dx = -2; dx <= 2; ++dx) {
-                float down[CHANNELS] = {};
-                for (Index dy = -2; dy <= 2; ++dy) {
-                    Byte lab[CHANNELS];
-                    to_lab(color.data() + ((v + dy) * width + u + dx) * CHANNELS, lab);
-                    for (Index k = 0; k < CHANNELS; ++k) down[k] += weights[dy + 2] * float(lab[k]);
-                }
-                for (Index k = 0; k < CHANNELS; ++k) sum[k] += weights[dx + 2] * down[k];
+            for (Index dy = -2; dy <= 2; ++dy) {
+                const Byte* from = color.data() + ((v + dy) * width + u - 2) * CHANNELS;
+                lab.insert(lab.end(), from, from + side * CHANNELS);
             }
+        }
+    }
+    lab_tables().convert(lab.data(), lab.size() / CHANNELS);
+    std::array<std::vector<float>, CHANNELS> away;
+    const Byte* from = lab.data();
+    for (Index v = 2; v < height - 2; v += 4 * step) {
+        for (Index u = 2; u < width - 2; u += step, from += side * side * CHANNELS) {
             for (Index k = 0; k < CHANNELS; ++k) {
-                away[k].push_back(std::fabs(sum[k] - surface[(k * rows + v * rows / height) * columns + u * columns / width]));
+                float sum = 0.0f;
+                for (Index dx = 0; dx < side; ++dx) {
+                    float down = 0.0f;
+                    for (Index dy = 0; dy < side; ++dy) down += weights[dy] * float(from[(dy * side + dx) * CHANNELS + k]);
+                    sum += weights[dx] * down;
+                }
+                away[k].push_back(std::fabs(sum - surface[(k * rows + v * rows / height) * columns + u * columns / width]));
             }
         }
     }
     return {median(away[0]), median(away[1]), median(away[2])};
 }
 
-auto surface_color(Volume<Byte> color, Volume<Byte> lab, Volume<Byte> small, Matrix<bool> raised, Index window, Index step, double per_median,
-                   double min_deviation, double grow) {
-    const Index rows = lab.shape(0), columns = lab.shape(1), height = small.shape(0), width = small.shape(1);
-    require(color.shape(2) == CHANNELS && lab.shape(2) == CHANNELS && small.shape(2) == CHANNELS, "an image is not (H, W, 3)");
-    require(color.shape(0) > 4 && color.shape(1) > 4 && rows > 0 && columns > 0 && height > 0 && width > 0, "an image is too small");
+// Tell for each pixel of a smaller image whether it differs from the surface's color, a channel after the other.
+WITH_AVX2 void find_seeds(const Byte* __restrict lab, const float* __restrict surface, const float* weights, float limit, Index size,
+                          Byte* __restrict seeds) {
+    const float *light = surface, *a = light + size, *b = a + size;
+    for (Index i = 0; i < size; ++i) {
+        const float x = float(lab[CHANNELS * i]) - light[i], y = float(lab[CHANNELS * i + 1]) - a[i], z = float(lab[CHANNELS * i + 2]) - b[i];
+        float contrast = 0.0f;
+        contrast += weights[0] * (x * x);
+        contrast += weights[1] * (y * y);
+        contrast += weights[2] * (z * z);
+        seeds[i] = contrast > limit;
+    }
+}
+
+auto surface_color(Volume<Byte> color, Matrix<bool> raised, Index window, Index step, double per_median, double min_deviation, double grow) {
+    require(color.shape(2) == CHANNELS, "color is not (H, W, 3)");
+    require(color.shape(0) > 4 && color.shape(1) > 4, "color is too small");
     require(raised.shape(0) == color.shape(0) && raised.shape(1) == color.shape(1), "color and raised differ in size");
     require(window > 0 && window % 2 == 1 && window < 16 && step > 0, "window is not odd and below 16, or step not over 0");
-    std::vector<float> around(height * width * CHANNELS);
+    std::vector<float> around;
     std::vector<double> deviation(CHANNELS);
-    std::vector<Byte> seeds(rows * columns);
-    count_visits(rows * columns + height * width);
-    count_bytes(Index(raised.size()));
+    std::vector<Byte> seeds;
+    Index rows = 0, columns = 0, height = 0, width = 0;
     {
         nb::gil_scoped_release released;
-        std::vector<Byte> bare(small.data(), small.data() + around.size());
-        fill_covered(bare, covered_cells(raised, height, width), height, width, window);
+        Colors lab = quartered(color.data(), color.shape(0), color.shape(1));
+        lab_tables().convert(lab.bytes.data(), lab.bytes.size() / CHANNELS);
+        Colors bare = halved(lab.bytes.data(), lab.height, lab.width);
+        rows = lab.height, columns = lab.width, height = bare.height, width = bare.width;
+        fill_covered(bare.bytes, covered_cells(raised, height, width), height, width, window);
+        around.resize(bare.bytes.size());
         WindowMedian median_of(height, width, window);
         for (Index k = 0; k < CHANNELS; ++k) {
-            const std::vector<Byte>& found = median_of(bare, k);
+            const std::vector<Byte>& found = median_of(bare.bytes, k);
             for (Index i = 0; i < height * width; ++i) around[i * CHANNELS + k] = found[i];
         }
         const std::vector<float> surface = interpolated(around, height, width, rows, columns);
@@ -243,15 +310,8 @@ auto surface_color(Volume<Byte> color, Volume<Byte> lab, Volume<Byte> small, Mat
             deviation[k] = std::max(double(float(per_median) * medians[k]), min_deviation);
             weights[k] = float(1 / (deviation[k] * deviation[k]));
         }
-        const Index size = rows * columns;
-        for (Index i = 0; i < size; ++i) {
-            float contrast = 0.0f;
-            for (Index k = 0; k < CHANNELS; ++k) {
-                const float away = float(lab.data()[i * CHANNELS + k]) - surface[k * size + i];
-                contrast += weights[k] * (away * away);
-            }
-            seeds[i] = contrast > float(grow * grow);
-        }
+        seeds.resize(rows * columns);
+        find_seeds(lab.bytes.data(), surface.data(), weights, float(grow * grow), rows * columns, seeds.data());
     }
     nb::capsule owner;
     float* data = release(std::move(around), owner);
@@ -262,6 +322,6 @@ auto surface_color(Volume<Byte> color, Volume<Byte> lab, Volume<Byte> small, Mat
 }  // namespace
 
 void bind_surface_color(nb::module_& m) {
-    m.def("surface_color", &surface_color, "color"_a.noconvert(), "lab"_a.noconvert(), "small"_a.noconvert(), "raised"_a.noconvert(),
-          "window"_a, "step"_a, "per_median"_a, "min_deviation"_a, "seed"_a);
+    m.def("surface_color", &surface_color, "color"_a.noconvert(), "raised"_a.noconvert(), "window"_a, "step"_a, "per_median"_a,
+          "min_deviation"_a, "seed"_a);
 }

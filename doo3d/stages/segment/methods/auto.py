@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from ....config import SegmentConfig
 from ....facts.cloud_facts import cloud_facts, sampled, seeds_of
-from ....kernels import fill_cells, neighborhood_spreads
+from ....kernels import fill_cells, neighborhood_spreads, wide_readings
 from ....types import Cloud, Frame, Image
 from ..point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from ..sparse_strands import is_sparse
@@ -63,12 +62,6 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
 
 
 def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
-    depth = np.ascontiguousarray(frame.depth[::DEPTH_STRIDE_PX, ::DEPTH_STRIDE_PX])
-    seen = cv2.morphologyEx((depth > 0).astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-    if not seen.any():
-        return False
-    half_width = cv2.distanceTransform(np.pad(seen, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
-    half_width *= DEPTH_STRIDE_PX / frame.camera.fx * np.minimum(depth, config.max_depth)
-    measured = depth > 0
-    wide = np.count_nonzero((half_width > config.max_width / 2) & measured)
-    return bool(wide > MIN_BROAD_FRACTION * np.count_nonzero(measured))
+    size = DEPTH_STRIDE_PX / frame.camera.fx
+    wide, readings = wide_readings(frame.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)
+    return wide > MIN_BROAD_FRACTION * readings
