@@ -699,30 +699,6 @@ def fill_cells(
     (S,) bool
     """
 
-def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
-    """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
-
-    A point is clear if it is farther than `clearance` from the first points of every other line, as many as are looked through of
-    its own line. The time grows in proportion to the points, unless many of them lie within `clearance` of each other.
-
-    Parameters
-    ----------
-    points
-        (N, D) float64, D = 2 or 3, the points of L lines, one line after the other, each from the common place on
-    bounds
-        (L + 1,) int64, row of the first point of each line; the last entry is the end of the last line
-    counts
-        (L,) int64 >= 1, number of points of each line to look through, and of each other line to compare them with
-    limits
-        (L,) int64, number of points of each line that others are compared with at most
-    clearance
-        distance in the unit of the points, 0 or more
-
-    Returns
-    -------
-    (L,) int64, index within each line; that of the last point looked through if none is clear.
-    """
-
 def fit_circles(
     sample: Ints, lateral: Floats, depth: Floats, path: Ints, radius: Floats, half: int, steps: int, min_points: float
 ) -> tuple[Floats, Floats, Floats]:
@@ -1050,16 +1026,6 @@ def medial_axis(mask: Bools) -> tuple[Ints, Ints, Array]:
     1.6 times as fast as cv2.distanceTransform with cv2.dilate on the masks of rendered 1280x720 frames (median 0.24 ms against
     0.38 ms, at most 0.8 ms against 1.6 ms), whose distances also differ with and without Intel's IPP: these are the same on
     every machine.
-    """
-
-def moving_mean(points: Floats, half_width: int) -> Floats:
-    """Return each point as the mean of itself and up to `half_width` points on either side.
-
-    Near the ends fewer points are averaged, as many on either side, so that the first and the last point stay in place.
-
-    points : (P, D) float64. half_width : number of points. Returns (P, D) float64.
-
-    By running sums: 10 times as fast as the same sums by np.cumsum on 79 points (1.5 us against 15.6 us).
     """
 
 def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[Ints, Bools]:
@@ -1545,6 +1511,60 @@ def silhouette(
     -------
     offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
     radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
+    """
+
+def skeleton_paths(
+    table: Ints,
+    points: Floats,
+    window_half: int,
+    least: Floats,
+    trim: Floats,
+    shares: Floats,
+    half_widths: Floats,
+    origin: Floats,
+    corner_widths: float,
+    most_branches: int,
+) -> tuple[Floats, Ints, Bools, Floats, int]:
+    """Return smooth paths along the branches of a skeleton, without spurs and small loops, cut where strands touch.
+
+    The branches are those of `trace_branches`; a node is in the middle of the voxels of a junction. Spurs and small loops are
+    removed, the shortest first; a node left with fewer than three branches becomes a point of one branch. Last, a short branch
+    between two forks is contracted: thinning makes such a pair of a crossing. A free end is cut by a length; so is an end at a
+    node, and on until it is clear of every other branch there.
+
+    Parameters
+    ----------
+    table
+        (K, 26) int32 as `neighbor_table` returns it
+    points
+        (K, D) float64, D = 2 or 3, position of each voxel
+    window_half
+        number of points on either side that are averaged with each point of a path; fewer near the ends of an open path
+    least
+        (3,) float64 lengths: shorter branches with one free end are spurs; loops of less perimeter are small; shorter branches
+        between two nodes are contracted
+    trim
+        (3,) float64: length cut at least; length at most within which an end at a node becomes clear of the others; distance from
+        which on it is
+    shares
+        (2,) float64, share of the length of a branch that is cut at most at a free end, and at a node unless the least length is
+        more
+    half_widths
+        (H, W) float32, distance of each pixel to the edge of the object, in 2-D; (0, 0) if spurs into corners are kept
+    origin
+        (2,) float64, position of the first pixel of `half_widths`
+    corner_widths
+        half-widths of the region around a node that a spur must be long to stay
+    most_branches
+        number of branches that become paths at most, the longest
+
+    Returns
+    -------
+    points : (P, D) float64, the points of all L paths: first the loops without a junction, whose first point is not repeated
+    bounds : (L + 1,) int64, row of the first point of each path; the last entry is P
+    closed : (L,) bool, True for a loop
+    lengths : (3,) float64, lengths of the spurs and of the small loops removed, and length cut from the ends
+    count : number of branches, those too that are beyond `most_branches`
     """
 
 def smooth_strand_depth(

@@ -45,7 +45,6 @@ CALLS = {
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
     "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
-    "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),
     "fit_circles": (np.zeros(6, int), POINTS[:, 0].copy(), np.ones(6), np.zeros(3, int), np.ones(3), 1, 8, 5.0),
     "fit_lines": (
         POINTS, POINTS[:2].copy(), np.ones((2, 3)), np.ones((2, 3), int), np.ones(2), np.ones(2), np.ones(2), 8, 0.1,
@@ -71,7 +70,6 @@ CALLS = {
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
-    "moving_mean": (POINTS, 1),
     "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "near_pixels": (np.arange(4), np.arange(2), (3, 3), 1, 1),
@@ -104,6 +102,10 @@ CALLS = {
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "silhouette": (
         POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
+    ),
+    "skeleton_paths": (
+        TABLE, COORDS.astype(float), 1, np.ones(3), np.ones(3), np.array([0.2, 0.4]), np.zeros((0, 0), np.float32), np.zeros(2),
+        1.8, 9,
     ),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
