@@ -699,6 +699,33 @@ def fill_cells(
     (S,) bool
     """
 
+def fit_chains(points: Floats, bounds: Ints, closed: Bools, length: float, min_cosine: float) -> tuple[Floats, Ints, Bools]:
+    """Lay chains of segments of equal length along polylines; a sharp turn ends a chain.
+
+    It is Algorithm 2 of Keipour et al. (RA-L 2022). After a sharp turn the next chain begins at the tip of the turn: the point
+    that was farthest from the end of the last segment. Points farther apart than a segment get points in between first.
+
+    Parameters
+    ----------
+    points
+        (P, D) float64, the points of L polylines, one polyline after the other
+    bounds
+        (L + 1,) int64, row of the first point of each polyline; the last entry is P
+    closed
+        (L,) bool, True for a ring, which is followed back to its first point
+    length
+        length of a segment, in the unit of the points
+    min_cosine
+        cosine of the greatest turn allowed between two segments of a chain
+
+    Returns
+    -------
+    joints : (J, D) float64, the J joints of all C chains, one chain after the other
+    bounds : (C + 1,) int64, row of the first joint of each chain; the last entry is J. Each chain has at least two joints; there
+        is none where the points do not reach over one segment
+    closed : (C,) bool, True for the only chain of a ring
+    """
+
 def fit_circles(
     sample: Ints, lateral: Floats, depth: Floats, path: Ints, radius: Floats, half: int, steps: int, min_points: float
 ) -> tuple[Floats, Floats, Floats]:
@@ -1841,28 +1868,6 @@ def trace_branches(table: Ints) -> tuple[Ints, Ints, Ints, Ints]:
     order : (V,) int64, the V voxels that are not junction voxels, in order along each of B branches, one branch after the other
     bounds : (B + 1,) int64; branch b is order[bounds[b]:bounds[b + 1]], the last entry is V
     nodes : (B, 2) int64, the junctions at the start and at the end of each branch; -1 for a free end, (-2, -2) for a closed loop
-    """
-
-def traverse_contour(points: Floats, length: float, min_cosine: float) -> tuple[Floats, Ints]:
-    """Lay chains of segments of equal length along ordered points; a sharp turn ends a chain.
-
-    It is Algorithm 2 of Keipour et al. (RA-L 2022). After a sharp turn the next chain begins at the tip of the turn: the point
-    that was farthest from the end of the last segment.
-
-    Parameters
-    ----------
-    points
-        (P, D) float64, P >= 1 points, consecutive ones at most `length` apart
-    length
-        length of a segment, in the unit of the points
-    min_cosine
-        cosine of the greatest turn allowed between two segments of a chain
-
-    Returns
-    -------
-    joints : (J, D) float64, the J joints of all C chains, one chain after the other
-    bounds : (C + 1,) int64; chain c is joints[bounds[c]:bounds[c + 1]], the last entry is J. Each chain has at least two joints;
-        C is 0 if the points do not reach over one segment
     """
 
 def turn_cosines(points: Floats, bounds: Ints, apart: int) -> Floats:
