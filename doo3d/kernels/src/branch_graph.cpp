@@ -8,13 +8,6 @@ namespace {
 
 std::pair<Index, Index> nodes_of(const Branch& branch) { return std::minmax(branch.a, branch.b); }
 
-std::vector<double> reversed(const std::vector<double>& points, Index dim) {
-    std::vector<double> backwards(points.size());
-    const Index count = Index(points.size()) / dim;
-    for (Index i = 0; i < count; ++i) std::copy_n(points.data() + (count - 1 - i) * dim, dim, backwards.data() + i * dim);
-    return backwards;
-}
-
 }  // namespace
 
 double HalfWidths::at(const double* position) const {

@@ -28,3 +28,11 @@ void place_at(const Points& points, const std::vector<double>& along, double at,
         if (is_between) place[d] = (points(i + 1, d) - start) / (along[i + 1] - along[i]) * (at - along[i]) + start;
     }
 }
+
+// Return the points in the opposite order.
+inline std::vector<double> reversed(const std::vector<double>& points, Index dim) {
+    std::vector<double> backwards(points.size());
+    const Index count = Index(points.size()) / dim;
+    for (Index i = 0; i < count; ++i) std::copy_n(points.data() + (count - 1 - i) * dim, dim, backwards.data() + i * dim);
+    return backwards;
+}
