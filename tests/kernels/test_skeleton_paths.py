@@ -74,7 +74,7 @@ class SlowGraph:
             if going:
                 a, b, _, length = self.branches.pop(min(going)[1])
                 self.spur, self.loop = self.spur + length * (FREE in (a, b)), self.loop + length * (FREE not in (a, b))
-                for node in sorted({a, b} - {FREE}):
+                for node in sorted((node for node in dict.fromkeys((a, b)) if node != FREE), key=lambda node: node % 8):
                     self.dissolve(node)
                 continue
             pairs = ((k, branch) for k, branch in self.branches.items() if branch[0] != branch[1] and FREE not in branch[:2])

@@ -185,10 +185,12 @@ void BranchGraph::simplify(const Least& least, const HalfWidths& widths) {
             contract(bridge);
             continue;
         }
-        const auto [low, high] = nodes_of(branches[shortest]);
-        (low == FREE ? spur_length : loop_length) += branches[shortest].length;
+        // either node may be first, which decides the direction of the branch that is left; recorded results have this order
+        Index first = branches[shortest].a, last = branches[shortest].b;
+        if (last % 8 < first % 8) std::swap(first, last);
+        (first == FREE || last == FREE ? spur_length : loop_length) += branches[shortest].length;
         remove(shortest);
-        for (const Index node : {low, high}) {
+        for (const Index node : {first, last}) {
             if (node != FREE) dissolve(node);
         }
     }
