@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry.noise import SURFACE_SAMPLES
 from ..kernels import ColorOdds, MaskEdge
-from ..types import Array, Foreground
-from ..types.arrays import set_sealed
+from ..types import Array
 
 BAND_PX = 4
 """px outside a mask where the edge of the object may be: its colors are neither those of the object nor of its surround."""
 
 RING_PX = 24
 """px; the colors of the surround are those from the band to so far from the mask."""
-
-SURROUND_SAMPLES = 20_000
-"""Pixels of the surround, evenly spread, that its colors are learned from; up to twice as many. It bounds the time."""
 
 HISTOGRAM_SMOOTHING = 0.6
 """Cells of the color histograms by which they are smoothed: light varies along a cable."""
@@ -49,17 +46,5 @@ class Appearance(ColorOdds):
 
         color : (H, W, 3) uint8 RGB. edge : the edge of the object's mask, whose pixels inside and around are learned from.
         """
-        pixels = edge.inside(), edge.around(SURROUND_SAMPLES)
+        pixels = edge.inside(), edge.around(SURFACE_SAMPLES)
         super().__init__(color, *pixels, np.array(SHADES), SHADOW_SHARE, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
-
-
-def appearance_of(foreground: Foreground) -> Appearance | None:
-    """Return the appearance of a foreground's object, learned when it is first asked for, or where its mask was repaired.
-
-    foreground : the object's points. Returns None without a mask or without color.
-    """
-    if foreground.appearance is None and foreground.mask is not None and foreground.color is not None:
-        edge = MaskEdge(foreground.mask, BAND_PX, RING_PX)
-        set_sealed(foreground, appearance=Appearance(np.ascontiguousarray(foreground.color), edge))
-    learned: Appearance | None = foreground.appearance
-    return learned

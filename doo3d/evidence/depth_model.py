@@ -13,7 +13,6 @@ import numpy as np
 
 from ..config import VisibilityConfig
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import classify_positions
 from ..types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 from .support import Support
@@ -141,8 +140,7 @@ class DepthModel:
         if self.depth is None:
             return 1.0
         facts = self.facts or FrameFacts(self.mask, self.depth)
-        deviation = MAD_TO_DEVIATION / np.sqrt(2) * facts.depth_noise / max(facts.median_depth, 1e-9) ** 2
-        return max(float(deviation), float(np.finfo(np.float32).eps))
+        return max(facts.inverse_depth_noise, float(np.finfo(np.float32).eps))
 
     def log_odds(self, points: Floats) -> StateLogOdds:
         """Return the log-odds of the five states of each position. In 2-D they are infinite: the mask decides.

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.noise import MAD_TO_DEVIATION
-from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents
-from ..types import Array, Bools, Camera, Floats, Foreground, Ints
+from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents, sample_across
+from ..types import Array, Bools, Floats, Foreground, Ints
 from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
 
-BESIDE_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
-"""Lateral offsets from the centre line at which the supporting surface is looked for: near, but beyond the rim of the mask."""
+LATERAL_RADII = np.array([0.0, -4.0, -3.0, 3.0, 4.0])
+"""Lateral offsets from the centre line: on it, and where the supporting surface is looked for: near, but beyond the rim of the
+mask."""
 
 MAX_RISE_RADII = 8.0
 """Radii behind a joint up to which a reading beside it counts as the supporting surface. Farther back is another surface."""
@@ -69,16 +70,13 @@ class Support:
         if depth is None or mask is None or camera is None or not chains:
             return None
         joints, bounds = np.concatenate(chains), np.cumsum([0, *map(len, chains)])
-        beside = _pixels_beside(joints, bounds, radius, camera)
-        visible = _in_image(beside, mask.shape)
-        u, v = np.where(visible[..., None], beside, 0).transpose(2, 0, 1)
-        visible &= ~mask[v, u]
-        behind = np.where(visible & (depth[v, u] > 0), depth[v, u] - joints[:, 2:], np.nan)
+        projected = camera.project(joints)
+        tangents = polyline_tangents(projected, bounds, np.zeros(len(chains), dtype=bool))
+        offsets = (camera.fx * radius / joints[:, 2:]) * LATERAL_RADII
+        pixels, readings = sample_across(projected, tangents[:, ::-1] * (-1, 1), offsets, mask, depth)
+        behind = readings[:, 1:] - joints[:, 2:]
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
-        on = np.asarray(np.rint(camera.project(joints)), dtype=np.int64)
-        on = on[_in_image(on, mask.shape)]
-        on = on[mask[on[:, 1], on[:, 0]]]
-        colors = None if foreground.color is None else _colors(foreground.color, on, beside[visible])
+        colors = None if foreground.color is None else _colors(foreground.color, pixels, mask)
         return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), colors)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
@@ -114,23 +112,18 @@ class Support:
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
 
 
-def _colors(color: Array, on: Ints, beside: Ints) -> ColorOdds | None:
-    """Return the colors at pixels (N, 2) on the object against those at pixels (K, 2) beside it; None if either are too few."""
-    if min(len(on), len(beside)) < MIN_RISE_READINGS:
+def _colors(color: Array, pixels: Ints, mask: Bools) -> ColorOdds | None:
+    """Return the colors on the object against those beside it; None if either are too few.
+
+    pixels : (N, A) row-major indices, on the centre line and then beside it; -1 outside the image.
+    """
+    inside, around = (
+        some[(some >= 0) & (mask.ravel()[some] == own)] for some, own in ((pixels[:, 0], True), (pixels[:, 1:], False))
+    )
+    if min(len(inside), len(around)) < MIN_RISE_READINGS:
         return None
-    inside, around = (v * color.shape[1] + u for u, v in (on.T, beside.T))
     shades = np.array(SHADES), SHADOW_SHARE
     return ColorOdds(np.ascontiguousarray(color), inside, around, *shades, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
-
-
-def _pixels_beside(joints: Floats, bounds: Ints, radius: float, camera: Camera) -> Ints:
-    """Return the pixels (N, 4, 2) beside the joints (N, 3) of all C chains, at BESIDE_RADII radii across; bounds : (C + 1,)."""
-    projected = camera.project(joints)
-    tangents = polyline_tangents(projected, bounds, np.zeros(len(bounds) - 1, dtype=bool))
-    across = np.column_stack((-tangents[:, 1], tangents[:, 0]))
-    radius_px = camera.fx * radius / joints[:, 2]
-    beside = projected[:, None] + (radius_px[:, None] * BESIDE_RADII)[..., None] * across[:, None]
-    return np.asarray(np.rint(beside), dtype=np.int64)
 
 
 def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -> tuple[Floats, Floats, Floats]:
@@ -149,7 +142,3 @@ def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -
     noise = MAD_TO_DEVIATION * deviation
     is_resolved = (known >= MIN_RISE_READINGS) & (rise > MIN_RISE_NOISE_RATIO * noise)
     return joints[np.column_stack((first, last - 1)).ravel()], np.where(is_resolved, rise, np.nan), noise
-
-
-def _in_image(pixels: Ints, shape: tuple[int, ...]) -> Bools:
-    return np.asarray((pixels >= 0).all(axis=-1) & (pixels < (shape[1], shape[0])).all(axis=-1))

@@ -8,12 +8,13 @@ import numpy as np
 
 from .. import kernels
 from ..geometry.mask import median_half_width
+from ..geometry.noise import SAMPLES
 from ..types import Array, Bools, Foreground, Ints
 from ..types.arrays import sealed
 
 
 class FrameFacts(kernels.FrameFacts):
-    """A mask without its small regions, and its box, pixels, distance, medial axis, skeleton and depth.
+    """A mask without its small regions, and its box, pixels, medial axis, skeleton and depth.
 
     The mask is read once, into runs of pixels; all facts follow from these and cost what the object's pixels cost, whatever the
     size of the frame. Each is made when it is first asked for.
@@ -67,11 +68,6 @@ class FrameFacts(kernels.FrameFacts):
         return sealed(self.pixel_list())
 
     @cached_property
-    def distance(self) -> Array:
-        """The chamfer distance (h, w) float32 px from each pixel of the box to the nearest outside the mask; 0 outside."""
-        return sealed(self.distance_image())
-
-    @cached_property
     def axis(self) -> tuple[Ints, Ints, Array]:
         """The medial axis: rows and columns (K,) int64 of its pixels, and their half-width (K,) float32 px."""
         rows, columns, distance = self.medial_axis()
@@ -114,6 +110,14 @@ class FrameFacts(kernels.FrameFacts):
     def depth_noise(self) -> float:
         """The median absolute difference of horizontally neighboring readings, m; 0 without any."""
         return self._summary[2]
+
+    @cached_property
+    def inverse_depth_noise(self) -> float:
+        """The standard deviation of the readings in inverse depth, 1/m, with that of their rounding; 0 if all in a row are equal.
+
+        A stereo camera's errors are correlated over its window: differences between neighbors show a part of them.
+        """
+        return self.inverse_depth_deviation(SAMPLES)
 
     @cached_property
     def _summary(self) -> tuple[int, float, float]:

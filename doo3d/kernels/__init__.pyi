@@ -161,9 +161,6 @@ class FrameFacts:
     def pixel_list(self) -> Ints:
         """Return the pixels (N, 2) int64 (u, v), sorted by u and then v."""
 
-    def distance_image(self) -> Array:
-        """Return the chamfer distance (h, w) float32 px from each pixel of the box to the nearest outside the mask, 0 outside."""
-
     def medial_axis(self) -> tuple[Ints, Ints, Array]:
         """Return the pixels as far from the outside as their farthest neighbor; see the function `medial_axis`."""
 
@@ -185,6 +182,20 @@ class FrameFacts:
         Returns
         -------
         (K,) bool, False for a pixel outside the mask
+        """
+
+    def inverse_depth_deviation(self, pixels: int) -> float:
+        """Return the standard deviation of the inverse of the depth readings, 1/m, with that of their rounding.
+
+        It is the larger noise of first and second differences along rows, whose larger quarter is left out, and the noise of
+        rounding by the lower quartile of the steps between neighbors that differ: 1 / sqrt(12) of it. 0 if no two neighbors in a
+        row differ.
+
+        pixels : number of pixels, evenly drawn, that it is estimated from at least, where the mask has so many.
+
+        Raises
+        ------
+        ValueError : there is no depth, or pixels is below 1.
         """
 
     def depth_summary(self) -> tuple[int, float, float]:
@@ -532,15 +543,6 @@ def color_bands(
         `holds` are False.
     surface : (N,) row-major indices of the pixels of `beside`, in tiles within `reach` of a band's, that do not differ; those in
         tiles that were not evaluated count as such.
-    """
-
-def connected_components(table: Ints) -> Ints:
-    """Label each voxel with the number of its connected component; voxels that share a face, an edge or a corner are connected.
-
-    table : (K, 26) int32 as `neighbor_table` returns it: indices of the neighbors of each of K voxels, -1 for none. Returns (K,)
-    int64, the number of each voxel's component, from 0 in the order of the components' first voxels.
-
-    5.7 times as fast as scipy.sparse.csgraph.connected_components on 3,145 voxels (0.16 ms against 0.90 ms).
     """
 
 def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
@@ -1365,6 +1367,26 @@ def ribbon_scores(
     -------
     score : (D, H, W) float32, of the width that scores most.
     width : (D, H, W) uint8, the index of that width.
+    """
+
+def sample_across(view: Floats, across: Floats, offsets: Floats, mask: Bools, depth: Array) -> tuple[Ints, Array]:
+    """Return the pixels at A lateral offsets of S samples along a strand, and the depth beside it.
+
+    Parameters
+    ----------
+    view, across
+        (S, 2) px and (S, 2) unit: position of a sample in the view, and direction across the strand.
+    offsets
+        (S, A) px from the position along `across`. The nearest pixel is taken.
+    mask
+        (H, W) bool, the pixels that are not beside the strand, since they are of the object.
+    depth
+        (H, W) float32 m, 0 = no reading.
+
+    Returns
+    -------
+    pixels : (S, A) row-major indices, also in the mask; -1 outside the image
+    readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
     """
 
 def sample_bilinear(image: Array, positions: Floats) -> Floats:

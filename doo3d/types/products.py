@@ -78,8 +78,6 @@ class Foreground:
     cloud_facts
         what follows from the points of a cloud (`kernels.CloudFacts`), made once; None for a frame or an image, and where
         points are sparse.
-    appearance
-        the colors of the object against those around it, once they were learned: ask `evidence.appearance.appearance_of`.
     """
 
     points: Floats
@@ -99,7 +97,6 @@ class Foreground:
     is_told: bool = True
     facts: Any = field(default=None, repr=False, compare=False)
     cloud_facts: Any = field(default=None, repr=False, compare=False)
-    appearance: Any = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from skimage.measure import euler_number, label
 
 from doo3d.types import Array, Bools, Floats, Ints
@@ -12,6 +14,13 @@ from doo3d.types import Array, Bools, Floats, Ints
 def coords_of(solid: Bools) -> Ints:
     """Return the voxels (M, 3) of a (X, Y, Z) bool array as the kernels take them: from 1 up, in lexicographic order."""
     return np.argwhere(solid).astype(np.int64) + 1
+
+
+def component_of(table: Ints) -> Ints:
+    """Return the number of the component of each of K voxels, (K,), from the indices of its neighbors (K, 26), -1 for none."""
+    rows, columns = np.nonzero(table >= 0)
+    graph = coo_array((np.ones(len(rows)), (rows, table[rows, columns])), shape=(len(table), len(table)))
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def solid_of(coords: Ints, shape: tuple[int, ...]) -> Bools:

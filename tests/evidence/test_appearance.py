@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from doo3d import Frame
-from doo3d.config import SegmentConfig
-from doo3d.evidence.appearance import BAND_PX, RING_PX, Appearance, appearance_of
+from doo3d.evidence.appearance import BAND_PX, RING_PX, Appearance
 from doo3d.kernels import MaskEdge
-from doo3d.stages.segment import segment
-from doo3d.types import Camera, Foreground
 
 RED, GRAY = (200, 40, 30), (150, 150, 145)
 
@@ -80,31 +74,3 @@ def test_the_noise_bounds_the_spread_of_the_answers():
     images = (photographed(mask, GRAY, noise=10, seed=seed) for seed in range(40))
     log_odds, noise = np.array([answer(mask, image, (152, 152, 152)) for image in images]).T
     assert 0.2 < np.std(log_odds) / noise.mean() < 1
-
-
-def test_the_appearance_of_a_foreground_is_learned_once():
-    mask = cable()
-    foreground = Foreground(points=np.zeros((0, 2)), mask=mask, color=photographed(mask))
-    first = appearance_of(foreground)
-    assert first is not None
-    assert appearance_of(foreground) is first
-    assert appearance_of(replace(foreground, is_told=False)) is first
-
-
-def test_without_color_or_mask_there_is_no_appearance():
-    mask = cable()
-    assert appearance_of(Foreground(points=np.zeros((0, 2)), mask=mask)) is None
-    assert appearance_of(Foreground(points=np.zeros((0, 2)), color=photographed(mask))) is None
-
-
-def test_the_colors_that_repaired_a_mask_are_not_learned_again():
-    mask = cable(width=16)
-    ragged = mask.copy()
-    for start in range(20, 220, 16):
-        ragged[51:59, start : start + 8] = True
-        ragged[67:, start + 8 : start + 16] = False
-        ragged[63:71, start + 8 : start + 16] = False
-    frame = Frame(photographed(mask), np.full(mask.shape, 0.6, np.float32), Camera(200, 200, 120, 60, 240, 120))
-    foreground = segment(frame, SegmentConfig(), ragged).foreground
-    assert isinstance(foreground.appearance, Appearance)
-    assert appearance_of(foreground) is foreground.appearance

@@ -69,13 +69,32 @@ def test_median_and_noise_against_numpy(seed):
     assert FrameFacts(mask, depth).depth_summary() == expected
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_the_deviation_of_inverse_depth_against_numpy(seed):
+    depth, mask = noisy_depth(seed)
+    known = mask & (depth > 0)
+    inverse = np.where(known, 1 / np.where(known, depth, 1).astype(float), np.nan)
+    bends = np.abs(inverse[:, :-2] - 2 * inverse[:, 1:-1] + inverse[:, 2:])
+    steps = np.abs(np.diff(inverse, axis=1))
+    smaller = [np.sort(some[np.isfinite(some)])[: int(0.75 * np.isfinite(some).sum())].mean() for some in (steps, bends)]
+    jumps = np.sort(steps[steps > 0])
+    expected = np.hypot(max(smaller / np.sqrt((2, 6))) / 0.5149, jumps[len(jumps) // 4] / np.sqrt(12))
+    assert FrameFacts(mask, depth).inverse_depth_deviation(mask.size) == pytest.approx(expected, rel=1e-9)
+
+
 def test_without_readings_all_is_zero():
-    assert FrameFacts(np.ones((3, 4), bool), np.zeros((3, 4), np.float32)).depth_summary() == (0, 0.0, 0.0)
+    facts = FrameFacts(np.ones((3, 4), bool), np.zeros((3, 4), np.float32))
+    assert facts.depth_summary() == (0, 0.0, 0.0)
+    assert facts.inverse_depth_deviation(100) == 0
+    with pytest.raises(ValueError, match="pixels"):
+        facts.inverse_depth_deviation(0)
 
 
 def test_without_depth_there_is_no_summary():
     facts = FrameFacts(np.ones((3, 4), bool))
     with pytest.raises(ValueError, match="made without depth"):
         facts.depth_summary()
+    with pytest.raises(ValueError, match="made without depth"):
+        facts.inverse_depth_deviation(100)
     with pytest.raises(ValueError, match="made without depth"):
         facts.agreeing_readings(0.1, 1.0, 2, 0.01, 7)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from builders.blobs import blob, coords_of
 
-from doo3d.kernels import connected_components, neighbor_table, prune_spurs, thin_voxels, trace_branches
+from doo3d.kernels import neighbor_table, prune_spurs, thin_voxels, trace_branches
 
 FREE, LOOP = -1, -2
 
@@ -136,18 +136,6 @@ def test_few_voxels(voxels, runs):
     assert groups == []
     assert [len(run) for run, _, _ in branches] == runs
     assert all((start, end) == (FREE, FREE) for _, start, end in branches)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_components_are_those_of_the_graph(seed):
-    table = neighbor_table(coords_of(np.random.default_rng(seed).random((8, 8, 8)) < 0.05))
-    graph = nx.Graph([(i, int(j)) for i, row in enumerate(table) for j in row if j >= 0])
-    graph.add_nodes_from(range(len(table)))
-    label = connected_components(table)
-    assert {frozenset(np.flatnonzero(label == c).tolist()) for c in set(label.tolist())} == {
-        frozenset(group) for group in nx.connected_components(graph)
-    }
-    assert (np.diff(np.unique(label, return_index=True)[1]) > 0).all()
 
 
 def spared(rows, least):

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from builders.blobs import component_of
 from scipy import ndimage
 
-from doo3d.kernels import VoxelCells, connected_components, neighbor_table
+from doo3d.kernels import VoxelCells, neighbor_table
 
 ALL = np.zeros(0, dtype=np.int64)
 
@@ -26,7 +27,7 @@ def slow_voxels(points, cells, size, keys, least):
     centers = cells.origin + (coords + 0.5) * size
     centroids = np.where(counts[:, None] > 0, sums / np.maximum(counts, 1)[:, None], centers)
     table = neighbor_table(as_3d(coords))
-    label = connected_components(table)
+    label = component_of(table)
     for row in np.flatnonzero(counts == 0):
         near = table[row][table[row] >= 0]
         near = near[counts[near] > 0]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.blobs import component_of
 from builders.drawn_masks import helix, surface
 from scipy.spatial import cKDTree
 
 from doo3d.config import VoxelizeConfig
-from doo3d.kernels import connected_components, neighbor_table
+from doo3d.kernels import neighbor_table
 from doo3d.stages.thin import thin
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground, VoxelGrid
@@ -19,7 +20,7 @@ def test_skeleton_of_a_helix():
     points = surface(axis, radius, np.zeros(3))
     grid = voxelize(Foreground(points), VoxelizeConfig(size=0.003, radius=radius))
     skeleton = thin(grid)
-    assert connected_components(neighbor_table(skeleton.coords)).max() == 0
+    assert component_of(neighbor_table(skeleton.coords)).max() == 0
     assert cKDTree(axis).query(skeleton.points)[0].max() < 1.3 * radius
     assert cKDTree(skeleton.points).query(axis)[0].max() < 2.5 * radius
     places = {tuple(voxel): centroid for voxel, centroid in zip(grid.coords.tolist(), grid.centroids, strict=True)}

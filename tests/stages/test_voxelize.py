@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.blobs import component_of
 from builders.drawn_masks import CAMERA, frame_of, line, surface, wave
 from builders.errors import refuses
 from scipy.ndimage import binary_closing
 
 from doo3d.config import SegmentConfig, VoxelizeConfig
-from doo3d.kernels import connected_components, neighbor_table
+from doo3d.kernels import neighbor_table
 from doo3d.stages.segment import segment
 from doo3d.stages.voxelize import MAX_CELLS, occluding_edge_pixels, voxelize
 from doo3d.types import Foreground
@@ -210,7 +211,7 @@ def test_closing_does_not_bridge_background_of_the_mask():
         depth[np.random.default_rng(0).random(depth.shape) < 0.3] = 0
         foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask).foreground
         grid = voxelize(foreground, VoxelizeConfig())
-        label = connected_components(neighbor_table(grid.coords))
+        label = component_of(neighbor_table(grid.coords))
         assert sorted(np.bincount(label) > 200) == [True, True]
         assert (grid.counts == 0).any()
 

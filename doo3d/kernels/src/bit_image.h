@@ -37,6 +37,20 @@ class BitImage {
         return std::any_of(bits.begin(), bits.end(), [](Word word) { return word != 0; });
     }
     void set(Index y, Index x) { row(y)[x / word_bits()] |= Word(1) << x % word_bits(); }
+    bool has(Index y, Index x) const { return row(y)[x / word_bits()] >> x % word_bits() & 1; }
+    // The bits of eight columns, from column 8 * `byte` on.
+    int eight(Index y, Index byte) const { return int(row(y)[8 * byte / word_bits()] >> 8 * byte % word_bits() & 0xFF); }
+    void add_eight(Index y, Index byte, int set) { row(y)[8 * byte / word_bits()] |= Word(set) << 8 * byte % word_bits(); }
+    // Tell whether a pixel of [start, end) of a row is set.
+    bool any(Index y, Index start, Index end) const {
+        for (Index word = start / word_bits(); word * word_bits() < end; ++word) {
+            Word bits = row(y)[word];
+            if (word == start / word_bits()) bits &= ~Word(0) << start % word_bits();
+            if (end < (word + 1) * word_bits()) bits &= ~(~Word(0) << end % word_bits());
+            if (bits) return true;
+        }
+        return false;
+    }
     void set_run(Index y, Index start, Index end) {
         while (start < end) {
             const Index stop = std::min(end, (start / word_bits() + 1) * word_bits());
@@ -160,18 +174,29 @@ struct Part {
     Index size = 0;
 };
 
-// Return the parts of a mask, connected by sides or corners: runs are joined with those of the row above that they touch.
+// Return the parts of runs, connected by sides or corners, in the order of their first runs: runs are joined with those of the row
+// above that they touch.
+inline std::vector<Part> parts_of(const std::vector<Run>& runs) {
+    RunSets sets = connected(runs, 1);
+    std::vector<Part> parts;
+    std::vector<std::size_t> number(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const auto first = std::size_t(sets.root(std::int32_t(i)));
+        if (first == i) {
+            number[i] = parts.size();
+            parts.emplace_back();
+        }
+        Part& part = parts[number[first]];
+        part.runs.push_back(runs[i]);
+        part.size += runs[i].end - runs[i].start;
+    }
+    return parts;
+}
+
 inline std::vector<Part> parts_of(const BitImage& mask) {
     std::vector<Run> runs;
     mask.for_each_run([&](Index row, Index start, Index end) {
         runs.push_back({std::int32_t(row), std::int32_t(start), std::int32_t(end)});
     });
-    RunSets sets = connected(runs, 1);
-    std::vector<Part> parts(runs.size());
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-        Part& part = parts[sets.root(std::int32_t(i))];
-        part.runs.push_back(runs[i]);
-        part.size += runs[i].end - runs[i].start;
-    }
-    return parts;
+    return parts_of(runs);
 }

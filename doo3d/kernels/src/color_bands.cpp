@@ -3,7 +3,6 @@
 #include "mask_runs.h"
 
 #include <array>
-#include <tuple>
 
 namespace {
 
@@ -98,35 +97,34 @@ class Bands {
     }
 
     // Return the 8-connected parts, without faint edges, of which enough pixels are well above the surface.
-    Parts parts() const {
-        BitMask told(height, width);
+    std::vector<Part> parts() const {
+        BitImage told(height, width);
         for (const Index tile : queue) cut_edges(tile, told);
-        const Parts all(runs_of(told));
-        std::vector<Run> kept;
-        for (Index k = 0; k < all.count(); ++k) {
+        std::vector<Part> parts = parts_of(told);
+        const auto is_faint = [&](const Part& part) {
             Index above = 0;
-            for (Index i = all.starts[k]; i < all.starts[k + 1]; ++i) {
-                const Run& run = all.runs[i];
+            for (const Run& run : part.runs) {
                 for (Index x = run.start; x < run.end; ++x) above += seeds.has(run.row, x);
             }
-            if (float(above) < limits.seed_share * float(all.sizes[k])) continue;
-            kept.insert(kept.end(), all.runs.begin() + all.starts[k], all.runs.begin() + all.starts[k + 1]);
-        }
-        std::sort(kept.begin(), kept.end(), [](const Run& a, const Run& b) { return std::tie(a.row, a.start) < std::tie(b.row, b.start); });
-        return Parts(kept);
+            return float(above) < limits.seed_share * float(part.size);
+        };
+        parts.erase(std::remove_if(parts.begin(), parts.end(), is_faint), parts.end());
+        return parts;
     }
 
     // Return the pixels of `mask` that do not differ from the surface, in tiles within `reach` pixels of those with parts. Tiles
     // beside those with parts are evaluated for that; what is not evaluated looks like the surface.
-    std::vector<std::int64_t> like_surface(const Parts& parts, const Matrix<bool>& mask, Index reach) {
+    std::vector<std::int64_t> like_surface(const std::vector<Part>& parts, const Matrix<bool>& mask, Index reach) {
         std::vector<Byte> near(rows * columns, 0);
         const Index around_tile = std::max<Index>((reach + TILE - 1) / TILE, 1);
         std::vector<Index> tiles;
-        for (const Run& run : parts.runs) {
-            for (Index column = run.start / TILE; column <= (run.end - 1) / TILE; ++column) {
-                const Index tile = run.row / TILE * columns + column;
-                if (near[tile] < 3) tiles.push_back(tile);
-                near[tile] = 3;
+        for (const Part& part : parts) {
+            for (const Run& run : part.runs) {
+                for (Index column = run.start / TILE; column <= (run.end - 1) / TILE; ++column) {
+                    const Index tile = run.row / TILE * columns + column;
+                    if (near[tile] < 3) tiles.push_back(tile);
+                    near[tile] = 3;
+                }
             }
         }
         for (const Index tile : tiles) mark_around(tile, around_tile, near);
@@ -144,7 +142,7 @@ class Bands {
     Index height, width, rows, columns;
     std::vector<std::int32_t> slots;  // of each tile: 0 not evaluated, -1 in the queue, k + 1 its place in `contrast`
     std::vector<std::array<float, TILE * TILE>> contrast;
-    BitMask state, seeds;  // differs from the surface, and is well above it
+    BitImage state, seeds;  // differs from the surface, and is well above it
     std::vector<Index> queue;
     float scale[CHANNELS];
     std::vector<Between> along, down;
@@ -164,7 +162,7 @@ class Bands {
         const Index top = row * TILE, bottom = std::min(top + TILE, height) - 1, right = std::min((column + 1) * TILE, width) - 1;
         const int bits = dx < 0 ? 1 : dx > 0 ? 1 << (right % TILE) : 0xFF;
         int any = 0;
-        for (Index y = dy > 0 ? bottom : top; y <= (dy < 0 ? top : bottom); ++y) any |= state.at(y, column) & bits;
+        for (Index y = dy > 0 ? bottom : top; y <= (dy < 0 ? top : bottom); ++y) any |= state.eight(y, column) & bits;
         return any != 0;
     }
 
@@ -229,10 +227,10 @@ class Bands {
                 above[x] = value[x] > well;
             }
             std::fill(value + (right - left), value + TILE, 0.0f);
-            for (Index x = 0; x < right - left; ++x) {
-                state.at(y, tile % columns) |= Byte(differs[x] << x);
-                seeds.at(y, tile % columns) |= Byte(above[x] << x);
-            }
+            int differ = 0, well_above = 0;
+            for (Index x = 0; x < right - left; ++x) differ |= differs[x] << x, well_above |= above[x] << x;
+            state.add_eight(y, tile % columns, differ);
+            seeds.add_eight(y, tile % columns, well_above);
         }
     }
 
@@ -270,7 +268,7 @@ class Bands {
     }
 
     // Add the pixels of a tile that differ, without those at an edge that have little of the contrast beside them.
-    void cut_edges(Index tile, BitMask& told) const {
+    void cut_edges(Index tile, BitImage& told) const {
         const Index row = tile / columns, column = tile % columns, top = row * TILE, bottom = std::min(top + TILE, height);
         int across[WIDE], any = 0;  // bits of the rows with two pixels on either side; beyond the image nothing is an edge
         for (Index i = 0; i < WIDE; ++i) {
@@ -282,26 +280,26 @@ class Bands {
             const int* at = across + (y - top);
             const int all = at[0] & at[1] & at[2] & at[3] & at[4];
             inside[y - top] = all & (all >> 1) & (all >> 2) & (all >> 3) & (all >> 4);
-            any |= state.at(y, column) & ~inside[y - top];
+            any |= state.eight(y, column) & ~inside[y - top];
         }
         float peak[TILE][TILE];
         if (any) peaks(row, column, peak);
         const float* own = contrast[slots[tile] - 1].data();
         for (Index y = top; y < bottom; ++y) {
-            const Byte differs = state.at(y, column);
-            Byte kept = Byte(differs & inside[y - top]);
+            const int differs = state.eight(y, column);
+            int kept = differs & inside[y - top];
             for (Index x = 0; x < TILE; ++x) {
                 if (!((differs & ~kept) >> x & 1)) continue;
                 const bool faint = own[(y - top) * TILE + x] <= limits.edge_share * limits.edge_share * peak[y - top][x];
-                kept |= Byte(!faint << x);
+                kept |= !faint << x;
             }
-            told.at(y, column) = kept;
+            told.add_eight(y, column, kept);
         }
     }
     int bits_around(Index y, Index column) const {
-        const int before = column > 0 ? state.at(y, column - 1) >> (TILE - REACH) : 3;
-        const int after = column + 1 < columns ? state.at(y, column + 1) & 3 : 3;
-        int bits = before | state.at(y, column) << REACH | after << (TILE + REACH);
+        const int before = column > 0 ? state.eight(y, column - 1) >> (TILE - REACH) : 3;
+        const int after = column + 1 < columns ? state.eight(y, column + 1) & 3 : 3;
+        int bits = before | state.eight(y, column) << REACH | after << (TILE + REACH);
         for (Index x = width - column * TILE; x < TILE + REACH; ++x) bits |= 1 << (x + REACH);
         return bits;
     }
@@ -355,9 +353,9 @@ auto color_bands(Volume<Byte> color, Volume<float> around, Vector<double> deviat
         nb::gil_scoped_release released;
         Bands bands(color, around, deviations, thresholds);
         bands.grow(seeds);
-        const Parts parts = bands.parts();
+        const std::vector<Part> parts = bands.parts();
         surface = bands.like_surface(parts, beside, reach);
-        found = measure(parts, height, width, min_pixels, BitMask(height, width));
+        found = measure(parts, height, width, min_pixels, BitImage(height, width));
     }
     const nb::tuple parts = found.to_python();
     return nb::make_tuple(parts[0], parts[1], parts[2], parts[3], to_numpy(std::move(surface)));

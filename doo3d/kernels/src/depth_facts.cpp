@@ -1,6 +1,7 @@
 #include "depth_facts.h"
 
-#include <algorithm>
+#include "medians.h"
+
 #include <cstdlib>
 #include <limits>
 
@@ -13,12 +14,21 @@
 
 namespace {
 
-// Return the median as NumPy does for float32; 0 of nothing.
-float median(std::vector<float>& values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + Index(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
+// Return the mean of the smaller three quarters of values that are not below 0; 0 of nothing.
+constexpr double KEPT = 0.75, KEPT_MEAN = 0.5149;  // share, and their mean for normally distributed errors in standard deviations
+double mean_of_smaller(const std::vector<double>& values) {
+    const auto kept = std::size_t(KEPT * double(values.size()));
+    if (!kept) return 0.0;
+    std::vector<double> ordered = values;
+    std::nth_element(ordered.begin(), ordered.begin() + kept, ordered.end());
+    double sum = 0.0;
+    std::size_t below = 0;
+    for (const double value : values) {  // in their own order, so that the sum is the same with every library
+        if (value >= ordered[kept]) continue;
+        sum += value;
+        ++below;
+    }
+    return (sum + double(kept - below) * ordered[kept]) / double(kept);
 }
 
 // Return the least float that is not less than a limit: a float is below the one exactly if it is below the other.
@@ -107,7 +117,34 @@ DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
             if (column > run.start && z[column - 1] > 0) steps.push_back(std::fabs(z[column] - z[column - 1]));
         }
     }
-    return {Index(readings.size()), median(readings), median(steps)};
+    const auto middle = [](std::vector<float>& values) { return values.empty() ? 0.0f : median(values); };
+    return {Index(readings.size()), middle(readings), middle(steps)};
+}
+
+// Of independent errors, the first difference has twice and the second six times the variance of one; slopes raise the first, and
+// errors that are correlated lower the second more. Of steps that are not 0 the lower quartile is one step of the quantization,
+// wherever depth is so smooth that quantization hides its noise.
+double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pixels) {
+    std::vector<double> steps, bends, jumps;  // first and second differences, and the first ones that are not 0
+    const std::size_t every = std::size_t(std::max<Index>(1, facts.count() / pixels));
+    Visits visits;
+    for (std::size_t k = 0; k < facts.runs().size(); k += every) {
+        const Run& run = facts.runs()[k];
+        const float* z = depth + run.row * facts.width();
+        visits.count += 3 * (run.end - run.start);
+        for (Index u = run.start + 1; u < run.end; ++u) {
+            if (!(z[u - 1] > 0 && z[u] > 0)) continue;
+            const double before = 1.0 / z[u - 1], own = 1.0 / z[u];
+            steps.push_back(std::fabs(own - before));
+            if (before != own) jumps.push_back(steps.back());
+            if (u + 1 < run.end && z[u + 1] > 0) bends.push_back(std::fabs(before - 2 * own + 1.0 / z[u + 1]));
+        }
+    }
+    if (jumps.empty()) return 0.0;
+    const auto quartile = jumps.begin() + jumps.size() / 4;
+    std::nth_element(jumps.begin(), quartile, jumps.end());
+    const double noise = std::max(mean_of_smaller(steps) / std::sqrt(2.0), mean_of_smaller(bends) / std::sqrt(6.0));
+    return std::hypot(noise / KEPT_MEAN, *quartile / std::sqrt(12.0));
 }
 
 // Along the runs in blocks; the neighbors of a reading are added in row-major order.

@@ -19,6 +19,10 @@ struct AgreeingReadings {
 // depth : the depth (height, width) of the frame, m, 0 = no reading.
 DepthSummary summarize_depth(const FrameFacts& facts, const float* depth);
 
+// Return the standard deviation of the inverse of the readings, 1/m, with that of rounding; 0 if no two neighbors in a row differ. It
+// is estimated from the pixels of some runs, evenly drawn: up to twice as many as `pixels`.
+double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pixels);
+
 // Return the pixels of the mask without a reading in the holes of its depth, u and v in turn: those farther than `reach` px, in rows or
 // columns, from every kept reading, and those as near to one of these.
 //

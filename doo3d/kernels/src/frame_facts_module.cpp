@@ -67,21 +67,6 @@ auto pixels(const FrameFacts& facts) {
     return to_pairs(std::move(found));
 }
 
-// The image of the box without its padding, a copy.
-auto distance_image(FrameFacts& facts) {
-    const Index rows = facts.rows(), columns = facts.columns(), pitch = columns + 2 * FrameFacts::PADDING;
-    std::vector<float> image(rows * columns);
-    {
-        nb::gil_scoped_release released;
-        const float* padded = facts.distance();
-        for (Index row = 0; row < rows; ++row) {
-            const float* from = padded + (row + FrameFacts::PADDING) * pitch + FrameFacts::PADDING;
-            std::copy(from, from + columns, image.begin() + row * columns);
-        }
-    }
-    return to_numpy(std::move(image), rows, columns);
-}
-
 auto axis(FrameFacts& facts) {
     MedialAxis found;
     {
@@ -124,6 +109,13 @@ auto depth_summary(const Facts& facts) {
         found = summarize_depth(facts, depth);
     }
     return std::make_tuple(found.readings, found.median, found.noise);
+}
+
+double depth_deviation(const Facts& facts, Index pixels) {
+    const float* depth = facts.readings();
+    require(pixels > 0, "pixels is not over 0");
+    nb::gil_scoped_release released;
+    return inverse_depth_noise(facts, depth, pixels);
 }
 
 auto agreeing(const Facts& facts, double low, double high, Index half_width, double slope, Index min_agreeing) {
@@ -174,11 +166,11 @@ void bind_frame_facts(nb::module_& m) {
         .def_prop_ro("box", [](const Facts& facts) { return box_tuple(facts); })
         .def("image", [](const Facts& facts) { return mask_image(facts); })
         .def("pixel_list", [](const Facts& facts) { return pixels(facts); })
-        .def("distance_image", [](Facts& facts) { return distance_image(facts); })
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
         .def("depth_summary", &depth_summary)
+        .def("inverse_depth_deviation", &depth_deviation, "pixels"_a)
         .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a)
         .def("depth_holes", &holes, "kept"_a.noconvert(), "reach"_a);
     m.def("medial_axis", &medial_axis, "mask"_a.noconvert());

@@ -40,7 +40,6 @@ auto long_parts(Matrix<bool> mask, Index extent) {
         nb::gil_scoped_release release;
         const Crop crop = cropped(mask, 0);
         for (const Part& part : parts_of(crop.bits)) {
-            if (part.runs.empty()) continue;
             Index left = width, right = 0;
             for (const Run& run : part.runs) left = std::min<Index>(left, run.start), right = std::max<Index>(right, run.end);
             if (std::max<Index>(right - left, part.runs.back().row + 1 - part.runs.front().row) < extent) continue;

@@ -19,7 +19,7 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_
     const Index height = mask.shape(0), width = mask.shape(1);
     count_bytes(height * width);
     count_visits(Index(asked_pixels.shape(0)));
-    BitMask asked(height, width);
+    BitImage asked(height, width);
     for (std::size_t i = 0; i < asked_pixels.shape(0); ++i) {
         require(asked_pixels(i) >= 0 && asked_pixels(i) < height * width, "a pixel asked for is not in the mask");
         asked.set(asked_pixels(i) / width, asked_pixels(i) % width);
@@ -27,7 +27,7 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_
     MeasuredParts found;
     {
         nb::gil_scoped_release released;
-        found = measure(Parts(runs_of(bytes_of(mask), height, width)), height, width, min_pixels, asked);
+        found = measure(parts_of(runs_of(bytes_of(mask), height, width)), height, width, min_pixels, asked);
     }
     return found.to_python();
 }
@@ -47,17 +47,10 @@ auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::
     count_visits(Index(pixels.shape(0) + others.shape(0)));
     {
         nb::gil_scoped_release released;
-        BitMask set(height, width);
+        BitImage set(height, width);
         for (std::size_t i = 0; i < others.shape(0); ++i) set.set(others(i) / width, others(i) % width);
         const auto any = [&](Index y, Index first, Index last) {
-            if (y < 0 || y >= height) return false;
-            first = std::max<Index>(first, 0);
-            last = std::min(last, width - 1);
-            for (Index byte = first / 8; byte <= last / 8; ++byte) {
-                const Index from = std::max<Index>(first - 8 * byte, 0), to = std::min<Index>(last - 8 * byte, 7);
-                if (set.at(y, byte) & (0xFF << from) & (0xFF >> (7 - to))) return true;
-            }
-            return false;
+            return y >= 0 && y < height && set.any(y, std::max<Index>(first, 0), std::min(last + 1, width));
         };
         for (std::size_t i = 0; i < near.size(); ++i) {
             const Index y = pixels(i) / width, x = pixels(i) % width;
@@ -122,9 +115,9 @@ void HalfWidths::find_middle(const Run* first, const Run* last) {
     std::fill(values.begin(), values.end(), 0.0f);
 }
 
-std::pair<double, double> HalfWidths::operator()(const Parts& parts, Index part) {
-    const Run *first = parts.runs.data() + parts.starts[part], *last = parts.runs.data() + parts.starts[part + 1];
-    distance.assign(parts.sizes[part], std::numeric_limits<float>::max());
+std::pair<double, double> HalfWidths::operator()(const Part& part) {
+    const Run *first = part.runs.data(), *last = first + part.runs.size();
+    distance.assign(part.size, std::numeric_limits<float>::max());
     middle.clear();
     pass(first, last, true);
     pass(first, last, false);
@@ -134,13 +127,12 @@ std::pair<double, double> HalfWidths::operator()(const Parts& parts, Index part)
     return {median, percentile(middle, 0.85)};
 }
 
-MeasuredParts measure(const Parts& parts, Index height, Index width, Index min_pixels, const BitMask& asked) {
+MeasuredParts measure(const std::vector<Part>& parts, Index height, Index width, Index min_pixels, const BitImage& asked) {
     MeasuredParts found;
     HalfWidths half_widths(height, width);
-    for (Index k = 0; k < parts.count(); ++k) {
+    for (const Part& part : parts) {
         bool holds = false;
-        for (Index i = parts.starts[k]; i < parts.starts[k + 1]; ++i) {
-            const Run& run = parts.runs[i];
+        for (const Run& run : part.runs) {
             for (Index x = run.start; x < run.end; ++x) {
                 found.pixels.push_back(run.row * width + x);
                 holds |= asked.has(run.row, x);
@@ -148,7 +140,7 @@ MeasuredParts measure(const Parts& parts, Index height, Index width, Index min_p
         }
         found.starts.push_back(std::int64_t(found.pixels.size()));
         found.holds.push_back(holds);
-        const auto half = holds || parts.sizes[k] < min_pixels ? std::make_pair(0.0, 0.0) : half_widths(parts, k);
+        const auto half = holds || part.size < min_pixels ? std::make_pair(0.0, 0.0) : half_widths(part);
         found.half.insert(found.half.end(), {half.first, half.second});
     }
     return found;

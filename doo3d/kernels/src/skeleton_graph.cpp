@@ -1,4 +1,4 @@
-// Skeletons as graphs: connected components, branches between junctions, and spurs.
+// Skeletons as graphs: branches between junctions, and spurs.
 #include "thinning.h"
 
 #include <algorithm>
@@ -30,11 +30,6 @@ std::vector<Index> label_components(const NeighborTable& table, const std::vecto
 }
 
 namespace {
-
-auto connected_components(Matrix<std::int32_t> table) {
-    const NeighborTable neighbors(table);
-    return to_numpy(label_components(neighbors, std::vector<std::uint8_t>(neighbors.size(), 1)));
-}
 
 // The branches of a skeleton between its junctions.
 //
@@ -336,7 +331,6 @@ void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device
 }  // namespace
 
 void bind_skeleton_graph(nb::module_& m) {
-    m.def("connected_components", &connected_components, "table"_a.noconvert());
     m.def("trace_branches", &trace_branches, "table"_a.noconvert());
     m.def("crossing_numbers", &crossing_numbers, "image"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert());
     m.def("prune_spurs", &prune_spurs, "image"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert(), "min_length"_a);

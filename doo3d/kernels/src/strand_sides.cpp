@@ -1,5 +1,7 @@
-// A strand against what lies on both of its sides: whether it rises from them, and whether they have one color.
+// A strand and what lies on both of its sides: pixels and depth at lateral offsets, whether the strand rises from its sides, and
+// whether these have one color.
 #include "lab.h"
+#include "medians.h"
 
 #include <algorithm>
 
@@ -9,21 +11,49 @@ struct SideLimits {
     double margin, min_reach, window, rise, max_noise, per_median, color_noise, max_edge;
 };
 
-// Median as NumPy's: the mean of the two in the middle of an even number.
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + values.size() / 2;
-    std::nth_element(values.begin(), middle, values.end());
-    if (values.size() % 2) return *middle;
-    return (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
-
 double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::min(a, b); }
 
-// Samples along a strand in the view, with the pixels across each of them.
-struct Across {
+// Samples along a strand in an image: its pixels at lateral offsets.
+struct Lateral {
     const StridedMatrix<double>&view, &across;
-    const Vector<double>& reach;
     const Matrix<bool>& mask;
+
+    Lateral(const StridedMatrix<double>& view, const StridedMatrix<double>& across, const Matrix<bool>& mask, std::size_t samples)
+        : view(view), across(across), mask(mask) {
+        require(view.shape(0) == samples && view.shape(1) == 2, "view is not (S, 2)");
+        require(across.shape(0) == samples && across.shape(1) == 2, "across is not (S, 2)");
+    }
+    // Return the row-major index of the pixel at an offset of a sample, in px; -1 beyond the image.
+    Index pixel(Index sample, double offset) const {
+        const Index height = mask.shape(0), width = mask.shape(1);
+        const double u = std::nearbyint(view(sample, 0) + offset * across(sample, 0));
+        const double v = std::nearbyint(view(sample, 1) + offset * across(sample, 1));
+        return u >= 0 && v >= 0 && u < double(width) && v < double(height) ? Index(v) * width + Index(u) : -1;
+    }
+    bool beside(Index pixel) const { return pixel >= 0 && !bytes_of(mask)[pixel]; }
+};
+
+auto sample_across(StridedMatrix<double> view, StridedMatrix<double> across, StridedMatrix<double> offsets, Matrix<bool> mask,
+                   Matrix<float> depth) {
+    const Index samples = offsets.shape(0), sides = offsets.shape(1);
+    const Lateral strand(view, across, mask, samples);
+    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask differ in size");
+    std::vector<Index> pixels(samples * sides);
+    std::vector<float> readings(pixels.size(), std::nanf(""));
+    count_visits(samples * sides);
+    {
+        nb::gil_scoped_release released;
+        for (Index i = 0; i < samples * sides; ++i) {
+            const Index pixel = pixels[i] = strand.pixel(i / sides, offsets(i / sides, i % sides));
+            if (strand.beside(pixel) && depth.data()[pixel] > 0) readings[i] = depth.data()[pixel];
+        }
+    }
+    return std::make_pair(to_numpy(std::move(pixels), samples, sides), to_numpy(std::move(readings), samples, sides));
+}
+
+// The pixels across each sample of a strand, at multiples of its radius there.
+struct Across : Lateral {
+    const Vector<double>& reach;
     SideLimits limits;
 
     Index samples() const { return Index(reach.shape(0)); }
@@ -31,14 +61,10 @@ struct Across {
     // also of those in the mask.
     template <class Visit>
     void for_each(Index sample, const Vector<double>& radii, double side, Visit visit) const {
-        const Index height = mask.shape(0), width = mask.shape(1);
         for (std::size_t i = 0; i < radii.shape(0); ++i) {
             const double offset = side == 0 ? reach(sample) * radii(i) : side * (reach(sample) * radii(i) + limits.margin);
-            const double u = std::nearbyint(view(sample, 0) + offset * across(sample, 0));
-            const double v = std::nearbyint(view(sample, 1) + offset * across(sample, 1));
-            if (!(u >= 0 && v >= 0 && u < double(width) && v < double(height))) continue;
-            const Index pixel = Index(v) * width + Index(u);
-            if (side == 0 || !bytes_of(mask)[pixel]) visit(pixel);
+            const Index at = pixel(sample, offset);
+            if (side == 0 ? at >= 0 : beside(at)) visit(at);
         }
     }
 };
@@ -119,13 +145,11 @@ auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vect
                   Volume<Byte> color, Matrix<bool> mask, Vector<double> core, Vector<double> sides, Vector<double> color_sides,
                   Vector<double> limits) {
     const std::size_t samples = reach.shape(0), height = mask.shape(0), width = mask.shape(1);
-    require(view.shape(0) == samples && view.shape(1) == 2, "view is not (S, 2)");
-    require(across.shape(0) == samples && across.shape(1) == 2, "across is not (S, 2)");
     require(depth.shape(0) * depth.shape(1) == 0 || (depth.shape(0) == height && depth.shape(1) == width), "depth and mask differ in size");
     const bool colored = color.shape(0) * color.shape(1) > 0;
     require(!colored || (color.shape(0) == height && color.shape(1) == width && color.shape(2) == CHANNELS), "color is not (H, W, 3)");
     require(samples > 0 && limits.shape(0) == 8, "there are no samples, or limits are not (8,)");
-    const Across strand{view, across, reach, mask,
+    const Across strand{{view, across, mask, samples}, reach,
                         {limits(0), limits(1), limits(2), limits(3), limits(4), limits(5), limits(6), limits(7)}};
     count_visits(Index(samples * (core.shape(0) + 2 * sides.shape(0) + 2 * color_sides.shape(0))));
     nb::gil_scoped_release released;
@@ -136,6 +160,8 @@ auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vect
 }  // namespace
 
 void bind_strand_sides(nb::module_& m) {
+    m.def("sample_across", &sample_across, "view"_a.noconvert(), "across"_a.noconvert(), "offsets"_a.noconvert(), "mask"_a.noconvert(),
+          "depth"_a.noconvert());
     m.def("strand_sides", &strand_sides, "view"_a.noconvert(), "across"_a.noconvert(), "reach"_a.noconvert(), "radius"_a,
           "depth"_a.noconvert(), "color"_a.noconvert(), "mask"_a.noconvert(), "core"_a.noconvert(), "sides"_a.noconvert(),
           "color_sides"_a.noconvert(), "limits"_a.noconvert());

@@ -63,7 +63,7 @@ def _find(chains: list[Chain], foreground: Foreground, config: CrossingsConfig) 
     if not len(intersections.angle):
         return ()
     radius = np.array([chain.radius for chain in chains])[intersections.chain]
-    foreground = foreground if config.use_color else replace(foreground, color=None, appearance=None)
+    foreground = foreground if config.use_color else replace(foreground, color=None)
     log_odds = upper_strand_log_odds(intersections, in_view, radius, view, foreground)
     return tuple(_crossing(intersections, k, chains, float(value)) for k, value in enumerate(log_odds))
 

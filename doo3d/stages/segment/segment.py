@@ -119,9 +119,9 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     may_have_wide = method not in (MASK, "everything")
     if method != "everything":
         _check_size(int(np.count_nonzero(selected)))
-    given, appearance = selected, None
+    given = selected
     if frame.color is not None and method not in ("everything", "plane", "strands"):
-        selected, appearance = repair_mask(given, frame.color)
+        selected = repair_mask(given, frame.color)[0]
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     facts, pixels = cleaned.facts, cleaned.facts.count
     if pixels:
@@ -148,7 +148,6 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         side_by_side=split.side_by_side,
         depth=frame.depth,
         color=frame.color,
-        appearance=appearance,
         camera=frame.camera,
         viewpoint=np.zeros(3),
         notes=_notes(method, note, pixels > 0),

@@ -15,8 +15,8 @@ from scipy.ndimage import uniform_filter1d
 
 from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
-from ...geometry.polyline import whittaker_smooth
-from ...kernels import nearest, smooth_strand_depth
+from ...geometry.polyline import unit, whittaker_smooth
+from ...kernels import nearest, sample_across, smooth_strand_depth
 from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
@@ -220,19 +220,13 @@ def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radi
 def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats | None:
     """Return the smooth depth (S,) m of what is seen on both sides of a strand; None if less than half of it is seen."""
     along = uniform_filter1d(np.gradient(line.astype(float), axis=0), 9, axis=0, mode="nearest")
-    lateral = np.column_stack((-along[:, 1], along[:, 0])) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    lateral = unit(along)[:, ::-1] * (-1, 1)
     offset = (radius * frame.camera.fx / depth)[:, None] + np.linspace(SURFACE_NEAR_PX, SURFACE_FAR_PX, SURFACE_SAMPLES)
-    offset = np.concatenate((-offset, offset), axis=1)
-    u, v = np.rint(line[:, None] + lateral[:, None] * offset[..., None]).astype(int).transpose(2, 0, 1)
-    height, width = mask.shape
-    seen = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-    u, v = np.where(seen, u, 0), np.where(seen, v, 0)
-    readings = frame.depth[v, u]
-    seen &= ~mask[v, u] & (readings > 0)
-    known = np.flatnonzero(seen.any(axis=1))
+    readings = sample_across(line.astype(float), lateral, np.concatenate((-offset, offset), axis=1), mask, frame.depth)[1]
+    known = np.flatnonzero(~np.isnan(readings).all(axis=1))
     if 2 * len(known) < len(line):
         return None
-    medians = np.nanmedian(np.where(seen, readings, np.nan)[known], axis=1)
+    medians = np.nanmedian(readings[known], axis=1)
     surface = np.interp(np.arange(len(line)), known, medians)
     weight, smooth = np.ones(len(line)), np.asarray(surface)
     for _ in range(SMOOTHINGS):
