@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import cover_with_chords, lay_equal_chords
+from .. import kernels
 from ..types import Floats
-from .polyline import arc_length, resample, steps, unit
+from .curves import Curves
 
 MAX_ITERATIONS = 50
 """Iterations of Newton's method at most; a handful is usual."""
@@ -15,59 +15,33 @@ MAX_SAMPLES_PER_CHORD = 100
 """Points of a curve per chord up to which bends are taken from points side by side."""
 
 
-def extrapolated(axis: Floats, shift: float) -> Floats:
-    """Return a polyline lengthened or shortened at its last point.
+def chains_along(curves: Curves, shifts: Floats, length: float) -> Curves:
+    """Return the joints of chains of segments of exactly `length` along curves from end to end, as curves.
+
+    Chords laid on a curve itself would lie inside its bends. So it is moved outwards there first, by two thirds of the sagitta.
 
     Parameters
     ----------
-    axis
-        (P, D), P >= 2 points.
-    shift
-        length in the unit of the points: positive adds a point straight ahead of the last one, negative cuts the polyline. The
-        first segment always stays.
-
-    Returns
-    -------
-    (Q, D), Q points; a lengthened polyline has one more than the given one.
-    """
-    if shift >= 0:
-        return np.concatenate((axis, [axis[-1] + shift * unit(axis[-1] - axis[-2])]))
-    along = arc_length(axis)
-    end = max(along[-1] + shift, along[1])
-    return np.concatenate((axis[along < end], resample(axis, np.array([end]))))
-
-
-def sagitta_compensated(points: Floats, length: float) -> Floats:
-    """Return a curve moved outwards at its bends, so that chords laid on it lie about the given curve.
-
-    Chords laid on the given curve itself would lie inside its bends.
-
-    Parameters
-    ----------
-    points
-        (P, D), P >= 2 evenly spaced points.
+    curves
+        K curves through evenly spaced points.
+    shifts
+        (2 K,) length by which each curve is lengthened straight ahead, or shortened, at its first and at its last point; in the
+        unit of the points. Not used for rings.
     length
-        length of the chords, in the unit of the points.
+        length of a segment, in the unit of the points.
 
     Returns
     -------
-    (P, D): each point is moved away from the center of its bend, of radius R, by length^2 / 12R, at most length / 24. The ends
-    stay.
-
-    Notes
-    -----
-    length^2 / 12R is the mean distance of a chord from its arc, two thirds of the sagitta length^2 / 8R. Where the points
-    are over a hundred times as dense as chords, the bend is taken from points a quarter of a chord apart, since their noise would
-    be multiplied by the square of that ratio.
+    The joints along each curve; none for a curve shorter than half a segment, and for a ring of fewer than three segments.
     """
-    spacing = float(np.median(steps(points)))
-    apart = 1 if length <= MAX_SAMPLES_PER_CHORD * spacing else min(round(length / spacing / 4), (len(points) - 1) // 2)
-    bend = np.zeros_like(points)
-    bend[apart:-apart] = (points[2 * apart :] - 2 * points[apart:-apart] + points[: -2 * apart]) / (apart * spacing) ** 2
-    bend[:apart], bend[-apart:] = bend[apart], bend[-apart - 1]
-    bend[[0, -1]] = 0
-    curvature = np.linalg.norm(bend, axis=1, keepdims=True)
-    return np.asarray(points - length**2 / 12 * bend / np.maximum(1.0, 2 * length * curvature))
+    joints = Curves(
+        *kernels.equal_segments(curves.points, curves.bounds, curves.closed, shifts, length, MAX_SAMPLES_PER_CHORD), curves.closed
+    )
+    if not curves.closed.any():
+        return joints
+    flags = curves.closed.tolist()
+    lines = zip(curves, joints, flags, strict=True)
+    return Curves.of([equal_ring(line, length) if is_ring else laid for line, laid, is_ring in lines], flags)
 
 
 def equal_segments(points: Floats, length: float) -> Floats:
@@ -87,14 +61,8 @@ def equal_segments(points: Floats, length: float) -> Floats:
     -------
     (N + 1, D), joints of N segments, in the unit of the points; (0, D) for a polyline shorter than half a segment.
     """
-    total = float(arc_length(points)[-1])
-    if total < length / 2:
-        return points[:0]
-    # an end that is repeated has no direction to continue in
-    moved = np.flatnonzero(steps(points) > 0)
-    points = points[moved[0] : moved[-1] + 2]
-    before, after = points[0] - length * unit(points[1] - points[0]), points[-1] + length * unit(points[-1] - points[-2])
-    return np.asarray(cover_with_chords(np.concatenate(([before], points, [after])), length))
+    curve = Curves.of([points])
+    return kernels.equal_segments(curve.points, curve.bounds, curve.closed, np.zeros(2), length, 0)[0]
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
@@ -120,16 +88,16 @@ def equal_ring(points: Floats, length: float) -> Floats:
     Newton's method removes the rest of the misfit.
     """
     loop = np.concatenate((points, points[:1]))
-    joints = lay_equal_chords(loop, length)[0]
+    joints = kernels.lay_equal_chords(loop, length)[0]
     count = len(joints) - 1 + round(float(np.linalg.norm(loop[-1] - joints[-1])) / length)
     if count < 3:
         return points[:0]
     low, high = 0.5 * length, 1.5 * length
     for _ in range(60):
         chord = (low + high) / 2
-        joints, _ = lay_equal_chords(loop, chord)
+        joints, _ = kernels.lay_equal_chords(loop, chord)
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
-    joints = lay_equal_chords(loop, low)[0][:count]
+    joints = kernels.lay_equal_chords(loop, low)[0][:count]
     centroid = joints.mean(axis=0)
     joints = _close_ring(centroid + (joints - centroid) * (length / low), length)
     return np.concatenate((joints, joints[:1]))

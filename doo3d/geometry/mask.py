@@ -90,24 +90,27 @@ def median_half_width(half_width: Array) -> float:
     return float(half_width[np.searchsorted(weight, weight[-1] / 2)])
 
 
-def half_width_in(mask: Bools, reach: float = 0.0) -> Callable[[Floats], Floats]:
-    """Return a function from positions (K, 2) px to the half-width of a mask there, (K,) px; 0 outside of the mask.
+def half_widths(mask: Bools, reach: float = 0.0) -> tuple[Array, Floats]:
+    """Return the half-width of a mask (H, W) at the pixels of its box, float32 px, 0 outside of the mask; the first pixel (u, v).
 
-    mask : (H, W). reach : px, largest distance from a position to the medial axis of its strand, whose distance to the edge is
-    the half-width.
+    reach : px, largest distance from a pixel to the medial axis of its strand, whose distance to the edge is the half-width.
     """
     if not mask.any():
-        return lambda positions: np.zeros(len(positions))
+        return np.zeros((1, 1), dtype=np.float32), np.zeros(2)
     box = bounding_box(mask)
     inside = cv2.distanceTransform(np.pad(mask[box].astype(np.uint8), 1), cv2.DIST_L2, 5)
-    origin = np.array([box[1].start, box[0].start]) - 1
     if reach >= 1:
         size = 2 * int(reach) + 1
         inside = np.where(inside > 0, cv2.dilate(inside, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))), 0)
+    return np.maximum(inside - 0.5, 0.0), np.array([box[1].start, box[0].start]) - 1.0
+
+
+def half_width_in(mask: Bools, reach: float = 0.0) -> Callable[[Floats], Floats]:
+    """Return a function from positions (K, 2) px to the half-width of a mask there, (K,) px; mask, reach : as `half_widths`."""
+    widths, origin = half_widths(mask, reach)
 
     def half_width(positions: Floats) -> Floats:
         u, v = np.rint(positions - origin).astype(int).T
-        found = inside[np.clip(v, 0, inside.shape[0] - 1), np.clip(u, 0, inside.shape[1] - 1)] - 0.5
-        return np.asarray(np.maximum(found, 0.0))
+        return np.asarray(widths[np.clip(v, 0, widths.shape[0] - 1), np.clip(u, 0, widths.shape[1] - 1)])
 
     return half_width

@@ -80,32 +80,6 @@ def densify(points: Floats, spacing: float) -> Floats:
     return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
 
 
-def moving_mean(points: Floats, half_width: int, closed: bool = False) -> Floats:
-    """Smooth a polyline by a moving mean; the window shrinks near the ends of an open polyline, which stay in place.
-
-    Parameters
-    ----------
-    points
-        (P, D).
-    half_width
-        number of points on either side that are averaged with each point; at most (P - 1) / 2 are taken.
-    closed
-        True if the last point is followed by the first.
-
-    Returns
-    -------
-    (P, D)
-    """
-    count = len(points)
-    half_width = min(half_width, (count - 1) // 2)
-    if half_width < 1:
-        return points
-    if closed:
-        points = np.concatenate((points[-half_width:], points, points[:half_width]))
-    means = np.asarray(kernels.moving_mean(points, half_width))
-    return means[half_width:-half_width] if closed else means
-
-
 def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
     """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003).
 

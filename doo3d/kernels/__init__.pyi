@@ -548,28 +548,6 @@ def color_bands(
         tiles that were not evaluated count as such.
     """
 
-def cover_with_chords(points: Floats, length: float) -> Floats:
-    """Cover a curve with the whole number of chords of exactly `length` that fits best.
-
-    The chain of chords is longer or shorter than the curve by the same length at both ends.
-
-    Parameters
-    ----------
-    points
-        (P, D) float64, P >= 2 points along the curve, which the caller has extrapolated by `length` at both ends
-    length
-        length of a chord, in the unit of the points
-
-    Returns
-    -------
-    (J, D) float64, the J >= 2 joints of the chords, in order along the curve.
-
-    Notes
-    -----
-    The chords are laid four times. The first time, from the curve's beginning, fixes their number. After each time the start is
-    moved by half of the difference between the last joint and the curve's end.
-    """
-
 def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
     """Count the lines that leave each pixel of a 2-D skeleton (Rutovitz' crossing number).
 
@@ -651,6 +629,39 @@ def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, F
     length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     """
 
+def equal_segments(
+    points: Floats, bounds: Ints, closed: Bools, shifts: Floats, length: float, most_samples: float
+) -> tuple[Floats, Ints]:
+    """Lay chains of segments of exactly `length` along polylines, each from end to end.
+
+    The whole number of segments that fits best is used. A chain is longer or shorter than its polyline by the same length at
+    both ends; where it is longer, it continues straight.
+
+    Parameters
+    ----------
+    points
+        (P, D) float64, the points of L polylines, one polyline after the other
+    bounds
+        (L + 1,) int64, row of the first point of each polyline; the last entry is P
+    closed
+        (L,) bool, True for a ring, along which no chain is laid
+    shifts
+        (2 L,) float64, length by which each polyline is lengthened straight ahead at its first and at its last point first;
+        negative shortens it, the segment at the other end always stays
+    length
+        length of a segment, in the unit of the points
+    most_samples
+        0 lays chords on the polyline itself, inside of its bends. Otherwise the points, evenly spaced, are moved outwards first:
+        by length^2 / 12 R at a bend of radius R, two thirds of the sagitta of a chord, at most length / 24. Where more points
+        than this lie on a chord, bends are taken from points a quarter of a chord apart
+
+    Returns
+    -------
+    joints : (J, D) float64, the joints of all chains, one chain after the other
+    bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
+        segment
+    """
+
 def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: int, tolerance: float) -> Floats:
     """Return joints moved so that neighbors are about `length` apart (Mueller et al., "Position based dynamics", 2007).
 
@@ -704,28 +715,31 @@ def fill_cells(
     (S,) bool
     """
 
-def first_clear(points: Floats, bounds: Ints, counts: Ints, limits: Ints, clearance: float) -> Ints:
-    """Return, for each of some lines that leave one place, the index of its first point that is clear of all other lines.
+def fit_chains(points: Floats, bounds: Ints, closed: Bools, length: float, min_cosine: float) -> tuple[Floats, Ints, Bools]:
+    """Lay chains of segments of equal length along polylines; a sharp turn ends a chain.
 
-    A point is clear if it is farther than `clearance` from the first points of every other line, as many as are looked through of
-    its own line. The time grows in proportion to the points, unless many of them lie within `clearance` of each other.
+    It is Algorithm 2 of Keipour et al. (RA-L 2022). After a sharp turn the next chain begins at the tip of the turn: the point
+    that was farthest from the end of the last segment. Points farther apart than a segment get points in between first.
 
     Parameters
     ----------
     points
-        (N, D) float64, D = 2 or 3, the points of L lines, one line after the other, each from the common place on
+        (P, D) float64, the points of L polylines, one polyline after the other
     bounds
-        (L + 1,) int64, row of the first point of each line; the last entry is the end of the last line
-    counts
-        (L,) int64 >= 1, number of points of each line to look through, and of each other line to compare them with
-    limits
-        (L,) int64, number of points of each line that others are compared with at most
-    clearance
-        distance in the unit of the points, 0 or more
+        (L + 1,) int64, row of the first point of each polyline; the last entry is P
+    closed
+        (L,) bool, True for a ring, which is followed back to its first point
+    length
+        length of a segment, in the unit of the points
+    min_cosine
+        cosine of the greatest turn allowed between two segments of a chain
 
     Returns
     -------
-    (L,) int64, index within each line; that of the last point looked through if none is clear.
+    joints : (J, D) float64, the J joints of all C chains, one chain after the other
+    bounds : (C + 1,) int64, row of the first joint of each chain; the last entry is J. Each chain has at least two joints; there
+        is none where the points do not reach over one segment
+    closed : (C,) bool, True for the only chain of a ring
     """
 
 def fit_circles(
@@ -1076,16 +1090,6 @@ def medial_axis(mask: Bools) -> tuple[Ints, Ints, Array]:
     1.6 times as fast as cv2.distanceTransform with cv2.dilate on the masks of rendered 1280x720 frames (median 0.24 ms against
     0.38 ms, at most 0.8 ms against 1.6 ms), whose distances also differ with and without Intel's IPP: these are the same on
     every machine.
-    """
-
-def moving_mean(points: Floats, half_width: int) -> Floats:
-    """Return each point as the mean of itself and up to `half_width` points on either side.
-
-    Near the ends fewer points are averaged, as many on either side, so that the first and the last point stay in place.
-
-    points : (P, D) float64. half_width : number of points. Returns (P, D) float64.
-
-    By running sums: 10 times as fast as the same sums by np.cumsum on 79 points (1.5 us against 15.6 us).
     """
 
 def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[Ints, Bools]:
@@ -1593,6 +1597,60 @@ def silhouette(
     radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
     """
 
+def skeleton_paths(
+    table: Ints,
+    points: Floats,
+    window_half: int,
+    least: Floats,
+    trim: Floats,
+    shares: Floats,
+    half_widths: Floats,
+    origin: Floats,
+    corner_widths: float,
+    most_branches: int,
+) -> tuple[Floats, Ints, Bools, Floats, int]:
+    """Return smooth paths along the branches of a skeleton, without spurs and small loops, cut where strands touch.
+
+    The branches are those of `trace_branches`; a node is in the middle of the voxels of a junction. Spurs and small loops are
+    removed, the shortest first; a node left with fewer than three branches becomes a point of one branch. Last, a short branch
+    between two forks is contracted: thinning makes such a pair of a crossing. A free end is cut by a length; so is an end at a
+    node, and on until it is clear of every other branch there.
+
+    Parameters
+    ----------
+    table
+        (K, 26) int32 as `neighbor_table` returns it
+    points
+        (K, D) float64, D = 2 or 3, position of each voxel
+    window_half
+        number of points on either side that are averaged with each point of a path; fewer near the ends of an open path
+    least
+        (3,) float64 lengths: shorter branches with one free end are spurs; loops of less perimeter are small; shorter branches
+        between two nodes are contracted
+    trim
+        (3,) float64: length cut at least; length at most within which an end at a node becomes clear of the others; distance from
+        which on it is
+    shares
+        (2,) float64, share of the length of a branch that is cut at most at a free end, and at a node unless the least length is
+        more
+    half_widths
+        (H, W) float32, distance of each pixel to the edge of the object, in 2-D; (0, 0) if spurs into corners are kept
+    origin
+        (2,) float64, position of the first pixel of `half_widths`
+    corner_widths
+        half-widths of the region around a node that a spur must be long to stay
+    most_branches
+        number of branches that become paths at most, the longest
+
+    Returns
+    -------
+    points : (P, D) float64, the points of all L paths: first the loops without a junction, whose first point is not repeated
+    bounds : (L + 1,) int64, row of the first point of each path; the last entry is P
+    closed : (L,) bool, True for a loop
+    lengths : (3,) float64, lengths of the spurs and of the small loops removed, and length cut from the ends
+    count : number of branches, those too that are beyond `most_branches`
+    """
+
 def smooth_strand_depth(
     inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
 ) -> tuple[Floats, float, float, float]:
@@ -1856,28 +1914,6 @@ def trace_branches(table: Ints) -> tuple[Ints, Ints, Ints, Ints]:
     order : (V,) int64, the V voxels that are not junction voxels, in order along each of B branches, one branch after the other
     bounds : (B + 1,) int64; branch b is order[bounds[b]:bounds[b + 1]], the last entry is V
     nodes : (B, 2) int64, the junctions at the start and at the end of each branch; -1 for a free end, (-2, -2) for a closed loop
-    """
-
-def traverse_contour(points: Floats, length: float, min_cosine: float) -> tuple[Floats, Ints]:
-    """Lay chains of segments of equal length along ordered points; a sharp turn ends a chain.
-
-    It is Algorithm 2 of Keipour et al. (RA-L 2022). After a sharp turn the next chain begins at the tip of the turn: the point
-    that was farthest from the end of the last segment.
-
-    Parameters
-    ----------
-    points
-        (P, D) float64, P >= 1 points, consecutive ones at most `length` apart
-    length
-        length of a segment, in the unit of the points
-    min_cosine
-        cosine of the greatest turn allowed between two segments of a chain
-
-    Returns
-    -------
-    joints : (J, D) float64, the J joints of all C chains, one chain after the other
-    bounds : (C + 1,) int64; chain c is joints[bounds[c]:bounds[c + 1]], the last entry is J. Each chain has at least two joints;
-        C is 0 if the points do not reach over one segment
     """
 
 def turn_cosines(points: Floats, bounds: Ints, apart: int) -> Floats:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-
-import numpy as np
 
 from ..config import FitConfig
 from ..errors import ConfigError
 from ..geometry.curves import Curves
 from ..geometry.limits import MAX_SAMPLES
-from ..geometry.polyline import steps
-from ..kernels import traverse_contour
-from ..types import Floats, Path
+from ..kernels import fit_chains
+from ..types import Path
 from . import FrameContext
 
 
@@ -43,35 +39,12 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> Curves:
     ------
     ConfigError : the segments are so short that there would be more than `MAX_SAMPLES`.
     """
-    _check_number(paths, context.segment_length)
-    chains: list[Floats] = []
-    closed: list[bool] = []
-    min_cosine = math.cos(math.radians(config.max_turn))
-    for path in paths:
-        if len(path.points) < 2:
-            continue
-        points = np.concatenate((path.points, path.points[: int(path.closed)]))
-        joints, bounds = traverse_contour(_divided(points, context.segment_length), context.segment_length, min_cosine)
-        chains += [joints[start:end] for start, end in itertools.pairwise(bounds.tolist())]
-        closed += [path.closed and len(bounds) == 2] * (len(bounds) - 1)
-    return Curves.of(chains, closed)
-
-
-def _check_number(paths: list[Path], length: float) -> None:
-    """Raise ConfigError if segments of `length` m (px in 2-D) would be so many that nothing could come of them."""
-    total = math.fsum(float(steps(path.points).sum()) for path in paths)
+    lines = Curves.of([path.points for path in paths], [path.closed for path in paths])
+    length, total = context.segment_length, float(lines.lengths.sum())
     if not total <= MAX_SAMPLES * length:
         raise ConfigError(
             f"fit.segment_length: {length:g} would make {total / length:.0f} segments in this frame: give it in m, in 2-D in px, "
             "as long as a few radii",
             code="value-out-of-bounds",
         )
-
-
-def _divided(points: Floats, length: float) -> Floats:
-    """Return the polyline (P, D) with points added so that no step is longer than `length` m (px in 2-D)."""
-    parts = np.maximum(1, np.ceil(steps(points) / length)).astype(int)
-    if (parts == 1).all():
-        return points
-    positions = np.concatenate([*(i + np.arange(count) / count for i, count in enumerate(parts)), [len(parts)]])
-    return np.column_stack([np.interp(positions, np.arange(len(points)), column) for column in points.T])
+    return Curves(*fit_chains(lines.points, lines.bounds, lines.closed, length, math.cos(math.radians(config.max_turn))))

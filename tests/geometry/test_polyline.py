@@ -9,7 +9,6 @@ from doo3d.geometry.polyline import (
     angle,
     arc_length,
     densify,
-    moving_mean,
     perpendicular,
     resample,
     steps,
@@ -83,18 +82,6 @@ def test_densify(dim, spacing):
     assert np.diff(along).max() <= spacing * 1.001
     assert len(dense) <= 5.0 / spacing + 2
     np.testing.assert_array_equal(densify(points, 50.0), points[[0, -1]])
-
-
-@dims
-@pytest.mark.parametrize("half", [0, 1, 3, 100])
-def test_moving_mean(dim, half):
-    points = np.random.default_rng(2).normal(size=(20, dim))
-    slow = [points[i - w : i + w + 1].mean(axis=0) for i in range(20) for w in [min(half, i, 19 - i)]]
-    np.testing.assert_allclose(moving_mean(points, half), slow)
-    if half < 10:
-        around = [points[np.arange(i - half, i + half + 1) % 20].mean(axis=0) for i in range(20)]
-        np.testing.assert_allclose(moving_mean(points, half, closed=True), around)
-    np.testing.assert_allclose(moving_mean(points, half)[[0, -1]], points[[0, -1]])
 
 
 @dims

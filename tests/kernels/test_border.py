@@ -35,16 +35,16 @@ CALLS = {
     "ColorOdds": (
         np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, 0.6, 1e-5,
     ),
-    "cover_with_chords": (POINTS, 0.01),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "depth_support": (
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2),
         np.ones(2), np.ones(4), 1,
     ),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
+    "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
     "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
-    "first_clear": (POINTS, np.array([0, 3, 6]), np.array([3, 3]), np.array([3, 3]), 0.1),
+    "fit_chains": (POINTS, np.array([0, 2, 6]), np.array([True, False]), 0.01, 0.5),
     "fit_circles": (np.zeros(6, int), POINTS[:, 0].copy(), np.ones(6), np.zeros(3, int), np.ones(3), 1, 8, 5.0),
     "fit_lines": (
         POINTS, POINTS[:2].copy(), np.ones((2, 3)), np.ones((2, 3), int), np.ones(2), np.ones(2), np.ones(2), 8, 0.1,
@@ -71,7 +71,6 @@ CALLS = {
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
-    "moving_mean": (POINTS, 1),
     "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "near_pixels": (np.arange(4), np.arange(2), (3, 3), 1, 1),
@@ -108,6 +107,10 @@ CALLS = {
     "silhouette": (
         POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
     ),
+    "skeleton_paths": (
+        TABLE, COORDS.astype(float, order="C"), 1, np.ones(3), np.ones(3), np.array([0.2, 0.4]), np.zeros((0, 0), np.float32),
+        np.zeros(2), 1.8, 9,
+    ),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
@@ -124,7 +127,6 @@ CALLS = {
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
-    "traverse_contour": (POINTS, 0.01, 0.5),
     "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),

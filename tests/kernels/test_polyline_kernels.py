@@ -42,14 +42,6 @@ def test_places_that_coincide_and_empty_lines():
     assert lines.unit_rows(np.zeros((1, 3))).tolist() == [[0, 0, 0]]
 
 
-@pytest.mark.parametrize("half", [1, 3, 7])
-def test_the_mean_of_those_around(half):
-    points = np.random.default_rng(half).normal(size=(20, 3))
-    widths = np.minimum(np.minimum(np.arange(20), np.arange(20)[::-1]), half)
-    expected = [points[i - width : i + width + 1].mean(axis=0) for i, width in enumerate(widths)]
-    np.testing.assert_allclose(lines.moving_mean(points, half), expected, atol=1e-14)
-
-
 @pytest.mark.parametrize("dim", [2, 3])
 def test_samples_of_polylines_are_those_of_interpolation(dim):
     rng = np.random.default_rng(dim)

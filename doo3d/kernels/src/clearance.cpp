@@ -1,5 +1,5 @@
 // Clearance of paths that leave one place from each other.
-#include "arrays.h"
+#include "clearance.h"
 
 #include <algorithm>
 #include <array>
@@ -10,15 +10,15 @@ namespace {
 class Cells {
 public:
     // edge grows until the number of cells is in proportion to the points
-    Cells(const Matrix<double>& points, const std::vector<Index>& rows, double clearance)
-        : points_(points), dim_(points.shape(1)), edge_(clearance * (1 + 1e-9)) {
+    Cells(const std::vector<double>& points, Index dim, const std::vector<Index>& rows, double clearance)
+        : dim_(dim), edge_(clearance * (1 + 1e-9)) {
         std::array<double, 3> high{};
         for (Index d = 0; d < dim_; ++d) {
             low_[d] = INFINITY;
             high[d] = -INFINITY;
             for (const Index row : rows) {
-                low_[d] = std::min(low_[d], points(row, d));
-                high[d] = std::max(high[d], points(row, d));
+                low_[d] = std::min(low_[d], points[row * dim_ + d]);
+                high[d] = std::max(high[d], points[row * dim_ + d]);
             }
             if (rows.empty()) low_[d] = high[d] = 0.0;
             edge_ = std::max(edge_, (high[d] - low_[d]) / 1e6);
@@ -33,7 +33,7 @@ public:
         start_.assign(shape_[0] * shape_[1] * shape_[2] + 1, 0);
         std::vector<Index> cell(rows.size());
         for (std::size_t k = 0; k < rows.size(); ++k) {
-            for (Index d = 0; d < dim_; ++d) cell[k] = cell[k] * shape_[d] + Index((points(rows[k], d) - low_[d]) / edge_);
+            for (Index d = 0; d < dim_; ++d) cell[k] = cell[k] * shape_[d] + Index((points[rows[k] * dim_ + d] - low_[d]) / edge_);
             ++start_[cell[k] + 1];
         }
         for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
@@ -64,7 +64,6 @@ public:
     }
 
 private:
-    const Matrix<double>& points_;
     Index dim_;
     double edge_;
     std::array<double, 3> low_{};
@@ -72,34 +71,29 @@ private:
     std::vector<Index> start_, order_;
 };
 
-auto first_clear(Matrix<double> points, Vector<Index> bounds, Vector<Index> counts, Vector<Index> limits, double clearance) {
-    const Index size = points.shape(0), dim = points.shape(1), lines = counts.shape(0);
-    require(dim == 2 || dim == 3, "points are neither (N, 2) nor (N, 3)");
-    require(Index(bounds.shape(0)) == lines + 1 && Index(limits.shape(0)) == lines, "bounds, counts and limits do not fit each other");
-    require(clearance >= 0 && std::isfinite(clearance), "clearance is not finite and 0 or more");
-    std::vector<Index> line(size, -1), rows;
+}  // namespace
+
+std::vector<Index> first_clear(const std::vector<double>& points, Index dim, const std::vector<Index>& bounds,
+                               const std::vector<Index>& counts, const std::vector<Index>& limits, double clearance) {
+    const Index size = bounds.back(), lines = Index(counts.size());
+    std::vector<Index> line(size), rows, first(lines);
     for (Index e = 0; e < lines; ++e) {
-        require(bounds(e) >= 0 && bounds(e) < bounds(e + 1) && bounds(e + 1) <= size, "bounds do not increase from 0 to N");
-        require(counts(e) > 0, "a count is not 1 or more");
-        for (Index row = bounds(e); row < bounds(e + 1); ++row) {
-            for (Index d = 0; d < dim; ++d) require(std::isfinite(points(row, d)), "a coordinate is not finite");
+        for (Index row = bounds[e]; row < bounds[e + 1]; ++row) {
             line[row] = e;
-            if (row - bounds(e) < limits(e)) rows.push_back(row);
+            if (row - bounds[e] < limits[e]) rows.push_back(row);
         }
     }
-    std::vector<Index> first(lines);
-    if (lines == 0) return to_numpy(std::move(first));
-    const Cells cells(points, rows, clearance);
+    const Cells cells(points, dim, rows, clearance);
     Visits visits{size + Index(rows.size())};
     for (Index e = 0; e < lines; ++e) {
-        const Index count = counts(e), own = std::min(count, bounds(e + 1) - bounds(e));
+        const Index count = counts[e], own = std::min(count, bounds[e + 1] - bounds[e]);
         first[e] = own - 1;
         for (Index i = 0; i < own; ++i) {
-            const double* point = points.data() + (bounds(e) + i) * dim;
+            const double* point = points.data() + (bounds[e] + i) * dim;
             const bool close = !rows.empty() && cells.any(point, [&](Index row) {
                 ++visits.count;
                 const Index other = line[row];
-                return other != e && row - bounds(other) < count &&
+                return other != e && row - bounds[other] < count &&
                        !(std::sqrt(squared_distance(point, points.data() + row * dim, dim)) > clearance);
             });
             if (!close) {
@@ -108,12 +102,5 @@ auto first_clear(Matrix<double> points, Vector<Index> bounds, Vector<Index> coun
             }
         }
     }
-    return to_numpy(std::move(first));
-}
-
-}  // namespace
-
-void bind_clearance(nb::module_& m) {
-    m.def("first_clear", &first_clear, "points"_a.noconvert(), "bounds"_a.noconvert(), "counts"_a.noconvert(), "limits"_a.noconvert(),
-          "clearance"_a);
+    return first;
 }

@@ -1,5 +1,5 @@
 // Chords of one length along polylines.
-#include "arrays.h"
+#include "polyline.h"
 
 #include <algorithm>
 
@@ -86,22 +86,16 @@ std::vector<double> cut_before(const double* points, Index count, Index dim, con
 
 // The chords are laid four times. The first time, from the curve's beginning, fixes their number. Each time the start is then
 // moved by half of what the last joint is beyond the curve's end, or short of it, so that the excess is the same at both ends.
-auto cover_with_chords(StridedMatrix<double> polyline, double length) {
-    const Index count = polyline.shape(0), dim = polyline.shape(1);
-    const std::vector<double> points = finite_points(polyline);
-    require(count > 1, "points hold fewer than two, expected a polyline");
+std::vector<double> cover(const std::vector<double>& points, Index dim, double length) {
+    const Index count = Index(points.size()) / dim;
     check_length(points, count, dim, length);
-    std::vector<double> arc_lengths(count);
-    for (Index i = 1; i < count; ++i) {
-        const double* point = points.data() + i * dim;
-        arc_lengths[i] = arc_lengths[i - 1] + std::sqrt(squared_distance(point, point - dim, dim));
-    }
-    const double total = arc_lengths.back() - 2 * length;
+    const std::vector<double> along = arc_lengths(points, dim);
+    const double total = along.back() - 2 * length;
     Chords chords;
     double start = length;
     Index chord_count = 0;
     for (int round = 0; round < 4; ++round) {
-        const std::vector<double> rest = cut_before(points.data(), count, dim, arc_lengths, start);
+        const std::vector<double> rest = cut_before(points.data(), count, dim, along, start);
         chords = lay(rest.data(), Index(rest.size()) / dim, dim, length);
         for (double& at : chords.arc_lengths) at += start - length;
         const std::vector<double>& at = chords.arc_lengths;
@@ -115,12 +109,108 @@ auto cover_with_chords(StridedMatrix<double> polyline, double length) {
         start = length + least(most(shift, -length / 2), length / 2);
     }
     chords.joints.resize((chord_count + 1) * dim);
-    return to_numpy(std::move(chords.joints), chord_count + 1, dim);
+    return chords.joints;
+}
+
+// Move a curve outwards at its bends, so that chords laid on it lie about the given curve: by length^2 / 12R at a bend of radius R, the mean
+// distance of a chord from its arc, at most length / 24. The ends stay. Where over `most_samples` points lie on a chord, the bend is taken
+// from points a quarter of a chord apart, since their noise would be multiplied by the square of that ratio.
+void compensate_sagitta(std::vector<double>& points, Index dim, double length, double most_samples) {
+    const Index count = Index(points.size()) / dim;
+    std::vector<double> steps, bend(points.size());
+    for (Index i = 1; i < count; ++i) {
+        steps.push_back(std::sqrt(squared_distance(points.data() + i * dim, points.data() + (i - 1) * dim, dim)));
+    }
+    std::sort(steps.begin(), steps.end());
+    const double spacing = count < 3 ? 0.0 : (steps[(count - 2) / 2] + steps[(count - 1) / 2]) / 2;
+    if (!(spacing > 0)) return;
+    const bool is_dense = !(length <= most_samples * spacing);
+    const double quarter = std::nearbyint(length / spacing / 4), half = double((count - 1) / 2);
+    const Index apart = is_dense ? Index(most(1.0, least(quarter, half))) : 1;
+    const double square = (double(apart) * spacing) * (double(apart) * spacing);
+    for (Index i = 1; i + 1 < count; ++i) {
+        const Index at = std::min(std::max(i, apart), count - 1 - apart);
+        const double *middle = points.data() + at * dim, *before = middle - apart * dim, *after = middle + apart * dim;
+        for (Index d = 0; d < dim; ++d) bend[i * dim + d] = (after[d] - 2 * middle[d] + before[d]) / square;
+    }
+    for (Index i = 0; i < count; ++i) {
+        double curvature = 0.0;
+        for (Index d = 0; d < dim; ++d) curvature += bend[i * dim + d] * bend[i * dim + d];
+        const double damping = most(1.0, 2 * length * std::sqrt(curvature));
+        for (Index d = 0; d < dim; ++d) points[i * dim + d] -= length * length / 12 * bend[i * dim + d] / damping;
+    }
+}
+
+// Append a point straight ahead of the last one; it coincides with that where the last two do.
+void extend(std::vector<double>& points, Index dim, double shift) {
+    const double *last = points.data() + points.size() - dim, *before = last - dim;
+    const double norm = std::sqrt(squared_distance(last, before, dim));
+    std::vector<double> ahead(last, last + dim);
+    for (Index d = 0; d < dim; ++d) ahead[d] += shift * (norm > 0 ? (last[d] - before[d]) / norm : 0.0);
+    points.insert(points.end(), ahead.begin(), ahead.end());
+}
+
+// Lengthen a polyline straight ahead at its last point, or shorten it by a negative shift; the first segment always stays.
+void shift_end(std::vector<double>& points, Index dim, double shift) {
+    if (shift >= 0) return extend(points, dim, shift);
+    const std::vector<double> along = arc_lengths(points, dim);
+    const double end = most(along.back() + shift, along[1]);
+    std::vector<double> place(dim);
+    place_at([&](Index i, Index d) { return points[i * dim + d]; }, along, end, dim, place.data());
+    points.resize((std::lower_bound(along.begin(), along.end(), end) - along.begin()) * dim);
+    points.insert(points.end(), place.begin(), place.end());
+}
+
+// Lay joints along a polyline from end to end; none on one shorter than half a segment.
+std::vector<double> cover_from_end_to_end(std::vector<double> points, Index dim, double length) {
+    const std::vector<double> along = arc_lengths(points, dim);
+    if (along.back() < length / 2) return {};
+    const auto is_same = [&](Index i, Index j) {
+        return !(squared_distance(points.data() + i * dim, points.data() + j * dim, dim) > 0);
+    };
+    // an end that is repeated has no direction to continue in
+    Index first = 0, last = Index(along.size()) - 1;
+    while (first + 1 < last && is_same(first, first + 1)) ++first;
+    while (last - 1 > first && is_same(last - 1, last)) --last;
+    points = std::vector<double>(points.begin() + first * dim, points.begin() + (last + 1) * dim);
+    for (int end = 0; end < 2; ++end) {
+        extend(points, dim, length);
+        points = reversed(points, dim);
+    }
+    return cover(points, dim, length);
+}
+
+auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<double> shifts, double length,
+                    double most_samples) {
+    const Index dim = points.shape(1), lines = Index(closed.shape(0));
+    check_bounds(bounds, points.shape(0));
+    require(Index(bounds.shape(0)) == lines + 1 && Index(shifts.shape(0)) == 2 * lines, "bounds, closed and shifts do not fit each other");
+    require(dim > 0 && length > 0, "points have no coordinates, or length is not positive");
+    std::vector<double> joints;
+    std::vector<Index> starts{0};
+    for (Index c = 0; c < lines; ++c) {
+        std::vector<double> line(points.data() + bounds(c) * dim, points.data() + bounds(c + 1) * dim);
+        for (const double value : line) require(std::isfinite(value), "a coordinate is not finite");
+        require(std::isfinite(shifts(2 * c)) && std::isfinite(shifts(2 * c + 1)), "a shift is not finite");
+        count_visits(Index(line.size()) / dim);
+        if (!closed(c) && Index(line.size()) > dim) {
+            if (most_samples > 0) compensate_sagitta(line, dim, length, most_samples);
+            shift_end(line, dim, shifts(2 * c + 1));
+            line = reversed(line, dim);
+            shift_end(line, dim, shifts(2 * c));
+            const std::vector<double> laid = cover_from_end_to_end(reversed(line, dim), dim, length);
+            joints.insert(joints.end(), laid.begin(), laid.end());
+        }
+        starts.push_back(Index(joints.size()) / dim);
+    }
+    const Index size = starts.back();
+    return std::make_tuple(to_numpy(std::move(joints), size, dim), to_numpy(std::move(starts)));
 }
 
 }  // namespace
 
 void bind_equal_chords(nb::module_& m) {
     m.def("lay_equal_chords", &lay_equal_chords, "points"_a.noconvert(), "length"_a);
-    m.def("cover_with_chords", &cover_with_chords, "points"_a.noconvert(), "length"_a);
+    m.def("equal_segments", &equal_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
+          "shifts"_a.noconvert(), "length"_a, "most_samples"_a);
 }

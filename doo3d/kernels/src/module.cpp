@@ -2,7 +2,6 @@
 #include "arrays.h"
 
 void bind_appearance(nb::module_&);
-void bind_clearance(nb::module_&);
 void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
@@ -36,6 +35,7 @@ void bind_segment_fitting(nb::module_&);
 void bind_segment_lengths(nb::module_&);
 void bind_silhouette(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
+void bind_skeleton_paths(nb::module_&);
 void bind_strand_depth(nb::module_&);
 void bind_strand_sides(nb::module_&);
 void bind_strands_beside(nb::module_&);
@@ -52,7 +52,6 @@ void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
     bind_appearance(m);
-    bind_clearance(m);
     bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
@@ -86,6 +85,7 @@ NB_MODULE(_native, m) {
     bind_segment_lengths(m);
     bind_silhouette(m);
     bind_skeleton_graph(m);
+    bind_skeleton_paths(m);
     bind_strand_depth(m);
     bind_strand_sides(m);
     bind_strands_beside(m);

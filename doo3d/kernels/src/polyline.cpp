@@ -1,5 +1,5 @@
 // Polylines: the small sums that every stage asks for thousands of times.
-#include "arrays.h"
+#include "polyline.h"
 
 #include <algorithm>
 
@@ -40,33 +40,8 @@ auto resample(Points points, Vector<double> at) {
     std::vector<double> along{0.0}, found(samples * dim);
     for (Index i = 1; i < count && along.back() <= farthest; ++i) along.push_back(along.back() + step_length(points, i - 1, i));
     count_visits(Index(along.size()) + samples);
-    for (Index k = 0; k < samples; ++k) {
-        const Index i = std::upper_bound(along.begin(), along.end(), at(k)) - along.begin() - 1;  // the last point not beyond
-        const Index from = std::max<Index>(i, 0);
-        const bool is_between = i >= 0 && i + 1 < Index(along.size()) && along[from] != at(k);
-        for (Index d = 0; d < dim; ++d) {
-            const double start = points(from, d);
-            found[k * dim + d] = start;
-            if (is_between) found[k * dim + d] = (points(i + 1, d) - start) / (along[i + 1] - along[i]) * (at(k) - along[i]) + start;
-        }
-    }
+    for (Index k = 0; k < samples; ++k) place_at(points, along, at(k), dim, found.data() + k * dim);
     return to_numpy(std::move(found), samples, dim);
-}
-
-auto moving_mean(Points points, Index half_width) {
-    const Index count = points.shape(0), dim = points.shape(1);
-    count_visits(count);
-    std::vector<double> total((count + 1) * dim), means(count * dim);
-    for (Index i = 0; i < count; ++i) {
-        for (Index d = 0; d < dim; ++d) total[(i + 1) * dim + d] = total[i * dim + d] + points(i, d);
-    }
-    for (Index i = 0; i < count; ++i) {
-        const Index width = least(least(i, count - 1 - i), half_width);
-        for (Index d = 0; d < dim; ++d) {
-            means[i * dim + d] = (total[(i + width + 1) * dim + d] - total[(i - width) * dim + d]) / double(2 * width + 1);
-        }
-    }
-    return to_numpy(std::move(means), count, dim);
 }
 
 auto unit_rows(Points vectors) {
@@ -233,7 +208,6 @@ void bind_polyline(nb::module_& m) {
           "counts"_a.noconvert(), "to_end"_a.noconvert());
     m.def("polyline_tangents", &polyline_tangents, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert());
     m.def("turn_cosines", &turn_cosines, "points"_a.noconvert(), "bounds"_a.noconvert(), "apart"_a);
-    m.def("moving_mean", &moving_mean, "points"_a.noconvert(), "half_width"_a);
     m.def("unit_rows", &unit_rows, "vectors"_a.noconvert());
     m.def("angle_legs", &angle_legs, "first"_a.noconvert(), "second"_a.noconvert());
     m.def("unit", &unit, "vector"_a.noconvert());

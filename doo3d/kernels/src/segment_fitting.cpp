@@ -1,6 +1,8 @@
 // Chains of segments along ordered points: the paper's Algorithm 2 (Keipour et al.).
 #include "arrays.h"
 
+#include <algorithm>
+
 namespace {
 
 double distance(const double* a, const double* b, Index dim) { return std::sqrt(squared_distance(a, b, dim)); }
@@ -12,34 +14,52 @@ double cosine(const double* a, const double* b, const double* c, const double* d
     return dot / (distance(a, b, dim) * distance(c, d, dim));
 }
 
-// The names are the paper's: p_s start of the current segment, p_c point being traversed, p_e its end, p_t the
-// tip: the farthest point from p_s so far, from which a new chain starts after a sharp turn.
-auto traverse_contour(StridedMatrix<double> contour, double length, double min_cosine) {
-    const Index count = contour.shape(0), dim = contour.shape(1);
-    const std::vector<double> points = finite_points(contour);
-    require(length > 0, "length is not positive");
+// Return the polyline with points added so that no step is longer than `length`; a ring runs back to its first point.
+std::vector<double> divided(const double* points, Index count, Index dim, bool closed, double length) {
+    std::vector<double> line(points, points + dim);
+    for (Index i = 0; i + 1 < count + closed; ++i) {
+        const double *from = points + i * dim, *to = points + (i + 1) % count * dim;
+        const Index parts = std::max<Index>(1, Index(std::ceil(distance(from, to, dim) / length)));
+        for (Index k = 1; k < parts; ++k) {
+            const double at = double(i) + double(k) / double(parts) - double(i);
+            for (Index d = 0; d < dim; ++d) line.push_back((to[d] - from[d]) * at + from[d]);
+        }
+        line.insert(line.end(), to, to + dim);
+    }
+    count_visits(Index(line.size()) / dim);
+    return line;
+}
+
+// The joints of all chains, and the row of the first of each.
+struct Chains {
     std::vector<double> joints;
     std::vector<Index> bounds{0};
+    std::vector<std::uint8_t> closed;
+};
+
+// The names are the paper's: p_s start of the current segment, p_c point being traversed, p_e its end, p_t the
+// tip: the farthest point from p_s so far, from which a new chain starts after a sharp turn.
+void traverse_contour(const std::vector<double>& points, Index dim, double length, double min_cosine, Chains& chains) {
     std::vector<double> p_s(points.data(), points.data() + dim), p_t(p_s), p_e(dim);
     bool update_tip = true;
-    Index size = 0;
-    for (Index i = 0; i < count; ++i) {
+    Index size = chains.bounds.back();
+    for (Index i = 0; i < Index(points.size()) / dim; ++i) {
         const double* p_c = points.data() + i * dim;
         const double away = distance(p_c, p_s.data(), dim);
         if (away >= length) {
             for (Index d = 0; d < dim; ++d) p_e[d] = p_s[d] + (p_c[d] - p_s[d]) * length / away;
-            const bool first = size == bounds.back();
-            const double* end = joints.data() + joints.size();
+            const bool first = size == chains.bounds.back();
+            const double* end = chains.joints.data() + chains.joints.size();
             if (first || cosine(end - 2 * dim, end - dim, p_s.data(), p_e.data(), dim) >= min_cosine) {
                 if (first) {
-                    joints.insert(joints.end(), p_s.begin(), p_s.end());
+                    chains.joints.insert(chains.joints.end(), p_s.begin(), p_s.end());
                     ++size;
                 }
-                joints.insert(joints.end(), p_e.begin(), p_e.end());
+                chains.joints.insert(chains.joints.end(), p_e.begin(), p_e.end());
                 ++size;
                 p_s = p_t = p_e;
             } else {
-                bounds.push_back(size);
+                chains.bounds.push_back(size);
                 p_s = p_t;
             }
             update_tip = true;
@@ -49,12 +69,42 @@ auto traverse_contour(StridedMatrix<double> contour, double length, double min_c
             update_tip = false;
         }
     }
-    if (size > bounds.back()) bounds.push_back(size);
-    return std::make_tuple(to_numpy(std::move(joints), size, dim), to_numpy(std::move(bounds)));
+    if (size > chains.bounds.back()) chains.bounds.push_back(size);
+}
+
+auto fit_chains(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, double length, double min_cosine) {
+    const Index dim = points.shape(1), lines = Index(closed.shape(0));
+    check_bounds(bounds, points.shape(0));
+    require(Index(bounds.shape(0)) == lines + 1, "bounds and closed do not fit each other");
+    require(dim > 0 && length > 0, "points have no coordinates, or length is not positive");
+    double total = 0.0;
+    for (Index c = 0; c < lines; ++c) {
+        for (Index i = bounds(c); i < bounds(c + 1); ++i) {
+            for (Index d = 0; d < dim; ++d) require(std::isfinite(points(i, d)), "a coordinate is not finite");
+            total += distance(&points(i, 0), &points(i > bounds(c) ? i - 1 : bounds(c + 1) - 1, 0), dim);
+        }
+    }
+    require(total / length < 1e8, "the points are over 1e8 times as long as a segment");
+    Chains chains;
+    {
+        nb::gil_scoped_release released;
+        for (Index c = 0; c < lines; ++c) {
+            const Index count = bounds(c + 1) - bounds(c);
+            if (count < 2) continue;
+            const Index before = Index(chains.bounds.size());
+            const double* first = points.data() + bounds(c) * dim;
+            traverse_contour(divided(first, count, dim, closed(c), length), dim, length, min_cosine, chains);
+            const Index laid = Index(chains.bounds.size()) - before;
+            chains.closed.insert(chains.closed.end(), laid, closed(c) && laid == 1);
+        }
+    }
+    const Index size = chains.bounds.back();
+    return std::make_tuple(to_numpy(std::move(chains.joints), size, dim), to_numpy(std::move(chains.bounds)),
+                           to_numpy_bool(chains.closed));
 }
 
 }  // namespace
 
 void bind_segment_fitting(nb::module_& m) {
-    m.def("traverse_contour", &traverse_contour, "points"_a.noconvert(), "length"_a, "min_cosine"_a);
+    m.def("fit_chains", &fit_chains, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "length"_a, "min_cosine"_a);
 }

@@ -31,9 +31,6 @@ std::vector<Index> label_components(const NeighborTable& table, const std::vecto
 
 namespace {
 
-// Instead of a junction's number: the branch ends at a tip; the branch is a closed loop without a junction.
-enum : Index { FREE = -1, LOOP = -2 };
-
 // The branches of a skeleton between its junctions.
 //
 // A voxel with more than two neighbors is a junction voxel; junction voxels that touch are one junction. Every other voxel has
@@ -42,9 +39,9 @@ enum : Index { FREE = -1, LOOP = -2 };
 // which gives all branches with a junction; then from the tips, which gives the branches with two free ends; what is left are
 // closed loops. A branch that comes back to the junction it left ends beside a voxel of it, which the first step must not take
 // for the end.
-class Branches {
+class Tracing : public TracedBranches {
 public:
-    explicit Branches(const NeighborTable& table) : bounds{0}, table_(table), degree_(table.size()), visited_(table.size()) {
+    explicit Tracing(const NeighborTable& table) : table_(table), degree_(table.size()), visited_(table.size()) {
         count_visits(4 * table.size());  // degrees, starts of three kinds
         std::vector<std::uint8_t> crowded(table.size());
         for (Index i = 0; i < table.size(); ++i) {
@@ -57,8 +54,6 @@ public:
         trace_between_tips();
         trace_loops();
     }
-
-    std::vector<Index> junction, order, bounds, nodes;
 
 private:
     void trace_from_junctions() {
@@ -121,9 +116,15 @@ private:
     std::vector<std::uint8_t> visited_;
 };
 
+}  // namespace
+
+TracedBranches traced_branches(const NeighborTable& table) { return Tracing(table); }
+
+namespace {
+
 auto trace_branches(Matrix<std::int32_t> table) {
     const NeighborTable neighbors(table);
-    Branches branches(neighbors);
+    TracedBranches branches = traced_branches(neighbors);
     const Index count = Index(branches.bounds.size()) - 1;
     return std::make_tuple(to_numpy(std::move(branches.junction)), to_numpy(std::move(branches.order)),
                            to_numpy(std::move(branches.bounds)), to_numpy(std::move(branches.nodes), count, 2));

@@ -39,3 +39,12 @@ std::vector<std::int32_t> link_neighbors(const std::vector<Index>& keys, Index r
 
 // Label the 26-connected components of the wanted voxels: (K,) number, -1 elsewhere.
 std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted);
+
+// Instead of a junction's number: a branch ends at a tip; a branch is a closed loop without a junction.
+enum : Index { FREE = -1, LOOP = -2 };
+
+// The branches of a skeleton between its junctions, as `trace_branches` of the module returns them.
+struct TracedBranches {
+    std::vector<Index> junction, order, bounds{0}, nodes;
+};
+TracedBranches traced_branches(const NeighborTable& table);

@@ -10,11 +10,11 @@ from ...config import RefineConfig
 from ...evidence.depth_model import PointVisibility
 from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
-from ...geometry.equal_segments import equal_ring, equal_segments, extrapolated, sagitta_compensated
+from ...geometry.equal_segments import chains_along
 from ...geometry.polyline import arc_length
 from ...geometry.radii import OWN_RADII
 from ...kernels import nearest, nearest_of_own
-from ...types import Bools, Chain, Connection, Floats, Foreground, Ints, Path
+from ...types import Bools, Chain, Connection, Foreground, Ints, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
@@ -125,13 +125,14 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     if samples is None:
         return []
     ahead = surface_ahead(samples, context.foreground.points, context.point_gap)
-    lines = [_joints(samples, p, ahead[p], context.segment_length) for p in range(len(paths))]
-    joints = Curves.of([line if len(line) > 1 else line[:0] for line in lines], samples.curves.closed.tolist())
+    radius = samples.radius[samples.curves.bounds[:-1]].tolist()
+    end_of = _strip_end if samples.curves.points.shape[1] == 2 else _wall_end
+    shifts = [0.0 if each is None else end_of(each, radius[p]) for p, both in enumerate(ahead) for each in both or (None, None)]
+    joints = chains_along(samples.curves, np.array(shifts), context.segment_length)
     laid = np.flatnonzero(joints.counts).tolist()
     if not laid:
         return []
     at_joint, at_middle, occluded = _seen_along(joints, samples, context, config)
-    radius = samples.radius[samples.curves.bounds[:-1]].tolist()
     whole = joints if len(laid) == len(joints) else joints.of_numbers(laid)
     support = depth_support(whole, [radius[p] for p in laid], context.foreground)
     is_reversed = _are_reversed(whole, context.foreground)
@@ -154,17 +155,6 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     return sorted(
         (chain for chain in chains if chain.radius >= config.min_radius_ratio * thickest), key=lambda chain: -chain.length
     )
-
-
-def _joints(samples: Samples, p: int, ahead: tuple[SurfaceAhead, SurfaceAhead] | None, length: float) -> Floats:
-    """Return the joints of path `p`, (N + 1, D), or (0, D) if it is shorter than half a segment; ahead : None for a ring."""
-    part = samples.curves.parts[p]
-    axis = samples.curves.points[part]
-    if ahead is None:
-        return equal_ring(axis, length)
-    end_of = _strip_end if axis.shape[1] == 2 else _wall_end
-    first, last = (end_of(each, float(samples.radius[part.start])) for each in ahead)
-    return equal_segments(extrapolated(extrapolated(sagitta_compensated(axis, length), last)[::-1], first)[::-1], length)
 
 
 def _wall_end(ahead: SurfaceAhead, radius: float) -> float:

@@ -1,0 +1,38 @@
+// Polylines: the sums that other kernels ask for, too. Points are (P, D), one after the other.
+#pragma once
+
+#include "arrays.h"
+
+#include <algorithm>
+
+// Return the arc length from the first of P >= 1 points to each.
+inline std::vector<double> arc_lengths(const std::vector<double>& points, Index dim) {
+    std::vector<double> along(points.size() / dim);
+    count_visits(Index(along.size()));
+    for (std::size_t i = 1; i < along.size(); ++i) {
+        along[i] = along[i - 1] + std::sqrt(squared_distance(points.data() + i * dim, points.data() + (i - 1) * dim, dim));
+    }
+    return along;
+}
+
+// Compute the place at an arc length: `points` gives a coordinate by (point, axis), `along` the arc lengths of points from the first on.
+// Lengths below 0 or beyond the last of `along` give that point.
+template <class Points>
+void place_at(const Points& points, const std::vector<double>& along, double at, Index dim, double* place) {
+    const Index i = std::upper_bound(along.begin(), along.end(), at) - along.begin() - 1;  // the last point not beyond
+    const Index from = std::max<Index>(i, 0);
+    const bool is_between = i >= 0 && i + 1 < Index(along.size()) && along[from] != at;
+    for (Index d = 0; d < dim; ++d) {
+        const double start = points(from, d);
+        place[d] = start;
+        if (is_between) place[d] = (points(i + 1, d) - start) / (along[i + 1] - along[i]) * (at - along[i]) + start;
+    }
+}
+
+// Return the points in the opposite order.
+inline std::vector<double> reversed(const std::vector<double>& points, Index dim) {
+    std::vector<double> backwards(points.size());
+    const Index count = Index(points.size()) / dim;
+    for (Index i = 0; i < count; ++i) std::copy_n(points.data() + (count - 1 - i) * dim, dim, backwards.data() + i * dim);
+    return backwards;
+}
