@@ -16,7 +16,7 @@ from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
 from .stages.branches import Branched, find_branches, part_leftovers
-from .stages.confidence import Evidence, with_confidence
+from .stages.confidence import USUAL, Evidence, Interpretation, most_probable, other_interpretations, with_confidence
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
 from .stages.fill import fill
@@ -160,6 +160,8 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
 def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Clock) -> Stages:
     """Run the stages from voxelization to crossings and return what every stage made.
 
+    An uncertain frame is interpreted in other ways too, and the most probable interpretation is returned.
+
     Parameters
     ----------
     segmentation
@@ -173,10 +175,26 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     -------
     The product of every stage, including the given segmentation.
     """
+    usual = _interpret(segmentation, config, USUAL, clock)
+    found, others = [usual], other_interpretations(usual.chains, usual.evidence, segmentation.foreground, config)
+    if not others:
+        return usual
+    for other in others:
+        try:
+            found.append(_interpret(segmentation, config, other, clock))
+        except InputError:  # there are too many of the finer voxels
+            continue
+    best, evidence = most_probable([each.evidence for each in found], config)
+    chains = [replace(chain, confidence=each.confidence) for chain, each in zip(found[best].chains, evidence, strict=True)]
+    return replace(found[best], chains=chains, evidence=evidence)
+
+
+def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, clock: _Clock) -> Stages:
+    """Run the stages from voxelization to crossings with the frame interpreted in one way."""
     foreground = segmentation.foreground
-    grid = voxelize(foreground, config.voxelize)
+    grid = voxelize(foreground, config.voxelize, how.voxel)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
-    context = FrameContext(foreground, grid, visibility, config.fit.segment_length, config.merge.branches)
+    context = FrameContext(foreground, grid, visibility, config.fit.segment_length, config.merge.branches, how.clearance)
     if foreground.sampling is not None and foreground.sampling.is_sparse:
         context = replace(context, segment_length=foreground.sampling.spacing / 2)
     elif config.merge.branches and config.mode == "2d":
@@ -190,7 +208,8 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     clock("fit")
     pruned = prune(fitted, context, config.prune)
     clock("prune")
-    merged = merge(pruned.chains, context, config.merge)
+    weights = {"free_space_weight": how.free_space * config.merge.free_space_weight}
+    merged = merge(pruned.chains, context, config.merge.model_copy(update=weights))
     clock("merge")
     if config.merge.branches:
         merged = replace(merged, assemblies=part_leftovers(merged.assemblies, context))

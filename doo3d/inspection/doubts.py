@@ -14,6 +14,7 @@ WORDS = {
     "beside": "another strand close beside it",
     "unclaimed": "parts of the mask in no chain",
     "dropped": "pieces dropped for merge.chains",
+    "rivals": "other interpretations of the frame",
     "stubby": "short for its width",
     "uneven": "its width changes",
     "flat": "not raised on both sides",

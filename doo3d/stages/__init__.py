@@ -38,6 +38,8 @@ class FrameContext:
         length of the segments of every chain, m (px in 2-D).
     branches
         whether objects may branch, so that their strands differ in width, and short ones are no clutter.
+    clearance
+        factor of the distance from other branches up to which paths are cut back at junctions.
     """
 
     foreground: Foreground
@@ -45,6 +47,7 @@ class FrameContext:
     visibility: Visibility | None
     segment_length: float
     branches: bool = False
+    clearance: float = 1.0
 
     @property
     def radius(self) -> float:

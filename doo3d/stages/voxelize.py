@@ -48,7 +48,7 @@ USE_FILTERED_POINTS = True
 """Voxelize the points of filtered depth: noise of single readings breaks thin strands apart (`doo3d evaluate ablations`)."""
 
 
-def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
+def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) -> VoxelGrid:
     """Return the voxels that the object's points occupy, with small holes closed and small components removed.
 
     The points with averaged depth noise (`foreground.filtered`) are used if there are any. With a mask only the core of each
@@ -62,6 +62,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     config
         section `voxelize` of the settings. A radius that is not set is measured; a voxel size that is not set follows from the
         radius and the spacing of the points.
+    edge
+        factor of the edge of a voxel where it follows from the radius.
 
     Returns
     -------
@@ -79,14 +81,15 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
-    size = config.size or max(SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * spacing)
+    size_over_radius = edge * SIZE_OVER_RADIUS
+    size = config.size or max(size_over_radius * radius, SIZE_OVER_SPACING * spacing)
     sampling = foreground.sampling
     if sampling is not None and sampling.scatter is not None:
         spacing = sampling.spacing
         radius = config.radius or max(sampling.scatter, SPARSE_RADIUS_OVER_SPACING * spacing)
-        size = config.size or SIZE_OVER_RADIUS * radius
+        size = config.size or size_over_radius * radius
     kept, between = _points_to_voxelize(foreground, config, radius, radius / spacing)
-    fineness = min(1.0, SIZE_OVER_RADIUS * radius / size)
+    fineness = min(1.0, size_over_radius * radius / size)
     min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
     return _closed_grid(kept, size, radius, foreground, between, min_voxels)
 

@@ -141,6 +141,11 @@ ABLATIONS: dict[str, Ablation] = {
     "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
     "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:_depth_log_odds": lambda *_: 0.0}),
     "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:color_log_odds": lambda *_: 0.0}),
+    "other interpretations of uncertain frames": Ablation(
+        places={f"{_STAGES}.confidence.interpretations:OTHERS": ()},
+        modules=("stages.confidence.interpretations",),
+        made_for=DEPTH,
+    ),
     "leftovers": Ablation(
         places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED
     ),

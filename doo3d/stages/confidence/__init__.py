@@ -1,5 +1,16 @@
 """The confidence of chains: the odds that each is right, from every kind of evidence against it."""
 
 from .confidence import TOLD, UNTOLD, UNTOLD_IMAGE, Evidence, with_confidence
+from .interpretations import USUAL, Interpretation, most_probable, other_interpretations
 
-__all__ = ["TOLD", "UNTOLD", "UNTOLD_IMAGE", "Evidence", "with_confidence"]
+__all__ = [
+    "TOLD",
+    "UNTOLD",
+    "UNTOLD_IMAGE",
+    "USUAL",
+    "Evidence",
+    "Interpretation",
+    "most_probable",
+    "other_interpretations",
+    "with_confidence",
+]

@@ -38,12 +38,14 @@ TOLD = {
     "beside": 2.01,
     "unclaimed": 5.20,
     "dropped": 5.27,
+    "rivals": 1.0,
     "stubby": 1.47,
     "stray": 5.19,
     "odd": 2.89,
 }
 """Logarithm of the odds that a chain without any evidence against it is right, and what a unit of each kind of evidence takes
-from it, where somebody said what the object is: fitted by docs/fit_confidence.py to seeds 0 to 2 of all families of scenes."""
+from it, where somebody said what the object is: fitted by docs/fit_confidence.py to seeds 0 to 2 of all families of scenes; of
+`rivals` 1, with which the log odds are the mean over all interpretations."""
 
 UNTOLD = {
     "base": 5.12,
@@ -96,9 +98,6 @@ CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
 DRAWN_EVERY = 3
 """Samples per line that is drawn along a chain to find the pixels that are its own."""
 
-MAX_LINES = 5000
-"""Lines drawn along a chain at most."""
-
 MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 """px; positions farther out are not drawn, and the widest line that can be."""
 
@@ -131,6 +130,8 @@ class Evidence:
         square root of the share of the mask that belongs to no chain; the same for all chains of a frame.
     dropped
         length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
+    rivals
+        by how much the mean log odds of all interpretations of an uncertain frame are below those of the best, which is kept.
     stubby, uneven, flat, edge
         how little the chain looks like a cable by itself, see `Looks`; 0 where somebody said what the object is, unless `stray`.
     stray
@@ -153,6 +154,7 @@ class Evidence:
     beside: float = 0.0
     unclaimed: float = 0.0
     dropped: float = 0.0
+    rivals: float = 0.0
     stubby: float = 0.0
     uneven: float = 0.0
     flat: float = 0.0
@@ -174,16 +176,18 @@ class Evidence:
 
     def losses(self) -> dict[str, float]:
         """Return what each kind of evidence takes from the logarithm of the odds, by name."""
-        weights = self._weights()
-        return {name: weights.get(name, 0.0) * amount for name, amount in self.amounts().items()}
+        amounts = vars(self)
+        return {name: weight * amounts[name] for name, weight in self._weights().items() if name != "base"}
 
     @property
     def confidence(self) -> float:
         """The probability, 0 to 1, that the chain is right."""
-        if self.is_wide:
-            return 0.0
-        log_odds = self._weights()["base"] - sum(self.losses().values())
-        return float(expit(log_odds))
+        return 0.0 if self.is_wide else float(expit(self.log_odds))
+
+    @property
+    def log_odds(self) -> float:
+        """The logarithm of the odds that the chain is right: that without any evidence, less all losses."""
+        return self._weights()["base"] - sum(self.losses().values())
 
     def _weights(self) -> dict[str, float]:
         return TOLD if self.is_told else UNTOLD_IMAGE if self.is_planar else UNTOLD
@@ -336,10 +340,8 @@ def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
     pixels = np.rint(samples.view.points - corner)
     thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
     for part in samples.view.parts:
-        count = part.stop - part.start
-        every = max(DRAWN_EVERY, count // MAX_LINES)
-        if count and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
-            _draw_line(left, pixels[part][::every].astype(np.int32), thickness[part][::every].astype(int))
+        if part.start < part.stop and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
+            _draw_line(left, pixels[part][::DRAWN_EVERY].astype(np.int32), thickness[part][::DRAWN_EVERY].astype(int))
     return int(np.count_nonzero(left)) / total
 
 

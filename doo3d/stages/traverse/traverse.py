@@ -89,7 +89,7 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
         np.ascontiguousarray(skeleton.points),
         round(SMOOTHING_RADII * radius / context.voxel),
         np.array((config.min_branch, MIN_LOOP_RADII, JUNCTION_MERGE_DISTANCE_RADII)) * radius,
-        np.array((JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII, TOUCHING_RADII)) * radius,
+        np.array((JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII, context.clearance * TOUCHING_RADII)) * radius,
         np.array((TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION)),
         widths,
         origin,
