@@ -64,6 +64,9 @@ class Foreground:
     side_by_side
         (H, W) bool, the pixels of strands that touch or nearly touch side by side, and of the gaps between; None without
         such strands.
+    colors
+        (H, W) uint8, the number of the color of the strand at each pixel, from 1, 0 for none; None unless strands of different
+        colors run side by side.
     sampling
         how the points of a cloud lie on its strands; None for a frame or an image, and for a cloud that was not measured.
     notes
@@ -91,6 +94,7 @@ class Foreground:
     viewpoint: Floats | None = None
     mask_radius: float | None = None
     side_by_side: Bools | None = None
+    colors: Array | None = None
     sampling: CloudSampling | None = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
@@ -99,7 +103,7 @@ class Foreground:
     cloud_facts: Any = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side"):
+        for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side", "colors"):
             set_sealed(self, **{name: getattr(self, name)})
 
 

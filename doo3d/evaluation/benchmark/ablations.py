@@ -58,6 +58,10 @@ def _no_split(facts: Any, *_: Any) -> Any:
     return SplitMask(facts.mask, 0, None)
 
 
+def _no_hues(facts: Any, color: Any) -> Any:
+    return None
+
+
 def _no_strand_filter(readings: Any, *_: Any) -> Any:
     from ...stages.segment.strand_filter import StrandDepth
 
@@ -96,6 +100,11 @@ ABLATIONS: dict[str, Ablation] = {
     "split strands": Ablation(
         places={f"{_STAGES}.segment.segment:split_strands": _no_split},
         modules=tuple(f"stages.segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
+    ),
+    "strand hues": Ablation(
+        places={f"{_STAGES}.segment.split_strands:_split_colors": _no_hues},
+        modules=("evidence.strand_hues",),
+        made_for=("images",),
     ),
     "strand filter": Ablation(
         places={f"{_STAGES}.segment.segment:filter_along_strands": _no_strand_filter},

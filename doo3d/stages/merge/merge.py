@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...config import MergeConfig
+from ...evidence.strand_hues import unlike_ends
 from ...geometry.curves import Curves
 from ...types import Floats
 from .. import Assembly, FrameContext
@@ -56,6 +58,10 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
         visibility = visibility.with_support(list(chains), radius, context.foreground)
     ends = measure_ends(chains, config.tangent_window_radii * radius, context.gap_unit, context.max_turn)
     terms = cost_terms(ends, radius, visibility, config)
+    if context.foreground.colors is not None:
+        window = math.ceil(config.tangent_window_radii * radius / context.segment_length) + 1
+        # a nat costs as much as a turn by a radian
+        terms["appearance"] = config.bending.direction_weight * unlike_ends(context.foreground.colors, list(chains), window)
     cost = pair_costs(ends, terms, radius, visibility, config)
     gap_paths = GapPaths(ends, radius, visibility, config)
     sizes = (chains.counts - 1).tolist()

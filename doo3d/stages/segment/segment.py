@@ -173,7 +173,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     cleaned = clean_mask(selected, config, mask is None)
     facts = cleaned.facts
     _check_size(facts.count)
-    split = split_strands(facts, selected if cleaned.closed_holes else None, color, None, config.equal_widths)
+    split = split_strands(facts, selected if cleaned.closed_holes else None, color, None, config.equal_widths, is_told)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     foreground = Foreground(
@@ -182,6 +182,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         mask=facts.mask,
         facts=facts,
         side_by_side=split.side_by_side,
+        colors=split.colors,
         color=color,
         notes=_notes(method, note, len(pixels) > 0),
         is_told=is_told,

@@ -16,15 +16,20 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
+from ...evidence.strand_hues import StrandHues
 from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import bounding_box
 from ...kernels import long_parts, medial_axis
 from ...types import Array, Bools
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
-from .wide_stretches import Bundles, dilate, find_bundles
+from .wide_stretches import WIDE_LENGTH_RADII, Bundles, dilate, find_bundles, strand_radius
+
+CROSSING_RADII = math.sqrt(2)
+"""Radii; half-width of the mask where two strands cross at a right angle. Where it is larger over some length, they touch."""
 
 MIN_GAP_PX = 6
 """px; shorter holes in a mask are pin-holes, longer ones may be gaps between strands."""
@@ -41,15 +46,24 @@ class SplitMask(NamedTuple):
         number of pixels removed.
     side_by_side
         (H, W) bool, the pixels of strands that run side by side and of the gaps between them; None if nothing was found.
+    colors
+        (H, W) uint8, the number of the color of the strand at each pixel, from 1, 0 outside; None unless strands of different
+        colors run side by side.
     """
 
     mask: Bools
     removed: int
     side_by_side: Bools | None
+    colors: Array | None = None
 
 
 def split_strands(
-    facts: FrameFacts, selected: Bools | None, color: Array | None, depth: Array | None, equal_widths: bool = True
+    facts: FrameFacts,
+    selected: Bools | None,
+    color: Array | None,
+    depth: Array | None,
+    equal_widths: bool = True,
+    by_hue: bool = False,
 ) -> SplitMask:
     """Remove the valleys between strands that run side by side from a mask.
 
@@ -66,6 +80,8 @@ def split_strands(
         stretch is split into equal widths.
     equal_widths
         False leaves such a wide stretch without valleys whole: it may be one thicker strand.
+    by_hue
+        True splits strands of different colors along their borders; then no valleys are looked for.
 
     Returns
     -------
@@ -75,6 +91,8 @@ def split_strands(
     whole = SplitMask(mask, 0, None)
     if not facts.count:
         return whole
+    if by_hue and color is not None and (split := _split_colors(facts, color)) is not None:
+        return split
     box = facts.slices
     part, half_width = mask[box], facts.axis[2]
     if selected is not None and (gaps := long_parts(part & ~selected[box], MIN_GAP_PX)).any():
@@ -105,6 +123,34 @@ def split_strands(
     result[box] &= ~cut[1:-1, 1:-1]
     beside[box] = dilate(lines, max(3 * bundles.radius, bundles.widest))[1:-1, 1:-1]
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
+
+
+def _split_colors(facts: FrameFacts, color: Array) -> SplitMask | None:
+    """Remove the borders between strands of different colors that run side by side; None where there are none."""
+    colors = StrandHues.learn(color, facts.pixels)
+    if colors.count < 2:
+        return None
+    mask, box, (rows, columns, half_width) = facts.mask, facts.slices, facts.axis
+    radius = strand_radius(half_width)
+    if not radius or np.count_nonzero(half_width > CROSSING_RADII * radius) < WIDE_LENGTH_RADII * radius:
+        return None
+    least = WIDE_LENGTH_RADII * radius
+    labels = colors.label(
+        np.ascontiguousarray(color[box]), mask[box], (rows - box[0].start, columns - box[1].start), radius, least
+    )
+    border = (labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels)
+    _, number, stats, _ = cv2.connectedComponentsWithStats(border.astype(np.uint8), connectivity=8)
+    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    long = (length >= least) & (np.arange(len(stats)) > 0)
+    cut = long[number]
+    if not cut.any():
+        return None
+    result, beside = mask.copy(), np.zeros_like(mask)
+    result[box] &= ~cut
+    beside[box] = dilate(cut, 3 * radius)
+    numbers = np.zeros(mask.shape, np.uint8)
+    numbers[box] = labels
+    return SplitMask(result, int(np.count_nonzero(cut)), beside, numbers)
 
 
 def _without_corners(lines: Bools) -> Bools:
