@@ -110,12 +110,15 @@ class Merged:
         the chains that are part of no assembly.
     notes
         messages to the user, one sentence each: that there were too many chains.
+    is_refused
+        True if fewer chains are wanted than are left, and the others could only be joined where the camera sees no object.
     """
 
     assemblies: list[Assembly]
     decisions: tuple[MergeDecision, ...] = ()
     dropped: tuple[DroppedChain, ...] = ()
     notes: tuple[str, ...] = ()
+    is_refused: bool = False
 
 
 def record_decisions(

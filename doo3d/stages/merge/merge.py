@@ -80,11 +80,13 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
         kept, setting = [item for item in built if item[1].segments * context.segment_length >= least], "merge.min_length"
     used = {end.chain for route, _ in kept for end in route.entries}
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
+    refusal = _refusal_notes(ChainGroups(len(chains), links), sizes, cost, gap_paths)
     return Merged(
         [assembly for _, assembly in kept],
         record_decisions(links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths),
         tuple(DroppedChain(joints, (len(joints) - 1) * context.segment_length, why) for joints, why in dropped),
-        (*_notes(left_out), *_refusal_notes(ChainGroups(len(chains), links), sizes, cost, gap_paths)),
+        (*_notes(left_out), *refusal),
+        bool(refusal),
     )
 
 
