@@ -160,8 +160,8 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
 def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Clock) -> Stages:
     """Run the stages from voxelization to crossings and return what every stage made.
 
-    An uncertain frame is interpreted in other ways too, and the most probable interpretation is returned. Where a wanted number of
-    chains was refused since the camera sees no object between their ends, none is looked for that joins them nevertheless.
+    An uncertain frame is interpreted in other ways too, and the most probable interpretation is returned. Where a wanted number
+    of chains was refused since the camera sees no object between their ends, none is looked for that joins them nevertheless.
 
     Parameters
     ----------
