@@ -173,7 +173,8 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     cleaned = clean_mask(selected, config, mask is None)
     facts = cleaned.facts
     _check_size(facts.count)
-    split = split_strands(facts, selected if cleaned.closed_holes else None, color, None, config.equal_widths, is_told and config.hues)
+    holes = selected if cleaned.closed_holes else None
+    split = split_strands(facts, holes, color, None, config.equal_widths, is_told and config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     foreground = Foreground(
