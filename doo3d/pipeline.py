@@ -25,11 +25,10 @@ from .stages.merge import Merged, merge
 from .stages.prune import Pruned, prune
 from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .stages.segment import Segmentation, segment, segment_extended
-from .stages.segment.supporting_plane import find_supporting_plane
 from .stages.thin import thin
 from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
-from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Plane, Skeleton, as_pose
+from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton, as_pose
 from .types.arguments import array
 from .visibility import Visibility
 
@@ -70,8 +69,6 @@ class Stages:
         where strands cross in the view, and which is on top.
     seconds
         name of the stage -> s.
-    plane
-        the plane around the object, such as a table; None if there is none.
     extension_notes
         messages to the user: that the mask was not extended, since there were too many chains.
     evidence
@@ -91,7 +88,6 @@ class Stages:
     chains: list[Chain]
     crossings: tuple[Crossing, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
-    plane: Plane | None = None
     extension_notes: tuple[str, ...] = ()
     evidence: list[Evidence] = field(default_factory=list)
     branched: Branched | None = None
@@ -152,8 +148,6 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
         segmentation = segment_extended(data, _segment_config(config), extended, segmentation)
         clock("segment")
         stages = run_from_segmentation(segmentation, config, clock)
-    stages.plane = find_supporting_plane(data, segmentation, config.segment, config.seed)
-    clock("segment")
     return stages
 
 
@@ -329,7 +323,7 @@ def detect_with_stages(
             *frame_notes(data, stages.chains),
         ),
         crossings=stages.crossings,
-        plane=stages.plane,
+        plane=stages.context.foreground.plane,
         junctions=() if stages.branched is None else stages.branched.junctions,
         objects=() if stages.branched is None else stages.branched.objects,
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.curves import Curves
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents, sample_across
 from ..types import Array, Bools, Floats, Foreground, Ints
@@ -27,6 +28,12 @@ MIN_RISE_READINGS = 6
 
 MIN_RISE_NOISE_RATIO = 2.0
 """Least ratio of the rise to the noise of single readings: half the rise, the threshold, is then one standard deviation."""
+
+BESIDE_PX = np.linspace(4.0, 14.0, 6)
+"""px beyond a strand's sides at which the surface beside it is read: a stereo camera shows the strand 6 to 8 px too wide."""
+
+PLANE_TOLERANCE, PLANE_TOLERANCE_RADII = 0.003, 1.0
+"""m, and radii if that is more, by which readings beside a strand may differ from the plane and be of it."""
 
 NEAR_ENDS = 0.1
 """m within which the nearest end is found quickly: gaps are wider by little."""
@@ -110,6 +117,41 @@ class Support:
         if self.colors is None:
             return np.zeros(len(pixels), dtype=bool)
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
+
+
+def is_over_plane(curves: Curves, radius: Floats, foreground: Foreground) -> Bools:
+    """Tell at which samples along strands the camera sees the supporting plane beside the strand.
+
+    Beyond the edge of a table, and where the strand passes beside something else, it does not. The readings at a sample are of
+    the plane if the median of those on both sides is.
+
+    Parameters
+    ----------
+    curves
+        S samples along the strands, (S, 3) m in the camera's optical frame.
+    radius
+        (S,) m, radius of the object at each sample.
+    foreground
+        mask, depth, camera and plane of the frame; without any of them no sample is over the plane.
+
+    Returns
+    -------
+    (S,) bool.
+    """
+    depth, mask, camera, plane = foreground.depth, foreground.mask, foreground.camera, foreground.plane
+    if depth is None or mask is None or camera is None or plane is None:
+        return np.zeros(len(radius), dtype=bool)
+    projected = camera.project(curves.points)
+    tangents = polyline_tangents(projected, curves.bounds, curves.closed)
+    side = (camera.fx * radius / curves.points[:, 2])[:, None] + BESIDE_PX
+    offsets = np.concatenate((-side, side), axis=1)
+    pixels, readings = sample_across(projected, tangents[:, ::-1] * (-1, 1), offsets, mask, depth)
+    v, u = np.divmod(pixels, mask.shape[1])
+    towards = plane.normal[0] * (u - camera.cx) / camera.fx + plane.normal[1] * (v - camera.cy) / camera.fy + plane.normal[2]
+    height = (towards * readings - plane.height).ravel()
+    row = offsets.shape[1] * np.arange(len(offsets))
+    median = part_medians(height, row, row + offsets.shape[1])[0]
+    return np.asarray(np.abs(median) < np.maximum(PLANE_TOLERANCE, PLANE_TOLERANCE_RADII * radius))
 
 
 def _colors(color: Array, pixels: Ints, mask: Bools) -> ColorOdds | None:

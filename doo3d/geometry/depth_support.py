@@ -25,6 +25,9 @@ MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII = 1.2, 2.5
 """Radii by which a reading may differ from the surface and still support it. The least is that of visibility: a table under the
 object is two radii behind the surface. The most is where `strand_filter` takes a reading for that of something else."""
 
+LYING_RADII = 0.5
+"""Radii by which the height of a segment that lies on a plane may differ from its radius."""
+
 MIN_SUPPORT = 0.3
 """Share of a segment's samples that need a reading which agrees: a curve through fewer is an interpolation."""
 
@@ -55,7 +58,8 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
 
     A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
     sensor gave it, that agrees with the segment's surface. So a strand below another one is not supported where they cross, nor
-    is a strand where the sensor's depth is torn or missing and was interpolated.
+    is a strand where the sensor's depth is torn or missing and was interpolated. A stereo camera sees a strand that lies on a
+    plane lower than it is: readings between its surface and the plane support it.
 
     Parameters
     ----------
@@ -64,9 +68,9 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
     radius
         radius of each chain, m (px in 2-D).
     foreground
-        the mask, the depth and the camera of the frame.
+        the mask, the depth and the camera of the frame, and the plane in it.
     """
-    camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
+    camera, depth, mask, plane = foreground.camera, foreground.depth, foreground.mask, foreground.plane
     if camera is None or depth is None or mask is None or not len(chains):
         return None
     supported, agreeing, residual = kernels.depth_support(
@@ -76,9 +80,10 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
         np.ascontiguousarray(depth, dtype=np.float32),
         np.ascontiguousarray(mask),
         np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
+        np.zeros(0) if plane is None else np.append(plane.normal, plane.height),
         POSITIONS,
         LATERAL_RADII,
-        np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION)),
+        np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION, LYING_RADII)),
         MIN_READINGS,
     )
     parts = (np.split(values, chains.segment_bounds[1:-1]) for values in (supported, agreeing < MIN_SUPPORT, residual))

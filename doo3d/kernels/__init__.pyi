@@ -570,6 +570,7 @@ def depth_support(
     depth: Array,
     mask: Bools,
     camera: Floats,
+    plane: Floats,
     positions: Floats,
     lateral: Floats,
     settings: Floats,
@@ -589,11 +590,15 @@ def depth_support(
         (H, W) float32 m, 0 = no reading, and (H, W) bool
     camera
         (4,) float64, the intrinsics fx, fy, cx, cy in px
+    plane
+        (4,) float64, unit normal and height along it, m, of the plane that chains may lie on; (0,) without one. A reading between
+        a segment on it and the plane does not differ
     positions, lateral
         (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
     settings
-        (4,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
-        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two
+        (5,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
+        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two; radii by
+        which the height of a segment on the plane may differ from a radius
     min_readings
         readings of a segment that make a median
 

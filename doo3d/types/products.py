@@ -7,6 +7,7 @@ from typing import Any
 
 from .arrays import Array, Bools, Floats, Ints, set_sealed
 from .data import Camera, CameraView
+from .pose import Plane
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,8 @@ class Foreground:
         messages of the segmentation to the user, one sentence each.
     views
         the camera views that a cloud was fused from; empty otherwise.
+    plane
+        the plane around the object, such as a table; None if there is none, and in 2-D.
     is_told
         whether somebody said what the object is: by a mask, a color, a reference image, a network, or by taking everything for
         it. False if strands were looked for by their shape alone.
@@ -98,6 +101,7 @@ class Foreground:
     sampling: CloudSampling | None = None
     notes: tuple[str, ...] = ()
     views: tuple[CameraView, ...] = ()
+    plane: Plane | None = None
     is_told: bool = True
     facts: Any = field(default=None, repr=False, compare=False)
     cloud_facts: Any = field(default=None, repr=False, compare=False)

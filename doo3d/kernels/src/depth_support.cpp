@@ -4,6 +4,17 @@
 
 namespace {
 
+// The plane that objects lie on, its normal and its height along that; or none.
+struct Table {
+    const Vector<double>& plane;
+    double lying;
+
+    double height(const double* point) const { return plane(0) * point[0] + plane(1) * point[1] + plane(2) * point[2] - plane(3); }
+    bool carries(const double* point, double radius) const {
+        return plane.shape(0) == 4 && std::fabs(height(point) - radius) < lying * radius;
+    }
+};
+
 struct Frame {
     const Matrix<float>& depth;
     const Matrix<bool>& mask;
@@ -19,11 +30,12 @@ struct Frame {
     }
 };
 
-// Append by how much the readings beside a segment, from joint to joint, lie behind its surface.
-void add_errors(const Frame& frame, const double* start, const double* end, double radius, const Vector<double>& positions,
-                const Vector<double>& lateral, double surface, std::vector<double>& errors) {
+// Append by how much the readings beside a segment, from joint to joint, lie behind its surface. Readings between the surface of a
+// segment that lies on the plane and that plane are of both, and do not contradict it.
+void add_errors(const Frame& frame, const Table& table, const double* start, const double* end, double radius,
+                const Vector<double>& positions, const Vector<double>& lateral, double surface, std::vector<double>& errors) {
     const Index steps = positions.shape(0);
-    std::vector<double> z(steps), u(steps), v(steps);
+    std::vector<double> z(steps), u(steps), v(steps), below(steps, 0.0);
     for (Index k = 0; k < steps; ++k) {
         double point[3];
         for (Index d = 0; d < 3; ++d) point[d] = start[d] + positions(k) * (end[d] - start[d]);
@@ -31,6 +43,10 @@ void add_errors(const Frame& frame, const double* start, const double* end, doub
         u[k] = frame.fx * point[0] / z[k] + frame.cx;
         v[k] = frame.fy * point[1] / z[k] + frame.cy;
         if (!(z[k] > 0 && std::isfinite(u[k]) && std::isfinite(v[k]))) return;
+        if (table.carries(point, radius)) {  // depth from the surface to the plane, along the ray of the axis
+            const double towards = (table.height(point) + table.plane(3)) / z[k];
+            below[k] = std::max(0.0, (table.plane(3) / towards) - z[k] + surface * radius);
+        }
     }
     double along[2] = {u[steps - 1] - u[0], v[steps - 1] - v[0]};
     const double norm = std::max(std::sqrt(along[0] * along[0] + along[1] * along[1]), 1e-9);
@@ -39,20 +55,25 @@ void add_errors(const Frame& frame, const double* start, const double* end, doub
         for (std::size_t a = 0; a < lateral.shape(0); ++a) {
             const double offset = radius * frame.fx / z[k] * lateral(a);
             const double reading = frame.reading(u[k] - offset * along[1], v[k] + offset * along[0]);
-            if (reading > 0) errors.push_back(reading - (z[k] - surface * radius));
+            if (!(reading > 0)) continue;
+            const double error = reading - (z[k] - surface * radius);
+            errors.push_back(error > 0 ? std::max(0.0, error - below[k]) : error);
         }
     }
 }
 
 // The readings that count for all segments of a chain are found first, since the noise of the chain tells which of them agree.
 auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> radius, Matrix<float> depth, Matrix<bool> mask,
-                   Vector<double> camera, Vector<double> positions, Vector<double> lateral, Vector<double> settings, Index min_readings) {
+                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral, Vector<double> settings,
+                   Index min_readings) {
     check_bounds(bounds, joints.shape(0));
-    require(joints.shape(1) == 3 && camera.shape(0) == 4 && settings.shape(0) == 4, "joints, camera and settings are not (J, 3), (4,), (4,)");
+    require(joints.shape(1) == 3 && camera.shape(0) == 4 && settings.shape(0) == 5, "joints, camera and settings are not (J, 3), (4,), (5,)");
+    require(plane.shape(0) == 0 || plane.shape(0) == 4, "plane is neither (4,) nor (0,)");
     require(radius.shape(0) + 1 == bounds.shape(0), "radius is not one per chain");
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
     require(positions.shape(0) > 0 && lateral.shape(0) > 0, "positions or lateral are empty");
     const Frame frame{depth, mask, camera(0), camera(1), camera(2), camera(3)};
+    const Table table{plane, settings(4)};
     const double surface = settings(0), least = settings(1), most = settings(2), deviations = settings(3);
     const double samples = double(positions.shape(0) * lateral.shape(0));
     count_visits(Index(samples) * Index(joints.shape(0)));
@@ -62,7 +83,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
         std::vector<std::size_t> first;
         for (Index j = bounds(c); j + 1 < bounds(c + 1); ++j) {
             first.push_back(errors.size());
-            add_errors(frame, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface, errors);
+            add_errors(frame, table, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface, errors);
         }
         first.push_back(errors.size());
         for (const double error : errors) residuals.push_back(std::fabs(error));
@@ -87,6 +108,6 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
 
 void bind_depth_support(nb::module_& m) {
     m.def("depth_support", &depth_support, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(), "depth"_a.noconvert(),
-          "mask"_a.noconvert(), "camera"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), "settings"_a.noconvert(),
+          "mask"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), "settings"_a.noconvert(),
           "min_readings"_a);
 }

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...evidence.support import is_over_plane
 from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import steps, whittaker_smooth
 from ...geometry.radii import TOUCHING_RADII
@@ -45,6 +46,13 @@ GAP_WEIGHT = 0.3
 
 RADIUS_TOLERANCE = 0.3
 """Relative difference from the path's radius at which a measurement weighs 1 / e."""
+
+MAX_SUNK_RADII = 3.0
+"""Radii by which an axis may be measured too low over the plane beside it, and still lie on it: a stereo camera sees a cable on a
+table at 0.65 to 0.85 of its height, a thin wire not at all. What is lower is beyond the table."""
+
+MIN_SLOPE = 0.2
+"""Cosine of the angle between the view and the plane's normal at least, for the plane to tell a depth."""
 
 RING_OVERLAP = 40
 """Samples by which a ring is continued over its seam before it is smoothed."""
@@ -169,8 +177,22 @@ def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground, mask
     if foreground.camera is None:
         return _Estimate(moved, _diagonal_weight(axes, lateral_weight, np.zeros(len(moved))), samples.radius, radii)
     depth, depth_weight = _depth(samples, moved, axes, thinned(foreground.points))
-    target = moved + depth[:, None] * axes.depth
+    target = _on_plane(samples, moved + depth[:, None] * axes.depth, axes, foreground)
     return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
+
+
+def _on_plane(samples: Samples, target: Floats, axes: SectionAxes, foreground: Foreground) -> Floats:
+    """Return axes (S, 3) raised to a radius over the plane where they were measured lower: no object lies inside a table."""
+    plane = foreground.plane
+    if plane is None:
+        return target
+    height = target @ plane.normal - plane.height
+    slope = -(axes.depth @ plane.normal)
+    low = (height < samples.radius) & (height > -MAX_SUNK_RADII * samples.radius) & (slope > MIN_SLOPE)
+    if low.any():
+        low &= is_over_plane(samples.curves, samples.radius, foreground)
+    rise = np.where(low, (samples.radius - height) / np.maximum(slope, MIN_SLOPE), 0.0)
+    return np.asarray(target - rise[:, None] * axes.depth)
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:

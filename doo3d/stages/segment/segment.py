@@ -24,6 +24,7 @@ from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
 from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
+from .supporting_plane import find_supporting_plane
 
 BY_SHAPE = ("strands", "plane", "ridge")
 """Methods that look for strands by their shape; all others are told by the user what the object is."""
@@ -73,14 +74,12 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
         raise InputError(
             "segment.method is mask but no mask is given: give one, or a capture with a mask/ folder", code="mask-missing"
         )
-    if isinstance(data, Cloud):
-        made = _segment_cloud(data, config, mask, seed)
-    elif isinstance(data, Image):
-        made = _segment_image(data, config, mask, seed)
-    else:
-        made = _segment_frame(data, config, mask, seed)
+    made = _segment(data, config, mask, seed)
+    plane = find_supporting_plane(data, made, config, seed)
     by_auto = config.method == "auto" and not made.foreground.is_told
-    return replace(made, choice=AUTO_NOTES[made.method]) if by_auto else made
+    return replace(
+        made, foreground=replace(made.foreground, plane=plane), choice=AUTO_NOTES[made.method] if by_auto else made.choice
+    )
 
 
 def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
@@ -106,9 +105,17 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     InputError : the mask has another size; no pixel in the mask has depth; the depth lies outside `min_depth` to `max_depth`
         (wrong unit).
     """
-    extended = segment(data, config, mask)
-    foreground = replace(extended.foreground, is_told=base.foreground.is_told)
+    extended = _segment(data, config, mask, 0)
+    foreground = replace(extended.foreground, is_told=base.foreground.is_told, plane=base.foreground.plane)
     return replace(extended, foreground=foreground, method=EXTENDED, choice=base.choice, base=base.base or base)
+
+
+def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
+    if isinstance(data, Cloud):
+        return _segment_cloud(data, config, mask, seed)
+    if isinstance(data, Image):
+        return _segment_image(data, config, mask, seed)
+    return _segment_frame(data, config, mask, seed)
 
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:

@@ -45,13 +45,12 @@ def find_supporting_plane(
     The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the sensor's place is
     unknown). None if there is no such plane, for an image, and if all data is the object.
     """
-    base = segmentation.base or segmentation
     foreground = segmentation.foreground
-    if isinstance(data, Image) or base.method == "everything" or not len(foreground.points):
+    if isinstance(data, Image) or segmentation.method == "everything" or not len(foreground.points):
         return None
     inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
-    if base.plane is not None:
-        normal, height = base.plane.normal, base.plane.height
+    if segmentation.plane is not None:
+        normal, height = segmentation.plane.normal, segmentation.plane.height
     else:
         if isinstance(data, Cloud):
             points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])

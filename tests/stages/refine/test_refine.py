@@ -231,6 +231,31 @@ def test_depth_is_filled_where_readings_are_of_something_else(offset):
     assert 3 < filled.sum() < 10
 
 
+def seen_low(height, table_until=1.0):
+    """Return the chain of a cable of 6 mm radius on a table, seen at a share of its height over it; the table ends at some x."""
+    axis, radius = line([-0.12, 0.0, 0.494], [0.12, 0.0, 0.494]), 0.006
+    frame, mask = frame_of(axis, radius=radius, table=0.5)
+    depth = np.where(mask, 0.5 - height * (0.5 - frame.depth), frame.depth)
+    x = (np.arange(depth.shape[1]) - frame.camera.cx) / frame.camera.fx * 0.5
+    depth[:, x > table_until] += np.where(mask[:, x > table_until], 0.0, 0.4)
+    frame = replace(frame, depth=depth.astype(np.float32))
+    foreground = segment(frame, SegmentConfig(), mask).foreground
+    return run(axis, radius, "image", foreground=foreground)[0]
+
+
+@pytest.mark.parametrize("height", [1.0, 0.7, 0.3])
+def test_a_cable_on_a_table_lies_on_it_however_low_its_depth(height):
+    chain = seen_low(height)
+    np.testing.assert_allclose(chain.joints[:, 2], 0.494, atol=0.001)
+    assert not chain.depth_filled.any()
+
+
+def test_a_cable_is_not_raised_beyond_the_edge_of_the_table():
+    chain = seen_low(0.3, table_until=0.02)
+    assert np.abs(chain.joints[chain.joints[:, 0] < -0.01, 2] - 0.494).max() < 0.001
+    assert chain.joints[chain.joints[:, 0] > 0.05, 2].min() > 0.4965
+
+
 def test_points_of_a_cloud_have_no_depth_readings():
     joints = np.column_stack((np.arange(5) * STEP, np.zeros(5), np.ones(5)))
     assert depth_support(Curves.of([joints]), [0.004], Foreground(joints)) is None
