@@ -9,6 +9,7 @@ import numpy as np
 
 from ..geometry.curves import Curves
 from ..geometry.noise import MAD_TO_DEVIATION
+from ..geometry.radii import OWN_RADII
 from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents, sample_across
 from ..types import Array, Bools, Floats, Foreground, Ints
 from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
@@ -31,9 +32,6 @@ MIN_RISE_NOISE_RATIO = 2.0
 
 BESIDE_PX = np.linspace(4.0, 14.0, 6)
 """px beyond a strand's sides at which the surface beside it is read: a stereo camera shows the strand 6 to 8 px too wide."""
-
-PLANE_TOLERANCE, PLANE_TOLERANCE_RADII = 0.003, 1.0
-"""m, and radii if that is more, by which readings beside a strand may differ from the plane and be of it."""
 
 NEAR_ENDS = 0.1
 """m within which the nearest end is found quickly: gaps are wider by little."""
@@ -123,7 +121,7 @@ def is_over_plane(curves: Curves, radius: Floats, foreground: Foreground) -> Boo
     """Tell at which samples along strands the camera sees the supporting plane beside the strand.
 
     Beyond the edge of a table, and where the strand passes beside something else, it does not. The readings at a sample are of
-    the plane if the median of those on both sides is.
+    the plane if their median lies within OWN_RADII (1.5) of it, nearer than the far side of the strand.
 
     Parameters
     ----------
@@ -151,7 +149,7 @@ def is_over_plane(curves: Curves, radius: Floats, foreground: Foreground) -> Boo
     height = (towards * readings - plane.height).ravel()
     row = offsets.shape[1] * np.arange(len(offsets))
     median = part_medians(height, row, row + offsets.shape[1])[0]
-    return np.asarray(np.abs(median) < np.maximum(PLANE_TOLERANCE, PLANE_TOLERANCE_RADII * radius))
+    return np.asarray(np.abs(median) < OWN_RADII * radius)
 
 
 def _colors(color: Array, pixels: Ints, mask: Bools) -> ColorOdds | None:

@@ -11,6 +11,7 @@ from .. import kernels
 from ..types import Bools, Floats, Foreground
 from .curves import Curves
 from .noise import DEVIATIONS, MAD_TO_DEVIATION
+from .radii import OWN_RADII
 
 POSITIONS = (np.arange(5) + 0.5) / 5
 """Fractions of a segment's length at which its readings are taken."""
@@ -24,9 +25,6 @@ SURFACE_RADII = 0.85
 MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII = 1.2, 2.5
 """Radii by which a reading may differ from the surface and still support it. The least is that of visibility: a table under the
 object is two radii behind the surface. The most is where `strand_filter` takes a reading for that of something else."""
-
-LYING_RADII = 0.5
-"""Radii by which the height of a segment that lies on a plane may differ from its radius."""
 
 MIN_SUPPORT = 0.3
 """Share of a segment's samples that need a reading which agrees: a curve through fewer is an interpolation."""
@@ -83,7 +81,7 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
         np.zeros(0) if plane is None else np.append(plane.normal, plane.height),
         POSITIONS,
         LATERAL_RADII,
-        np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION, LYING_RADII)),
+        np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION, OWN_RADII)),
         MIN_READINGS,
     )
     parts = (np.split(values, chains.segment_bounds[1:-1]) for values in (supported, agreeing < MIN_SUPPORT, residual))

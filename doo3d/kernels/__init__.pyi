@@ -597,8 +597,8 @@ def depth_support(
         (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
     settings
         (5,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
-        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two; radii by
-        which the height of a segment on the plane may differ from a radius
+        the surface and agree; factor of the median difference of a chain's readings that may differ, between the two; radii over
+        the plane below which an axis lies on it
     min_readings
         readings of a segment that make a median
 

@@ -8,7 +8,7 @@ from doo3d.kernels import depth_support
 FX, FY, CX, CY = 200.0, 210.0, 59.5, 39.5
 POSITIONS = (np.arange(5) + 0.5) / 5
 LATERAL = np.linspace(-0.7, 0.7, 5)
-SURFACE, LEAST, MOST, FACTOR, LYING = 0.85, 1.2, 2.5, 4.4, 0.5
+SURFACE, LEAST, MOST, FACTOR, LYING = 0.85, 1.2, 2.5, 4.4, 1.5
 
 
 def slow_depth_support(joints, radius, depth, mask, plane=None):
@@ -29,7 +29,7 @@ def slow_depth_support(joints, radius, depth, mask, plane=None):
         *normal, level = plane
         height = axis @ np.array(normal) - level
         on_ray = level * z / (height + level)  # where the ray of the axis meets the plane
-        below = np.where(np.abs(height - radius) < LYING * radius, np.maximum(0, on_ray - z + SURFACE * radius), 0.0)
+        below = np.where((height > 0) & (height < LYING * radius), np.maximum(0, on_ray - z + SURFACE * radius), 0.0)
         error = np.where(error > 0, np.maximum(0, error - below[..., None]), error)
     residual = np.abs(error)
     limit = min(max(FACTOR * float(np.median(residual[measured])), LEAST * radius), MOST * radius)

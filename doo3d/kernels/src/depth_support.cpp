@@ -11,7 +11,7 @@ struct Table {
 
     double height(const double* point) const { return plane(0) * point[0] + plane(1) * point[1] + plane(2) * point[2] - plane(3); }
     bool carries(const double* point, double radius) const {
-        return plane.shape(0) == 4 && std::fabs(height(point) - radius) < lying * radius;
+        return plane.shape(0) == 4 && height(point) > 0 && height(point) < lying * radius;
     }
 };
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...evidence.support import is_over_plane
 from ...geometry.noise import MAD_TO_DEVIATION
-from ...geometry.polyline import steps, whittaker_smooth
+from ...geometry.polyline import TINY, steps, whittaker_smooth
 from ...geometry.radii import TOUCHING_RADII
 from ...kernels import nearest, part_medians, window_sum
 from ...types import Bools, Floats, Foreground
@@ -50,9 +50,6 @@ RADIUS_TOLERANCE = 0.3
 MAX_SUNK_RADII = 3.0
 """Radii by which an axis may be measured too low over the plane beside it, and still lie on it: a stereo camera sees a cable on a
 table at 0.65 to 0.85 of its height, a thin wire not at all. What is lower is beyond the table."""
-
-MIN_SLOPE = 0.2
-"""Cosine of the angle between the view and the plane's normal at least, for the plane to tell a depth."""
 
 RING_OVERLAP = 40
 """Samples by which a ring is continued over its seam before it is smoothed."""
@@ -188,11 +185,12 @@ def _on_plane(samples: Samples, target: Floats, axes: SectionAxes, foreground: F
         return target
     height = target @ plane.normal - plane.height
     slope = -(axes.depth @ plane.normal)
-    low = (height < samples.radius) & (height > -MAX_SUNK_RADII * samples.radius) & (slope > MIN_SLOPE)
+    low = (height < samples.radius) & (height > -MAX_SUNK_RADII * samples.radius) & (slope > 0)
     if low.any():
         low &= is_over_plane(samples.curves, samples.radius, foreground)
-    rise = np.where(low, (samples.radius - height) / np.maximum(slope, MIN_SLOPE), 0.0)
-    return np.asarray(target - rise[:, None] * axes.depth)
+    highest = (1 + MAX_SUNK_RADII) * samples.radius  # where the view is along the plane
+    rise = np.minimum((samples.radius - height) / np.maximum(slope, TINY), highest)
+    return np.asarray(target - np.where(low, rise, 0.0)[:, None] * axes.depth)
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:

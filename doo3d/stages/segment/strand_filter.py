@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from ...evidence.support import BESIDE_PX
 from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ...geometry.polyline import unit, whittaker_smooth
@@ -56,9 +57,6 @@ SMOOTHINGS = 4
 
 FIRST_WEIGHT = 1e-3
 """Weight of the first estimate beside 1 of a reading: where there are none."""
-
-SURFACE_NEAR_PX, SURFACE_FAR_PX, SURFACE_SAMPLES = 4.0, 14.0, 6
-"""px beyond a strand's side, and number of samples, at which the depth of the surface beside it is taken."""
 
 SURFACE_SMOOTHING_PX = 60.0
 """px along a strand over which the surface beside it is smoothed."""
@@ -222,7 +220,7 @@ def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame
     """Return the smooth depth (S,) m of what is seen on both sides of a strand; None if less than half of it is seen."""
     along = uniform_filter1d(np.gradient(line.astype(float), axis=0), 9, axis=0, mode="nearest")
     lateral = unit(along)[:, ::-1] * (-1, 1)
-    offset = (radius * frame.camera.fx / depth)[:, None] + np.linspace(SURFACE_NEAR_PX, SURFACE_FAR_PX, SURFACE_SAMPLES)
+    offset = (radius * frame.camera.fx / depth)[:, None] + BESIDE_PX
     readings = sample_across(line.astype(float), lateral, np.concatenate((-offset, offset), axis=1), mask, frame.depth)[1]
     known = np.flatnonzero(~np.isnan(readings).all(axis=1))
     if 2 * len(known) < len(line):
