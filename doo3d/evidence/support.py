@@ -117,7 +117,7 @@ class Support:
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
 
 
-def is_over_plane(curves: Curves, radius: Floats, foreground: Foreground) -> Bools:
+def is_over_plane(curves: Curves, rows: Ints, radius: Floats, foreground: Foreground) -> Bools:
     """Tell at which samples along strands the camera sees the supporting plane beside the strand.
 
     Beyond the edge of a table, and where the strand passes beside something else, it does not. The readings at a sample are of
@@ -126,24 +126,26 @@ def is_over_plane(curves: Curves, radius: Floats, foreground: Foreground) -> Boo
     Parameters
     ----------
     curves
-        S samples along the strands, (S, 3) m in the camera's optical frame.
+        samples along the strands, m in the camera's optical frame.
+    rows
+        (K,) int, the samples that are asked for.
     radius
-        (S,) m, radius of the object at each sample.
+        (K,) m, radius of the object at each of them.
     foreground
         mask, depth, camera and plane of the frame; without any of them no sample is over the plane.
 
     Returns
     -------
-    (S,) bool.
+    (K,) bool.
     """
     depth, mask, camera, plane = foreground.depth, foreground.mask, foreground.camera, foreground.plane
     if depth is None or mask is None or camera is None or plane is None:
         return np.zeros(len(radius), dtype=bool)
     projected = camera.project(curves.points)
-    tangents = polyline_tangents(projected, curves.bounds, curves.closed)
-    side = (camera.fx * radius / curves.points[:, 2])[:, None] + BESIDE_PX
+    tangents = polyline_tangents(projected, curves.bounds, curves.closed)[rows]
+    side = (camera.fx * radius / curves.points[rows, 2])[:, None] + BESIDE_PX
     offsets = np.concatenate((-side, side), axis=1)
-    pixels, readings = sample_across(projected, tangents[:, ::-1] * (-1, 1), offsets, mask, depth)
+    pixels, readings = sample_across(projected[rows], tangents[:, ::-1] * (-1, 1), offsets, mask, depth)
     v, u = np.divmod(pixels, mask.shape[1])
     towards = plane.normal[0] * (u - camera.cx) / camera.fx + plane.normal[1] * (v - camera.cy) / camera.fy + plane.normal[2]
     height = (towards * readings - plane.height).ravel()

@@ -185,12 +185,14 @@ def _on_plane(samples: Samples, target: Floats, axes: SectionAxes, foreground: F
         return target
     height = target @ plane.normal - plane.height
     slope = -(axes.depth @ plane.normal)
-    low = (height < samples.radius) & (height > -MAX_SUNK_RADII * samples.radius) & (slope > 0)
-    if low.any():
-        low &= is_over_plane(samples.curves, samples.radius, foreground)
-    highest = (1 + MAX_SUNK_RADII) * samples.radius  # where the view is along the plane
-    rise = np.minimum((samples.radius - height) / np.maximum(slope, TINY), highest)
-    return np.asarray(target - np.where(low, rise, 0.0)[:, None] * axes.depth)
+    low = np.flatnonzero((height < samples.radius) & (height > -MAX_SUNK_RADII * samples.radius) & (slope > 0))
+    radius = samples.radius[low]
+    lying = is_over_plane(samples.curves, low, radius, foreground)
+    highest = (1 + MAX_SUNK_RADII) * radius  # where the view is along the plane
+    rise = np.minimum((radius - height[low]) / np.maximum(slope[low], TINY), highest)
+    raised = target.copy()
+    raised[low] -= np.where(lying, rise, 0.0)[:, None] * axes.depth[low]
+    return raised
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
