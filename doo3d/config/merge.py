@@ -63,7 +63,8 @@ class MergeConfig(Section):
     max_gap: float = Field(
         0.25,
         gt=0,
-        description="Do not connect two ends that are farther apart. m (px in 2-D), over 0. Raise it for wide occluders.",
+        description="Do not connect two ends that are farther apart; where `chains` forces further connections, three times as "
+        "far. m (px in 2-D), over 0. Raise it for wide occluders.",
     )
     min_length: float = Field(
         4.0,

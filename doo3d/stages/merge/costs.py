@@ -29,7 +29,8 @@ EXPOSED = "exposed ends"
 """Name of the term for ends in plain view, which comes on top of the limit of the other terms."""
 
 FORCED_COST_FACTOR = 3.0
-"""Multiple of `max_cost` that a connection may cost where fewer chains are wanted than are left otherwise."""
+"""Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
+left otherwise: hands and boxes before a cable are wider than other gaps."""
 
 IMAGE_BORDER_RADII = 8.0
 """Radii from the edge of the view within which an end exits it; two such ends are not joined."""
@@ -185,7 +186,7 @@ def pair_costs(
     """Return the cost of connecting each pair of ends; infinite where a connection is not allowed.
 
     The cost is the sum of the terms. Not allowed are ends farther apart than `max_gap`; costs above `max_cost` without the term
-    "exposed ends" (above 3 times `max_cost` if `chains` is set); ends of a ring; the two ends of one chain, unless
+    "exposed ends" (3 times both if `chains` is set); ends of a ring; the two ends of one chain, unless
     `allow_closed_chains` is set; and two ends that both leave the view, unless `free_space_weight` is 0. The diagonal and the
     entries below it are infinite too, so that each pair counts once.
 
@@ -210,8 +211,9 @@ def pair_costs(
     for name, term in terms.items():
         if name != EXPOSED:
             total += term
-    limit = config.max_cost * (1 if config.chains is None else FORCED_COST_FACTOR)
-    total[(euclidean(ends.points) > config.max_gap * ends.gap_unit) | (total > limit)] = np.inf
+    factor = 1 if config.chains is None else FORCED_COST_FACTOR
+    too_far = euclidean(ends.points) > factor * config.max_gap * ends.gap_unit
+    total[too_far | (total > factor * config.max_cost)] = np.inf
     if ends.max_turn < np.pi and config.chains is None:
         total[direction(ends.tangents) > ends.max_turn] = np.inf
     total[np.tri(len(total), dtype=bool)] = np.inf

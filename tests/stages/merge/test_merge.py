@@ -181,10 +181,12 @@ def test_null_stops_where_no_pair_is_good_enough(strategy):
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
 def test_no_gap_wider_than_allowed(strategy):
-    wide = run(row(2, 0.05), config(strategy=strategy, max_gap=0.06, max_cost=1e3))
-    narrow = run(row(2, 0.05), config(strategy=strategy, max_gap=0.04, max_cost=1e3))
-    assert [len(assembly.pieces) for assembly in wide] == [2]
-    assert [len(assembly.pieces) for assembly in narrow] == [1]
+    for chains, largest in ((None, 0.05), (1, 0.15)):  # the number of chains forces three times as much
+        limits = {"strategy": strategy, "chains": chains, "max_cost": 1e3, "min_length": 0}
+        wide = run(row(2, largest - 0.002), config(max_gap=0.05, **limits))
+        narrow = run(row(2, largest + 0.002), config(max_gap=0.05, **limits))
+        assert len(wide[0].pieces) == 2
+        assert len(narrow[0].pieces) == 1
 
 
 def test_a_global_matching_joins_pairs_that_greedy_choice_misses():
