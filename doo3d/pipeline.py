@@ -21,7 +21,7 @@ from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
 from .stages.fill import fill
 from .stages.fit import fit
-from .stages.merge import Merged, merge
+from .stages.links import Merged, merge
 from .stages.prune import Pruned, prune
 from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .stages.segment import Segmentation, segment, segment_extended

@@ -165,6 +165,11 @@ class Registry(MutableMapping[str, T], Generic[T]):
             raise _broken(self._plug_ins()[name], "failed", error) from error
 
 
+CUSTOM_COSTS: Registry[Callable[[Any, Any], Any]] = Registry(COSTS, {})
+"""Costs of the user: functions of the positions (E, D) m, D = 3 (in 2-D: px, D = 2), and the outward unit tangents (E, D) of E
+chain ends to (E, E), the cost of joining each pair. Only entries [i, j] with i < j are used. Weights: `merge.custom_costs`."""
+
+
 @cache
 def _entry_points(group: str) -> dict[str, EntryPoint]:
     """Return the entry points of a group by name, sorted; looked up once, since that reads the metadata of all packages."""

@@ -17,7 +17,7 @@ from doo3d.pipeline import run_stages
 from doo3d.stages import FrameContext
 from doo3d.stages.fill import fill
 from doo3d.stages.fit import fit
-from doo3d.stages.merge.merge import merge
+from doo3d.stages.links import merge
 from doo3d.stages.prune import prune
 from doo3d.stages.refine import estimate_centerline, extend_ends, lay_chains
 from doo3d.stages.thin import thin

@@ -13,8 +13,8 @@ import doo3d
 from doo3d.config import VoxelizeConfig
 from doo3d.geometry.curves import Curves
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
-from doo3d.stages.merge import TOO_MANY
-from doo3d.stages.merge.gap_path_costs import GapPaths
+from doo3d.stages.links import TOO_MANY
+from doo3d.stages.links.terms.gap_path import GapPaths
 from doo3d.stages.voxelize import voxelize
 from doo3d.types import Foreground
 
@@ -79,7 +79,7 @@ def test_of_too_many_chains_the_longest_are_merged(monkeypatch):
     mask = sticks((480, 270), 60, 3)
     everything = stages_of(mask, **UNEXTENDED).pruned.chains
     limit = len(everything) // 2
-    monkeypatch.setattr(import_module("doo3d.stages.merge.merge"), "MAX_CHAINS", limit)
+    monkeypatch.setattr(import_module("doo3d.stages.links.links"), "MAX_CHAINS", limit)
     stages = stages_of(mask, **UNEXTENDED)
     left_out = [dropped.joints for dropped in stages.merged.dropped if dropped.setting == TOO_MANY]
     assert len(left_out) == len(everything) - limit
@@ -91,7 +91,7 @@ def test_of_too_many_chains_the_longest_are_merged(monkeypatch):
 
 
 def test_the_note_is_in_the_detection(monkeypatch):
-    monkeypatch.setattr(import_module("doo3d.stages.merge.merge"), "MAX_CHAINS", 5)
+    monkeypatch.setattr(import_module("doo3d.stages.links.links"), "MAX_CHAINS", 5)
     assert any(note.startswith("merge: ") for note in detect(sticks((480, 270), 60, 3), "image").notes)
 
 
@@ -137,7 +137,7 @@ def test_gap_paths_are_limited(monkeypatch):
     exact = stages_of(mask, **UNEXTENDED)
     exact_made = len(set(made))
     made.clear()
-    monkeypatch.setattr(import_module("doo3d.stages.merge.assignment"), "MAX_GAP_PATHS", 10)
+    monkeypatch.setattr(import_module("doo3d.stages.links.solve"), "MAX_GAP_PATHS", 10)
     limited = stages_of(mask, **UNEXTENDED)
     assert len(set(made)) < exact_made
     assert limited.merged.decisions

@@ -144,8 +144,8 @@ class MergeConfig(Section):
     )
     custom_costs: dict[str, float] = expert(
         {},
-        "Weights of cost terms of your own. Name in doo3d.stages.merge.costs.CUSTOM_COSTS -> weight, in cost units "
-        "per unit of the term. Set it after adding a term there, or installing a plug-in that does.",
+        "Weights of cost terms of your own. Name in doo3d.plugins.CUSTOM_COSTS -> weight, in cost units per unit of the "
+        "term. Set it after adding a term there, or installing a plug-in that does.",
     )
 
     @property

@@ -13,7 +13,7 @@ from ..geometry.curves import Curves
 from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages, run_with_stages
-from ..stages.merge import TOO_MANY, Candidate, DroppedChain, MergeDecision
+from ..stages.links import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Cloud, Floats, Frame, Image
 from ..types.display import counted, tree_text

@@ -16,7 +16,7 @@ from doo3d.config import MergeConfig, VisibilityConfig
 from doo3d.evidence.depth_model import DepthModel, PointVisibility
 from doo3d.evidence.support import Support
 from doo3d.geometry.curves import Curves
-from doo3d.stages.merge import merge
+from doo3d.stages.links import merge
 from doo3d.types import Foreground
 from doo3d.visibility import Visibility
 

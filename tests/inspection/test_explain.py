@@ -15,7 +15,7 @@ from doo3d.config import load_config
 from doo3d.inputs import open_capture
 from doo3d.inspection.explain import explain_stages
 from doo3d.pipeline import run_with_stages
-from doo3d.stages.merge.gap_path_costs import GapCost, GapPaths
+from doo3d.stages.links.terms.gap_path import GapCost, GapPaths
 
 
 @pytest.fixture(scope="module", params=[("crossing", "default"), ("photos/tangle.jpg", "image"), ("clouds/helix.ply", "default")])

@@ -1,26 +1,17 @@
-"""Choose connections among all pairs of ends, given their costs.
-
-By the greedy rule of Keipour et al. (RA-L 2022), or by a global matching.
-"""
+"""Choose links among all pairs of ends, given their costs: the matching of the least total cost, and links that are forced."""
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from ...config import MergeConfig
-from ...geometry.disjoint_set import DisjointSet
-from ...geometry.limits import AT_ONCE
 from ...kernels import match_by_blossoms
-from ...types import Array, Bools, Floats, Ints
-from .costs import FORCED_COST_FACTOR
-from .ends import End, Pair, ends_of
-
-GapCosts = Callable[[Sequence[Pair]], list[float]]
-"""Costs of the gap paths of pairs, on top of the costs that are known of all pairs; never negative."""
+from ...types import Bools, Floats, Ints
+from .candidates import FORCED_COST_FACTOR, End, Link, Pair, ends_of
+from .greedy import ChainGroups, CheapestFirst, GapCosts, greedy, with_gap
 
 StraightGaps: TypeAlias = "Callable[[Floats], Floats] | None"
 """Function from costs (E, E) without gap paths to costs with straight gaps; or None."""
@@ -28,89 +19,8 @@ StraightGaps: TypeAlias = "Callable[[Floats], Floats] | None"
 MAX_GAP_PATHS = 2000
 """Gap paths at most that are made to find the best matching: each takes 0.1 ms. A frame of an object needs some hundreds."""
 
-FORCED_MIN_LENGTH_RATIO = 0.1
-"""Fraction of the longest chain's length below which a chain is not joined by force: it is clutter rather than a part."""
 
-
-class Link(NamedTuple):
-    """A connection (join) of two chain ends and its cost. Links sort by cost.
-
-    Attributes
-    ----------
-    cost
-        in cost units: 1 per mm of gap (1 per px in 2-D), plus angles in radians times their weights (section `merge` of the
-        settings).
-    first, second
-        the two ends. `first` has the lower chain number or, in one chain, side 0.
-    """
-
-    cost: float
-    first: End
-    second: End
-
-    @property
-    def pair(self) -> Pair:
-        """The two ends, (first, second)."""
-        return self.first, self.second
-
-
-class ChainGroups(DisjointSet):
-    """The grouping of chains into connected groups: chains connected directly or through other chains share a group."""
-
-    def __init__(self, count: int, links: Iterable[Link] = ()) -> None:
-        """Put each of `count` chains in a group of its own, then unite the groups that the links connect."""
-        super().__init__(range(count))
-        for link in links:
-            self.join(link.first.chain, link.second.chain)
-
-    def of(self, end: End) -> int:
-        """Return the number of the group of connected chains to which the chain of an end belongs."""
-        return int(self.group[end.chain])
-
-    def are_apart(self, first: Ints, second: Ints) -> Bools:
-        """Tell which pairs of ends, given by two arrays of their indices (K,), are in two groups: (K,) bool."""
-        return np.asarray(self.group[first // 2] != self.group[second // 2])
-
-    def in_large(self, sizes: Sequence[int]) -> Bools:
-        """Tell which chains are in a group that has at least a tenth as many segments as the largest group: (C,) bool.
-
-        Parameters
-        ----------
-        sizes
-            number of segments of each chain.
-        """
-        total = np.bincount(self.group, weights=sizes)
-        return np.asarray(total[self.group] >= FORCED_MIN_LENGTH_RATIO * total.max())
-
-
-class _Candidates:
-    """The pairs of ends that may be joined, the cheapest first; of equal cost in the order of `Link`."""
-
-    def __init__(self, cost: Floats) -> None:
-        self.first, self.second = np.nonzero(np.isfinite(cost))
-        self.cost = cost[self.first, self.second]
-        self._keep(np.argsort(self.cost, kind="stable"))
-        self.ends = ends_of(len(cost) // 2)
-
-    def __len__(self) -> int:
-        return len(self.cost)
-
-    def _keep(self, rows: Array) -> None:
-        self.first, self.second, self.cost = self.first[rows], self.second[rows], self.cost[rows]
-
-    def select(self, is_possible: Callable[[Ints, Ints], Bools]) -> Iterator[Link]:
-        """Yield the pairs for which `is_possible` holds, given the indices of their ends, each part of the list anew."""
-        for start in range(0, len(self), AT_ONCE):
-            part = slice(start, start + AT_ONCE)
-            for i in start + np.flatnonzero(is_possible(self.first[part], self.second[part])):
-                yield Link(float(self.cost[i]), self.ends[self.first[i]], self.ends[self.second[i]])
-
-    def drop(self, is_possible: Callable[[Ints, Ints], Bools]) -> None:
-        """Forget all pairs for which `is_possible` does not hold."""
-        self._keep(np.flatnonzero(is_possible(self.first, self.second)))
-
-
-def assign(
+def solve(
     cost: Floats,
     sizes: Sequence[int],
     gap_costs: GapCosts,
@@ -145,50 +55,13 @@ def assign(
     The chosen connections, each with its cost including the gap path; no end is in two of them.
     """
     allowed = np.where(cost <= config.max_cost, cost, np.inf)
-    links = STRATEGIES[config.strategy](allowed, gap_costs, config, with_straight_gaps)
+    if config.strategy == "greedy":
+        links = greedy(allowed, gap_costs, config)
+    else:
+        links = _global(allowed, gap_costs, config, with_straight_gaps)
     if config.chains is not None:
         links += force_merges(links, cost, sizes, forced_gap_costs or gap_costs, config)
     return links
-
-
-def _greedy(cost: Floats, gap_costs: GapCosts, config: MergeConfig, _: StraightGaps = None) -> list[Link]:
-    """Join the cheapest pair first, as Keipour et al. (RA-L 2022) do.
-
-    Gap paths only ever add to a cost, so only the gap path of the pair that would be next is made.
-    """
-    groups = ChainGroups(len(cost) // 2)
-    used = np.zeros(len(cost), dtype=bool)
-    links: list[Link] = []
-    rings: list[Link] = []
-    complete: list[Link] = []
-
-    def is_possible(first: Ints, second: Ints) -> Bools:
-        free = ~(used[first] | used[second])
-        return free if config.allow_closed_chains else free & groups.are_apart(first, second)
-
-    def join_complete(limit: Link | None) -> None:
-        while complete and (limit is None or complete[0] < limit):
-            link = heapq.heappop(complete)
-            if used[link.first.row] or used[link.second.row]:
-                continue
-            if groups.of(link.first) == groups.of(link.second):
-                rings.append(link)
-            elif config.chains is None or len(groups) > config.chains:
-                used[[link.first.row, link.second.row]] = True
-                links.append(link)
-                groups.join(link.first.chain, link.second.chain)
-
-    for link in _Candidates(cost).select(is_possible):
-        join_complete(link)
-        if used[link.first.row] or used[link.second.row]:
-            continue
-        if not config.allow_closed_chains and len(groups) <= (config.chains or 1):
-            break
-        with_gap = _with_gap(link, gap_costs)
-        if with_gap.cost <= config.max_cost:
-            heapq.heappush(complete, with_gap)
-    join_complete(None)
-    return links + [ring for ring in rings if config.allow_closed_chains and not used[[ring.first.row, ring.second.row]].any()]
 
 
 def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straight_gaps: StraightGaps = None) -> list[Link]:
@@ -234,12 +107,6 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straigh
     return links[: len(links) - max(0, surplus)]
 
 
-STRATEGIES: dict[str, Callable[[Floats, GapCosts, MergeConfig, StraightGaps], list[Link]]] = {
-    "greedy": _greedy,
-    "global": _global,
-}
-
-
 def force_merges(
     links: Sequence[Link], cost: Floats, sizes: Sequence[int], gap_costs: GapCosts, config: MergeConfig
 ) -> list[Link]:
@@ -272,7 +139,7 @@ def force_merges(
     forced: list[Link] = []
     if len(groups) <= (config.chains or 1):
         return forced
-    candidates = _Candidates(cost)
+    candidates = CheapestFirst(cost)
 
     def is_possible(first: Ints, second: Ints) -> Bools:
         return np.asarray(~(used[first] | used[second]) & groups.are_apart(first, second))
@@ -300,7 +167,7 @@ def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> 
     for link in candidates:
         if link.cost >= (limit if best is None else best.cost):
             break
-        complete = _with_gap(link, gap_costs)
+        complete = with_gap(link, gap_costs)
         if complete.cost < limit and (best is None or complete < best):
             best = complete
     return best
@@ -326,11 +193,6 @@ def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
         if ring and end == start:
             return ring
     return None
-
-
-def _with_gap(link: Link, gap_costs: GapCosts) -> Link:
-    """Return the link with the cost of its gap path added."""
-    return link._replace(cost=link.cost + gap_costs([link.pair])[0])
 
 
 def _take_straight_gaps(total: Floats, cost: Floats, straight: Floats, complete: set[Pair]) -> Ints:

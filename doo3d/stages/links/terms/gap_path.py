@@ -9,16 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...config import MergeConfig
-from ...evidence.depth_model import PointVisibility
-from ...geometry.gap_path import GapPath, gap_path
-from ...geometry.limits import AT_ONCE
-from ...geometry.polyline import steps
-from ...geometry.radii import STEP_RADII
-from ...types import Bools, Floats, Ints
-from ...visibility import OPEN, Visibility
-from .costs import FORCED_COST_FACTOR
-from .ends import ChainEnds, End, Pair
+from ....evidence.depth_model import PointVisibility
+from ....geometry.gap_path import GapPath, gap_path
+from ....geometry.limits import AT_ONCE
+from ....geometry.polyline import steps
+from ....geometry.radii import STEP_RADII
+from ....types import Bools, Floats, Ints
+from ....visibility import OPEN, Visibility
+from ..candidates import FORCED_COST_FACTOR, Candidates, End, Pair
 
 CONNECTION_POINTS = 20
 """Points on the straight connection of two near ends, of which none may lie in free space for the gap to cost nothing."""
@@ -57,19 +55,14 @@ class GapPaths:
     Attributes
     ----------
     ends
-        position and tangent of the ends of all chains.
-    radius
-        radius of the object, m (px in 2-D).
+        position and tangent of the ends of all chains, with section `merge` of the settings: `free_space_weight`,
+        `unknown_weight`, `gap_side`, `tangent_window_radii`.
     visibility
         tells free from hidden space; None for a cloud without camera views, where all space counts as unknown.
-    config
-        section `merge` of the settings: `free_space_weight`, `unknown_weight`, `gap_side`, `tangent_window_radii`.
     """
 
-    ends: ChainEnds
-    radius: float
+    ends: Candidates
     visibility: Visibility | None
-    config: MergeConfig
     _paths: dict[Pair, GapPath] = field(default_factory=dict, repr=False)
     _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
 
@@ -82,7 +75,7 @@ class GapPaths:
             points, tangents = self.ends.points, self.ends.tangents
             self._paths[start, end] = gap_path(
                 points[start.row], tangents[start.row], points[end.row], tangents[end.row],
-                inside=self.config.gap_side == "inside",
+                inside=self.ends.config.gap_side == "inside",
             )  # fmt: skip
         return self._paths[start, end]
 
@@ -101,7 +94,7 @@ class GapPaths:
         -------
         One cost per pair, in cost units: 1 per mm (1 per px in 2-D) times the weight.
         """
-        if not (self.config.free_space_weight or self.config.unknown_weight):
+        if not (self.ends.config.free_space_weight or self.ends.config.unknown_weight):
             return [0.0] * len(pairs)
         if missing := [pair for pair in pairs if pair not in self._costs]:
             self._costs.update(zip(missing, self._measure(missing), strict=True))
@@ -127,7 +120,7 @@ class GapPaths:
         """Which ends are tips in plain view, (E,)."""
         if self.visibility is None:
             return np.zeros(len(self.ends.points), dtype=bool)
-        return self.visibility.tips(self.ends.points, self.ends.tangents, self.radius) > 0
+        return self.visibility.tips(self.ends.points, self.ends.tangents, self.ends.radius) > 0
 
     def cost(self, pair: Pair) -> GapCost:
         """Return the cost of the gap path of one pair of ends in its three parts, in cost units."""
@@ -137,14 +130,14 @@ class GapPaths:
     def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
         """Return the costs of gap paths; a short gap costs nothing if its straight connection meets no free space."""
         one, other = self.ends.points[np.array([(a.row, b.row) for a, b in pairs])].swapaxes(0, 1)
-        costly = np.linalg.norm(other - one, axis=1) >= self.config.tangent_window_radii * self.radius
+        costly = np.linalg.norm(other - one, axis=1) >= self.ends.config.tangent_window_radii * self.ends.radius
         if self.visibility is not None:
             costly |= self.visibility.gap_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, [0, 2]].any(axis=1)
         cost = np.zeros((len(pairs), 3))
         if costly.any():
-            spacing = STEP_RADII * self.radius
+            spacing = STEP_RADII * self.ends.radius
             paths = [self.path(a, b).points(spacing) for (a, b), is_costly in zip(pairs, costly, strict=True) if is_costly]
-            weights = (self.config.free_space_weight, self.config.unknown_weight, self.config.free_space_weight)
+            weights = (self.ends.config.free_space_weight, self.ends.config.unknown_weight, self.ends.config.free_space_weight)
             cost[costly] = self.ends.unit_cost * self._lengths(paths) * weights
         return [GapCost(*row) for row in cost.tolist()]
 
@@ -170,7 +163,7 @@ class GapPaths:
         """
         total = cost.copy()
         first, second = np.nonzero(np.isfinite(cost))
-        if not (self.config.free_space_weight or self.config.unknown_weight):
+        if not (self.ends.config.free_space_weight or self.ends.config.unknown_weight):
             return total
         for start in range(0, len(first), AT_ONCE):
             a, b = first[start : start + AT_ONCE], second[start : start + AT_ONCE]
@@ -179,7 +172,7 @@ class GapPaths:
 
     def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
         """Return the cost of a straight gap between K ends and K others, given by their indices (K,)."""
-        points, config = self.ends.points, self.config
+        points, config = self.ends.points, self.ends.config
         offset = points[second] - points[first]
         length = np.linalg.norm(offset, axis=1)
         free, unknown = np.zeros(len(first)), np.ones(len(first))
@@ -188,6 +181,6 @@ class GapPaths:
             status = self.visibility.model.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
             free = np.isin(status, OPEN).mean(axis=1)
             unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
-        unknown = np.where((length < config.tangent_window_radii * self.radius) & (free == 0), 0.0, unknown)
+        unknown = np.where((length < config.tangent_window_radii * self.ends.radius) & (free == 0), 0.0, unknown)
         weighted = config.free_space_weight * free + config.unknown_weight * unknown
         return np.asarray(self.ends.unit_cost * length * weighted)

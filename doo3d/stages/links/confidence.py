@@ -8,7 +8,7 @@ import numpy as np
 
 from ...kernels import second_best_rise
 from ...types import Floats, Ints
-from .assignment import Link
+from .candidates import Link
 
 FEW_ENDS = 256
 """Ends up to which all others are tried as alternatives; the work grows as their number to the power of three."""

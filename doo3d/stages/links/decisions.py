@@ -9,9 +9,8 @@ import numpy as np
 
 from ...types import Floats
 from .. import Assembly
-from .assignment import Link
-from .ends import Pair, ends_of
-from .gap_path_costs import GapCost, GapPaths
+from .candidates import Link, Pair, ends_of
+from .terms.gap_path import GapCost, GapPaths
 
 TOO_MANY = "too many chains"
 """In place of a setting: the chain is not one of the longest, to which merging is limited."""

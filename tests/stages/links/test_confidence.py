@@ -17,11 +17,10 @@ from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
 from doo3d.stages import Assembly
 from doo3d.stages.fill import fill
-from doo3d.stages.merge import merge
-from doo3d.stages.merge.assignment import Link
-from doo3d.stages.merge.confidence import confidences
-from doo3d.stages.merge.ends import ChainEnds, ends_of
-from doo3d.stages.merge.gap_path_costs import GapPaths
+from doo3d.stages.links import merge
+from doo3d.stages.links.candidates import Candidates, Link, ends_of
+from doo3d.stages.links.confidence import confidences
+from doo3d.stages.links.terms.gap_path import GapPaths
 from doo3d.types import Camera, Chain, Connection, Detection
 from doo3d.visibility import Visibility
 
@@ -174,13 +173,13 @@ def test_gaps_through_free_space_are_no_alternatives():
     cost[0, 1:] = 40
     depth = np.full((240, 320), 0.3, np.float32)
     depth[122:] = 0.9
-    ends = ChainEnds(points, np.zeros_like(points), np.zeros_like(points), np.zeros(3, dtype=bool))
+    nothing = np.zeros_like(points), np.zeros_like(points), np.zeros(3, dtype=bool), RADIUS
     visibility = Visibility(DepthModel(depth, np.zeros_like(depth, bool), camera, 0.01))
-    seen = GapPaths(ends, RADIUS, visibility, MergeConfig()).with_straight_gaps(cost)
+    seen = GapPaths(Candidates(points, *nothing, MergeConfig()), visibility).with_straight_gaps(cost)
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200
     assert np.isinf(seen[1]).all()
-    blind = GapPaths(ends, RADIUS, None, MergeConfig(tangent_window_radii=1.0)).with_straight_gaps(cost)
+    blind = GapPaths(Candidates(points, *nothing, MergeConfig(tangent_window_radii=1.0)), None).with_straight_gaps(cost)
     assert blind[0, 1] == pytest.approx(40 + 2 * 40)
     assert cost[0, 2] == 40
 

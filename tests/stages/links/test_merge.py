@@ -13,8 +13,8 @@ from doo3d.config import MergeConfig, load_config
 from doo3d.evidence.depth_model import DepthModel
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import unit
-from doo3d.stages.merge import merge
-from doo3d.stages.merge.ends import End
+from doo3d.stages.links import merge
+from doo3d.stages.links.candidates import End
 from doo3d.types import Camera
 from doo3d.visibility import Visibility
 

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...config import MergeConfig
-from ...evidence.strand_hues import unlike_ends
 from ...geometry.curves import Curves
 from ...types import Floats
 from .. import Assembly, FrameContext
-from .assignment import ChainGroups, Link, assign
+from .candidates import Candidates, End, Link, ends_of
 from .confidence import confidences
-from .costs import cost_terms, pair_costs
 from .decisions import TOO_MANY, DroppedChain, Merged, record_decisions
-from .ends import End, ends_of, measure_ends
-from .gap_path_costs import GapPaths
+from .greedy import ChainGroups
+from .solve import solve
+from .terms import cost_terms, pair_costs
+from .terms.gap_path import GapPaths
 
 MAX_CHAINS = 500
 """Chains at most whose ends are joined, the longest: the costs of all pairs of their ends, and the matching, take about a second.
@@ -53,19 +52,15 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     if not len(chains):
         return Merged([])
     chains, left_out = _longest(chains)
-    radius, visibility = context.radius, context.visibility
-    if visibility is not None and config.free_space_weight:
-        visibility = visibility.with_support(list(chains), radius, context.foreground)
-    ends = measure_ends(chains, config.tangent_window_radii * radius, context.gap_unit, context.max_turn)
-    terms = cost_terms(ends, radius, visibility, config)
-    if context.foreground.colors is not None:
-        window = math.ceil(config.tangent_window_radii * radius / context.segment_length) + 1
-        # a nat costs as much as a turn by a radian
-        terms["appearance"] = config.bending.direction_weight * unlike_ends(context.foreground.colors, list(chains), window)
-    cost = pair_costs(ends, terms, radius, visibility, config)
-    gap_paths = GapPaths(ends, radius, visibility, config)
+    if context.visibility is not None and config.free_space_weight:
+        supported = context.visibility.with_support(list(chains), context.radius, context.foreground)
+        context = replace(context, visibility=supported)
+    ends = Candidates.of(chains, context, config)
+    terms = cost_terms(ends, context)
+    cost = pair_costs(ends, terms, context)
+    gap_paths = GapPaths(ends, context.visibility)
     sizes = (chains.counts - 1).tolist()
-    links = assign(cost, sizes, gap_paths.costs, config, gap_paths.with_straight_gaps, gap_paths.forced_costs)
+    links = solve(cost, sizes, gap_paths.costs, config, gap_paths.with_straight_gaps, gap_paths.forced_costs)
     alternatives = gap_paths.with_straight_gaps(cost)
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 
@@ -76,7 +71,7 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     if config.chains is not None:
         kept, setting = built[: config.chains], "merge.chains"
     else:
-        least = config.min_length * radius
+        least = config.min_length * context.radius
         kept, setting = [item for item in built if item[1].segments * context.segment_length >= least], "merge.min_length"
     used = {end.chain for route, _ in kept for end in route.entries}
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
@@ -110,14 +105,14 @@ def _notes(left_out: Curves) -> tuple[str, ...]:
 
 def _refusal_notes(groups: ChainGroups, sizes: list[int], cost: Floats, gap_paths: GapPaths) -> tuple[str, ...]:
     """Return a note if fewer chains are wanted than are left, since the others could only be joined in the open."""
-    wanted, large = gap_paths.config.chains, groups.in_large(sizes)
+    wanted, large = gap_paths.ends.config.chains, groups.in_large(sizes)
     found = len(set(groups.group[large].tolist()))
     if wanted is None or found <= wanted:
         return ()
     first, second = np.nonzero(np.isfinite(cost) & np.repeat(large, 2) & np.repeat(large, 2)[:, None])
     apart = groups.are_apart(first, second)
     pairs = [(End(a // 2, a % 2), End(b // 2, b % 2)) for a, b in zip(first[apart].tolist(), second[apart].tolist(), strict=True)]
-    if not any(gap_paths.cost(pair).open > gap_paths.config.max_cost for pair in pairs):
+    if not any(gap_paths.cost(pair).open > gap_paths.ends.config.max_cost for pair in pairs):
         return ()
     kept = "longest is" if wanted == 1 else f"{wanted} longest are"
     return (

@@ -1,0 +1,223 @@
+"""The ends of chains, and the pairs of ends that may be linked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...config import MergeConfig
+from ...config.merge import Bending
+from ...geometry.curves import Curves
+from ...geometry.limits import AT_ONCE
+from ...geometry.polyline import angle, unit
+from ...types import Bools, Floats
+from ...visibility import Visibility
+from .. import FrameContext
+
+FORCED_COST_FACTOR = 3.0
+"""Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
+left otherwise: hands and boxes before a cable are wider than other gaps."""
+
+IMAGE_BORDER_RADII = 8.0
+"""Radii from the edge of the view within which an end exits it; two such ends are not joined."""
+
+
+class End(NamedTuple):
+    """Name of one end of a chain. Ends sort by chain, then by side.
+
+    Attributes
+    ----------
+    chain
+        index of the chain in the list of chains that are merged.
+    side
+        0 for the chain's first joint, 1 for its last.
+    """
+
+    chain: int
+    side: int
+
+    @property
+    def row(self) -> int:
+        """The row of this end in arrays over all ends of all chains: 2 * chain + side."""
+        return 2 * self.chain + self.side
+
+    @property
+    def other(self) -> End:
+        """The other end of the same chain."""
+        return End(self.chain, 1 - self.side)
+
+    def __str__(self) -> str:
+        return f"{self.chain} {'end' if self.side else 'start'}"
+
+
+Pair = tuple[End, End]
+"""Two ends that are or could be joined, the lower first."""
+
+
+class Link(NamedTuple):
+    """A connection (join) of two chain ends and its cost. Links sort by cost.
+
+    Attributes
+    ----------
+    cost
+        in cost units: 1 per mm of gap (1 per px in 2-D), plus angles in radians times their weights (section `merge` of the
+        settings).
+    first, second
+        the two ends. `first` has the lower chain number or, in one chain, side 0.
+    """
+
+    cost: float
+    first: End
+    second: End
+
+    @property
+    def pair(self) -> Pair:
+        """The two ends, (first, second)."""
+        return self.first, self.second
+
+
+def ends_of(count: int) -> list[End]:
+    """Return both ends of each of `count` chains: side 0, side 1 of chain 0, then of chain 1, and so on."""
+    return [End(chain, side) for chain in range(count) for side in (0, 1)]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """The E ends of all chains as arrays, and their pairs: rows 2 c and 2 c + 1 are the first and the last joint of chain c.
+
+    Attributes
+    ----------
+    points
+        (E, D) m, D = 3 (in 2-D: px, D = 2), position of each end.
+    tangents
+        (E, D) unit, tangent at each end, pointing out of its chain.
+    curvatures
+        (E, D) 1/m (1/px in 2-D), curvature vector at each end: perpendicular to the tangent, towards the inside of the bend; its
+        length is 1 / radius of the bend, 0 for a straight chain.
+    closed
+        (E,) bool, True if the end's chain is already a ring.
+    radius
+        radius of the object, m (px in 2-D).
+    config
+        section `merge` of the settings: the weights of the terms, and the limits.
+    gap_unit
+        factor by which gaps may be longer and cost less, from the spacing of a cloud's points; 1 for a frame or an image.
+    max_turn
+        radians, angle by which an object may turn across a gap.
+    chains
+        the joints of the chains.
+    """
+
+    points: Floats
+    tangents: Floats
+    curvatures: Floats
+    closed: Bools
+    radius: float
+    config: MergeConfig
+    gap_unit: float = 1.0
+    max_turn: float = np.pi
+    chains: Curves = field(default_factory=lambda: Curves.of([]))
+
+    @classmethod
+    def of(cls, chains: Curves, context: FrameContext, config: MergeConfig) -> Candidates:
+        """Measure position, outward tangent and curvature of both ends of each chain, at least one.
+
+        A parabola is fitted to the last `merge.tangent_window_radii` radii of a chain, at least to its last segment.
+        """
+        measured = chains.ends(config.tangent_window_radii * context.radius)
+        closed = np.repeat(chains.closed, 2)
+        unit_and_turn = context.gap_unit, context.max_turn
+        return cls(chains.points[chains.tips], *measured, closed, context.radius, config, *unit_and_turn, chains)
+
+    @property
+    def unit_cost(self) -> float:
+        """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
+        return 1000.0 / self.gap_unit if self.points.shape[1] == 3 else 1.0
+
+    @cached_property
+    def bending(self) -> Bending:
+        """The weights of angles, and the share of its curvature that an end keeps."""
+        return self.config.bending
+
+    @cached_property
+    def distance(self) -> Floats:
+        """The distance of each pair of ends, (E, E) m (px in 2-D), symmetric."""
+        points = self.points
+        return by_rows(lambda rows: np.linalg.norm(points[None] - points[rows, None], axis=-1), len(points))
+
+    @cached_property
+    def expected_tangents(self) -> Floats:
+        """The tangent of every end half way to every other, (E, E, D) unit, if it keeps a share of its curvature.
+
+        On a circle the direction half way along an arc is that of its chord, so two ends of one bend then match exactly. No
+        object bends more sharply than two of its radii, and no curvature is known well enough to extrapolate far.
+        """
+        strength = np.linalg.norm(self.curvatures, axis=1, keepdims=True)
+        bend = self.curvatures * np.minimum(1.0, 1 / np.maximum(2 * self.radius * strength, 1e-12))
+
+        def tangents(rows: slice) -> Floats:
+            half_way = np.minimum(self.distance[rows], self.config.tangent_window_radii * self.radius)[:, :, None] / 2
+            return unit(self.tangents[rows, None] + self.bending.curvature_persistence * half_way * bend[rows, None])
+
+        return by_rows(tangents, len(self.points))
+
+    def limited(self, cost: Floats, visibility: Visibility | None) -> Floats:
+        """Return the cost of connecting each pair of ends, infinite where a connection is not allowed.
+
+        Not allowed are ends farther apart than `max_gap`; costs above `max_cost` (3 times both if `chains` is set); ends of a
+        ring; the two ends of one chain, unless `allow_closed_chains` is set; and two ends that both leave the view, unless
+        `free_space_weight` is 0. The diagonal and the entries below it are infinite too, so that each pair counts once.
+
+        Parameters
+        ----------
+        cost
+            (E, E) cost units.
+        visibility
+            tells which ends leave the view; None for a cloud without camera views.
+        """
+        config, total = self.config, cost.copy()
+        factor = 1 if config.chains is None else FORCED_COST_FACTOR
+        total[(self.distance > factor * config.max_gap * self.gap_unit) | (total > factor * config.max_cost)] = np.inf
+        if self.max_turn < np.pi and config.chains is None:
+            total[turns(self.tangents) > self.max_turn] = np.inf
+        total[np.tri(len(total), dtype=bool)] = np.inf
+        total[self.closed] = np.inf
+        total[:, self.closed] = np.inf
+        if not config.allow_closed_chains:
+            first = np.arange(0, len(total), 2)
+            total[first, first + 1] = np.inf
+        if visibility is not None and config.free_space_weight:
+            exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
+            total[np.ix_(exiting, exiting)] = np.inf
+        return total
+
+
+def turns(tangents: Floats) -> Floats:
+    """Return for each pair of chain ends the angle by which a line turns that leaves by one end and enters by the other.
+
+    The angle is 0 if the tangents point straight against each other, as at a gap in a straight line.
+
+    Parameters
+    ----------
+    tangents
+        (E, D) unit, D = 2 or 3, tangent of each of E ends pointing out of its chain; or (E, E, D), where [i, j] is the tangent
+        that end i is expected to have half way to end j.
+
+    Returns
+    -------
+    (E, E) radians, 0 to pi, symmetric.
+    """
+    outward = tangents if tangents.ndim == 3 else np.broadcast_to(tangents[:, None], (len(tangents), *tangents.shape))
+    return by_rows(lambda rows: angle(outward[rows], -outward[:, rows].swapaxes(0, 1)), len(tangents))
+
+
+def by_rows(values: Callable[[slice], Floats], count: int) -> Floats:
+    """Return values of all pairs, (E, E) or (E, E, D), computed a few rows at a time where there are many ends."""
+    rows = max(1, AT_ONCE // max(count, 1))
+    if count <= rows:
+        return np.asarray(values(slice(None)))
+    return np.concatenate([values(slice(start, start + rows)) for start in range(0, count, rows)])

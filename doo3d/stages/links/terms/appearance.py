@@ -1,0 +1,22 @@
+"""The colors that the strands show at two ends."""
+
+from __future__ import annotations
+
+import math
+
+from ....evidence.strand_hues import unlike_ends
+from ....types import Floats
+from ... import FrameContext
+from ..candidates import Candidates
+
+
+def appearance(candidates: Candidates, evidence: FrameContext) -> Floats | None:
+    """Return how much less likely each pair of ends shows one color, (E, E) cost units; None where no colors were told apart.
+
+    A nat costs as much as a turn by a radian.
+    """
+    if evidence.foreground.colors is None:
+        return None
+    window = math.ceil(candidates.config.tangent_window_radii * candidates.radius / evidence.segment_length) + 1
+    unlike = unlike_ends(evidence.foreground.colors, list(candidates.chains), window)
+    return candidates.bending.direction_weight * unlike
