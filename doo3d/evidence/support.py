@@ -11,7 +11,7 @@ from ..geometry.curves import Curves
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..geometry.radii import OWN_RADII
 from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents, sample_across
-from ..types import Array, Bools, Floats, Foreground, Ints
+from ..types import Array, Bools, Camera, Floats, Foreground, Ints, Plane
 from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
 
 LATERAL_RADII = np.array([0.0, -4.0, -3.0, 3.0, 4.0])
@@ -51,12 +51,16 @@ class Support:
         (E,) m, standard deviation of single readings of the rise.
     colors
         the colors of the object along the chains against those beside them; None without color, and if one of them is not seen.
+    plane
+        the plane around the object, with the camera that sees it and half the height of the object over it, m: it tells bare
+        surface where the rise is not resolved; None if there is no plane.
     """
 
     ends: Floats
     rise: Floats
     rise_noise: Floats
     colors: ColorOdds | None
+    plane: tuple[Plane, Camera, float] | None = None
 
     @staticmethod
     def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> Support | None:
@@ -82,13 +86,15 @@ class Support:
         behind = readings[:, 1:] - joints[:, 2:]
         behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
         colors = None if foreground.color is None else _colors(foreground.color, pixels, mask)
-        return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), colors)
+        plane = None if foreground.plane is None else (foreground.plane, camera, radius)
+        return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), colors, plane)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.
 
         The log-odds of color and depth are added. By depth they are the distance by which the reading is farther than the
-        position with half the rise of the object over the surface, over the noise of both. Either is 0 where it is not known.
+        position with half the rise of the object over the surface, over the noise of both; where the rise is not known, the
+        distance by which the reading is lower over the plane than half the object. Either is 0 where it is not known.
 
         Parameters
         ----------
@@ -107,7 +113,12 @@ class Support:
         """
         end, z = nearest(points, self.ends, NEAR_ENDS, limited=False)[1], points[:, 2]
         deviation = np.hypot(noise * readings * z, self.rise_noise[end])
-        by_depth = np.nan_to_num((readings - z - self.rise[end] / 2) / deviation)
+        by_depth = (readings - z - self.rise[end] / 2) / deviation
+        if self.plane is not None and np.isnan(by_depth).any():
+            plane, camera, middle = self.plane
+            height = camera.unproject(pixels, readings) @ plane.normal - plane.height
+            by_depth = np.where(np.isnan(by_depth), (middle - height) / deviation, by_depth)
+        by_depth = np.nan_to_num(by_depth)
         return np.asarray(by_depth if self.colors is None else by_depth - self.colors.log_odds_at(pixels))
 
     def has_object_color(self, pixels: Ints) -> Bools:

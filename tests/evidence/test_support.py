@@ -17,7 +17,7 @@ from doo3d.evidence.depth_model import DepthModel, PointVisibility
 from doo3d.evidence.support import Support
 from doo3d.geometry.curves import Curves
 from doo3d.stages.links import merge
-from doo3d.types import Foreground
+from doo3d.types import Foreground, Plane
 from doo3d.visibility import Visibility
 
 TABLE, RADIUS = 0.6, 0.002
@@ -150,6 +150,17 @@ def test_the_log_odds_of_color_and_depth_are_added():
     np.testing.assert_allclose(known.bare_log_odds(points, pixels, readings, 1e-9), by_depth + by_color)
     noisy = replace(blind, rise_noise=np.array([0.002]))
     np.testing.assert_allclose(noisy.bare_log_odds(points, pixels, readings, 1e-9), by_depth / 2)
+
+
+def test_the_plane_tells_what_stands_on_it_where_the_rise_is_not_resolved():
+    """By color a dark thing is no cable; but what is as high as the cable, or higher, may hide it."""
+    points, pixels = np.array([(0.0, 0.0, 0.6)] * 3), np.array([(320, 240)] * 3)
+    table = Plane(np.array((0.0, 0.0, -1.0)), -0.602)
+    support = Support(points[:1], np.array([np.nan]), np.array([0.001]), None, (table, CAMERA, RADIUS))
+    readings = np.array([0.602, 0.6, 0.592])  # on the table, as high as the cable's axis, and a thing of 10 mm
+    assert support.bare_log_odds(points, pixels, readings, 1e-9) == pytest.approx([2, 0, -8])
+    resolved = replace(support, rise=np.array([0.004]))
+    assert resolved.bare_log_odds(points, pixels, readings, 1e-9) == pytest.approx([0, -2, -10])
 
 
 def test_the_rise_beside_a_chain_and_its_noise_are_measured():
