@@ -7,9 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.curves import Curves
 from ..geometry.noise import MAD_TO_DEVIATION
-from ..geometry.radii import OWN_RADII
 from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents, sample_across
 from ..types import Array, Bools, Camera, Floats, Foreground, Ints, Plane
 from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
@@ -126,43 +124,6 @@ class Support:
         if self.colors is None:
             return np.zeros(len(pixels), dtype=bool)
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
-
-
-def is_over_plane(curves: Curves, rows: Ints, radius: Floats, foreground: Foreground) -> Bools:
-    """Tell at which samples along strands the camera sees the supporting plane beside the strand.
-
-    Beyond the edge of a table, and where the strand passes beside something else, it does not. The readings at a sample are of
-    the plane if their median lies within OWN_RADII (1.5) of it, nearer than the far side of the strand.
-
-    Parameters
-    ----------
-    curves
-        samples along the strands, m in the camera's optical frame.
-    rows
-        (K,) int, the samples that are asked for.
-    radius
-        (K,) m, radius of the object at each of them.
-    foreground
-        mask, depth, camera and plane of the frame; without any of them no sample is over the plane.
-
-    Returns
-    -------
-    (K,) bool.
-    """
-    depth, mask, camera, plane = foreground.depth, foreground.mask, foreground.camera, foreground.plane
-    if depth is None or mask is None or camera is None or plane is None:
-        return np.zeros(len(radius), dtype=bool)
-    projected = camera.project(curves.points)
-    tangents = polyline_tangents(projected, curves.bounds, curves.closed)[rows]
-    side = (camera.fx * radius / curves.points[rows, 2])[:, None] + BESIDE_PX
-    offsets = np.concatenate((-side, side), axis=1)
-    pixels, readings = sample_across(projected[rows], tangents[:, ::-1] * (-1, 1), offsets, mask, depth)
-    v, u = np.divmod(pixels, mask.shape[1])
-    towards = plane.normal[0] * (u - camera.cx) / camera.fx + plane.normal[1] * (v - camera.cy) / camera.fy + plane.normal[2]
-    height = (towards * readings - plane.height).ravel()
-    row = offsets.shape[1] * np.arange(len(offsets))
-    median = part_medians(height, row, row + offsets.shape[1])[0]
-    return np.asarray(np.abs(median) < OWN_RADII * radius)
 
 
 def _colors(color: Array, pixels: Ints, mask: Bools) -> ColorOdds | None:

@@ -1362,6 +1362,49 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     (H, W) bool
     """
 
+def raised_to_plane(
+    points: Floats,
+    lateral: Floats,
+    behind: Floats,
+    target: Floats,
+    radius: Floats,
+    depth: Array,
+    mask: Bools,
+    camera: Floats,
+    plane: Floats,
+    beside: Floats,
+    near_radii: float,
+    sunk_radii: float,
+) -> Floats:
+    """Return axes that were measured inside a plane that is seen beside them, raised to a radius over it.
+
+    Parameters
+    ----------
+    points
+        (S, 3) float64 m in the camera's optical frame, S samples along strands
+    lateral, behind
+        (S, 3) float64 unit, axes across each strand: across the line of sight, and away from the sensor
+    target
+        (S, 3) float64 m, the measured axis at each sample
+    radius
+        (S,) float64 m
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool, the pixels of the object
+    camera, plane
+        (4,) float64, fx, fy, cx, cy in px, and unit normal and height along it, m
+    beside
+        (A,) float64 px beyond both sides of a strand at which the surface is read
+    near_radii
+        radii of the plane within which the median of these readings is of the plane
+    sunk_radii
+        radii below the plane down to which an axis is raised
+
+    Returns
+    -------
+    (S, 3) float64 m, moved against `behind` where they are lower than a radius over the plane, at most by the radius and
+    `sunk_radii`.
+    """
+
 def resample(points: Floats, at: Floats) -> Floats:
     """Return the points of a polyline at given arc lengths, by linear interpolation.
 

@@ -37,8 +37,8 @@ CALLS = {
     ),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "depth_support": (
-        POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2),
-        np.ones(2), np.ones(4), 1,
+        POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
+        np.ones(2), np.ones(2), np.ones(5), 1,
     ),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
@@ -91,6 +91,10 @@ CALLS = {
     "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
+    "raised_to_plane": (
+        POINTS, POINTS, POINTS, POINTS, np.ones(len(POINTS)), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4),
+        np.ones(4), np.ones(2), 1.5, 3.0,
+    ),
     "resample": (POINTS, np.ones(4)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), 2, np.ones(1), 1.0, 2.0, 3),
     "sample_across": (

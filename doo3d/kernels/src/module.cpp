@@ -26,6 +26,7 @@ void bind_near_cuboids(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
 void bind_point_cells(nb::module_&);
+void bind_plane_rise(nb::module_&);
 void bind_polyline(nb::module_&);
 void bind_ribbon_tracing(nb::module_&);
 void bind_ribbons(nb::module_&);
@@ -76,6 +77,7 @@ NB_MODULE(_native, m) {
     bind_nearest(m);
     bind_plane(m);
     bind_point_cells(m);
+    bind_plane_rise(m);
     bind_polyline(m);
     bind_ribbon_tracing(m);
     bind_ribbons(m);

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...evidence.support import is_over_plane
+from ...evidence.support import BESIDE_PX
 from ...geometry.noise import MAD_TO_DEVIATION
-from ...geometry.polyline import TINY, steps, whittaker_smooth
-from ...geometry.radii import TOUCHING_RADII
-from ...kernels import nearest, part_medians, window_sum
+from ...geometry.polyline import steps, whittaker_smooth
+from ...geometry.radii import OWN_RADII, TOUCHING_RADII
+from ...kernels import nearest, part_medians, raised_to_plane, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     MIN_POINTS,
@@ -179,20 +179,27 @@ def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground, mask
 
 
 def _on_plane(samples: Samples, target: Floats, axes: SectionAxes, foreground: Foreground) -> Floats:
-    """Return axes (S, 3) raised to a radius over the plane where they were measured lower: no object lies inside a table."""
-    plane = foreground.plane
-    if plane is None:
+    """Return axes (S, 3) raised to a radius over the plane where they were measured lower: no object lies inside a table.
+
+    They are raised where the camera sees the plane beside the strand: not beyond the edge of the table, nor beside other things.
+    """
+    plane, camera = foreground.plane, foreground.camera
+    if plane is None or camera is None or foreground.depth is None or foreground.mask is None:
         return target
-    height = target @ plane.normal - plane.height
-    slope = -(axes.depth @ plane.normal)
-    low = np.flatnonzero((height < samples.radius) & (height > -MAX_SUNK_RADII * samples.radius) & (slope > 0))
-    radius = samples.radius[low]
-    lying = is_over_plane(samples.curves, low, radius, foreground)
-    highest = (1 + MAX_SUNK_RADII) * radius  # where the view is along the plane
-    rise = np.minimum((radius - height[low]) / np.maximum(slope[low], TINY), highest)
-    raised = target.copy()
-    raised[low] -= np.where(lying, rise, 0.0)[:, None] * axes.depth[low]
-    return raised
+    return raised_to_plane(
+        samples.curves.points,
+        axes.lateral,
+        axes.depth,
+        target,
+        samples.radius,
+        np.ascontiguousarray(foreground.depth, dtype=np.float32),
+        np.ascontiguousarray(foreground.mask),
+        np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
+        np.append(plane.normal, plane.height),
+        BESIDE_PX,
+        OWN_RADII,
+        MAX_SUNK_RADII,
+    )
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
