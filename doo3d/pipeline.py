@@ -15,7 +15,7 @@ from .geometry.curves import Curves
 from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
-from .stages.branches import Branched, find_branches, part_leftovers
+from .stages.branches import Branched, find_branches
 from .stages.confidence import USUAL, Evidence, Interpretation, most_probable, other_interpretations, with_confidence
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
@@ -206,8 +206,6 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     weights = {"free_space_weight": how.free_space * config.merge.free_space_weight}
     merged = merge(pruned.chains, context, config.merge.model_copy(update=weights))
     clock("merge")
-    if config.merge.branches:
-        merged = replace(merged, assemblies=part_leftovers(merged.assemblies, context))
     filled = fill(merged.assemblies, context)
     clock("fill")
     extended = extend_ends(filled, context)

@@ -91,6 +91,12 @@ class FrameContext:
             return math.pi
         return SPARSE_MAX_TURN if sampling.is_sparse else CLOUD_MAX_TURN
 
+    @property
+    def shows_surface(self) -> bool:
+        """Whether the data are a cloud of points on surfaces, without camera views."""
+        sampling = self.foreground.sampling
+        return sampling is not None and not sampling.is_sparse and self.visibility is None
+
     def seen_from(self, foreground: Foreground) -> FrameContext:
         """Return a copy of the context with `foreground` in place of the present one."""
         return replace(self, foreground=foreground)

@@ -158,8 +158,10 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.confidence.interpretations",),
         made_for=DEPTH,
     ),
-    "leftovers": Ablation(
-        places={"doo3d.pipeline:part_leftovers": _first}, modules=("stages.branches.leftovers",), made_for=BRANCHED
+    "branching ends are not linked": Ablation(
+        places={f"{_STAGES}.links.terms.branching:BRANCH_COST": math.inf},
+        modules=("stages.links.terms.branching",),
+        made_for=BRANCHED,
     ),
     "tails": Ablation(
         places={f"{_STAGES}.branches.branches:without_tails": lambda strands, *_: [strand.chain for strand in strands]},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from ...geometry.polyline import unit
 from ...types import Bools, Floats
 from ...visibility import Visibility
-from .clouds import bridged_place, hidden_place
+from .clouds import hidden_place
 from .costs import MISFIT_COST, MISS_COST, NEARNESS_COST, TIP_COST
 from .necks import neck_share
 from .readings import JunctionContext, Meeting
@@ -79,7 +79,7 @@ def end_meetings(
     strands
         all strands.
     context
-        visibility, viewpoint and surface of the frame.
+        visibility and viewpoint of the frame.
     hidden
         True also attaches ends of a cloud across gaps without points.
 
@@ -97,7 +97,7 @@ def end_meetings(
             strand = strands[host]
             if host == number:
                 continue
-            found = [attachment(end, strand, context), *_cloud_attachments(end, strand, context, hidden)]
+            found = [attachment(end, strand, context), _hidden_attachment(end, strand, context) if hidden else None]
             gain, at = max((each for each in found if each is not None), default=(0.0, 0.0))
             if gain > 0:
                 meetings.append(Meeting(gain, strand.at(at), ((host, at),), row))
@@ -109,7 +109,7 @@ def _may_reach(ends: FreeEnds, strands: Sequence[SampledChain], context: Junctio
 
     Depth that does not count makes a strand nearer by DEPTH_SLOPE of the rest and DEPTH_FREE of the sum of radii at most.
     """
-    if context.surface is not None:
+    if context.is_cloud:
         return np.ones((len(ends.strand), len(strands)), dtype=bool)
     widest = np.array([max(float(strand.radii.max()), strand.radius) for strand in strands])
     own = np.array([float(strand.widths.max()) for strand in strands])
@@ -130,7 +130,7 @@ def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tupl
     strand
         the strand that it may branch off.
     context
-        visibility, viewpoint and surface of the frame.
+        visibility and viewpoint of the frame.
 
     Returns
     -------
@@ -178,19 +178,14 @@ def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tupl
     return (TIP_COST - total, at) if total < TIP_COST else None
 
 
-def _cloud_attachments(end: End, strand: SampledChain, context: JunctionContext, hidden: bool) -> Iterator[tuple[float, float]]:
-    """Yield gain and arc length where an end meets a strand of a cloud: where points lead to it, and across a gap."""
-    if context.surface is None:
-        return
-    gap = hidden_place(end.point, end.tangent, strand, context.max_gap) if hidden else None
-    for found, weight, limit in (
-        (bridged_place(end.point, end.tangent, end.radius, strand.points, strand.radii, context.surface), 1.0, TIP_COST),
-        (gap, HIDDEN_WEIGHT, TIP_COST),
-    ):
-        if found is not None and found[1] < limit:
-            at = float(strand.along[found[0]])
-            if not strand.is_near_end(at, NODE_RADII * float(strand.radii[found[0]])):
-                yield weight * (limit - found[1]), at
+def _hidden_attachment(end: End, strand: SampledChain, context: JunctionContext) -> tuple[float, float] | None:
+    """Return gain and arc length where an end meets a strand of a cloud across a gap; None if leaving the end free costs less."""
+    found = hidden_place(end.point, end.tangent, strand, context.max_gap)
+    if found is None or found[1] >= TIP_COST:
+        return None
+    at = float(strand.along[found[0]])
+    is_tip = strand.is_near_end(at, NODE_RADII * float(strand.radii[found[0]]))
+    return None if is_tip else (HIDDEN_WEIGHT * (TIP_COST - found[1]), at)
 
 
 def _without_small_depth(offset: Floats, towards: Floats, both: Floats) -> Floats:

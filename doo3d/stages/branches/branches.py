@@ -101,7 +101,7 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
         strands = strands_of(parted(strands, chosen, view.viewpoint, context.segment_length), half_width, strands)
         ends = free_ends(strands)
         chosen = choose(end_meetings(ends, strands, view), strands, ends)
-    if view.surface is not None:
+    if view.is_cloud:
         links = gap_links(ends, *connected(chosen, strands, ends), view.max_gap)
         chains = joined(strands, ends, links, context.segment_length)
         for with_bridges in (False, True):

@@ -12,7 +12,6 @@ from ...config import MergeConfig
 from ...types import Floats
 from ...visibility import Visibility
 from .. import FrameContext
-from .clouds import Surface
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ class JunctionContext:
         free space, hidden space and bare surface; None for a cloud without camera views.
     viewpoint
         (3,) m, position of the camera; None in 2-D, and where it is unknown.
-    surface
-        the measured surface of a cloud without camera views; None for other data.
+    is_cloud
+        whether the data are a cloud of surfaces without camera views.
     max_gap
         m (px in 2-D), longest distance from an end to a strand.
     curvature_persistence
@@ -57,7 +56,7 @@ class JunctionContext:
 
     visibility: Visibility | None
     viewpoint: Floats | None
-    surface: Surface | None
+    is_cloud: bool
     max_gap: float
     curvature_persistence: float
 
@@ -68,5 +67,5 @@ class JunctionContext:
         if visibility is not None:
             visibility = visibility.with_support(chains, context.radius, context.foreground)
         max_gap = config.max_gap * context.gap_unit
-        surface, persistence = Surface.of(context), config.bending.curvature_persistence
-        return JunctionContext(visibility, context.foreground.viewpoint, surface, max_gap, persistence)
+        persistence = config.bending.curvature_persistence
+        return JunctionContext(visibility, context.foreground.viewpoint, context.shows_surface, max_gap, persistence)
