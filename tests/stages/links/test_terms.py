@@ -162,6 +162,12 @@ def test_the_trunk_may_have_a_gap_there_that_points_fill():
     assert term[7, 9] > 100
 
 
+def test_no_end_of_a_chain_is_a_place_to_branch_off():
+    pieces = [((-0.2, 0, 0), (-0.05, 0, 0)), ((0.05, 0, 0), (0.2, 0, 0))]
+    led = [((-0.05, 0.03, 0), (-0.05, 0, 0)), ((0.05, 0.03, 0), (0.05, 0, 0))]
+    assert not branching_of([*pieces, LEFT, RIGHT], [*pieces, *led, LEFT, RIGHT]).any()
+
+
 def test_the_two_sides_of_a_crossing_cost_nothing_to_link():
     above, below = ((0, 0.2, 0), (0, 0.02, 0)), ((0, -0.2, 0), (0, -0.02, 0))
     assert not branching_of([TRUNK, above, below], [TRUNK, ((0, 0.2, 0), (0, -0.2, 0))]).any()

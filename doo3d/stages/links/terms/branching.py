@@ -35,8 +35,8 @@ def branching(candidates: Candidates, evidence: FrameContext) -> Floats | None:
     """Return by how much two branches cost less than two free ends, for each pair of ends, (E, E) cost units.
 
     A branch leads to the place of least cost on a strand, within `merge.tangent_window_radii` radii, if points fill the straight
-    path there; neither the end's own chain nor that of the other end is such a strand. None unless objects may branch, and for
-    all data but clouds of surfaces without camera views.
+    path there, and if it is no end of a chain. Neither the end's own chain nor that of the other end is such a strand. None
+    unless objects may branch, and for all data but clouds of surfaces without camera views.
     """
     if not (evidence.branches and evidence.shows_surface):
         return None
@@ -87,7 +87,9 @@ def _places(
     cost = BRANCH_COST + NEARNESS_COST * candidates.unit_cost * distance + MISS_COST * miss
     near = np.flatnonzero(distance < _reach(candidates))
     near = near[np.argsort(cost[near], kind="stable")]
-    for i in near[np.sort(np.unique(strands.owner[near], return_index=True)[1])].tolist():
+    best = near[np.sort(np.unique(strands.owner[near], return_index=True)[1])]
+    tips = strands.tips[: len(candidates.points)]
+    for i in best[~np.isin(best, tips)].tolist():
         yield float(cost[i]), strands.points[i], owners[strands.owner[i]]
 
 
