@@ -1,5 +1,6 @@
 // Crossings of polylines in the plane, and values along polylines.
 #include "cells.h"
+#include "polyline.h"
 
 #include <cstdlib>
 
@@ -83,22 +84,11 @@ auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<b
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
     require(Index(joint.shape(0)) == size, "line and joint have different lengths");
     count_visits(size);
-    std::vector<double> result(size * width, NAN);
+    std::vector<double> result(size * width);
     for (Index n = 0; n < size; ++n) {
         const Index c = line(n);
         require(c >= 0 && c < Index(closed.shape(0)), "a line is not among the polylines");
-        const Index count = bounds(c + 1) - bounds(c) - 1;
-        double at = joint(n);
-        if (count < 1 || !std::isfinite(at)) continue;
-        if (closed(c)) {
-            at = std::fmod(at, double(count));
-            if (at < 0) at += double(count);
-        } else if (at < 0 || at > double(count)) {
-            continue;
-        }
-        const Index index = std::min(Index(at), count - 1);
-        const double t = at - double(index), *first = values.data() + (bounds(c) + index) * width;
-        for (Index k = 0; k < width; ++k) result[n * width + k] = first[k] * (1 - t) + first[width + k] * t;
+        interpolate(values, bounds, closed(c), c, joint(n), result.data() + n * width);
     }
     return to_numpy(std::move(result), size, width);
 }

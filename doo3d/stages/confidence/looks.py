@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...evidence.strand_colors import CORE_OFFSETS
 from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from ...geometry.polyline import unit
+from ...geometry.radii import CORE_OFFSETS
 from ...kernels import strand_sides
 from ...types import Chain, Floats, Foreground
 
