@@ -169,6 +169,21 @@ class CrossingStrands:
     def readings(self, offsets: Floats, depth: Array, mask: Bools) -> Floats:
         """Return the readings (C * 2 * S * A,) m of a depth image (H, W) float32 at `positions`; NaN outside the mask."""
 
+    def readings_of_cloud(self, offsets: Floats, shown: Floats, distance: Floats, reach: float, nearest: int) -> Floats:
+        """Return the distances (C * 2 * S * A,) m of the surface of a cloud at `positions`; NaN where no point is near.
+
+        Parameters
+        ----------
+        offsets
+            (A,) lateral offsets in half-widths
+        shown, distance
+            (N, 2) positions of the points in the view, NaN for none, and (N,) m along the viewing direction
+        reach
+            distance in the view within which points count
+        nearest
+            number of points in the view of which the nearest along the viewing direction is the surface
+        """
+
     def depth_log_odds(self, surface: Floats, settings: Floats) -> Floats:
         """Return the log odds that the first strand is upper, (C,) nat, by the chains' depth and that of their surfaces.
 
@@ -1373,6 +1388,12 @@ def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Float
     median, deviation : (K,) float64, the median of each part, and the median of the absolute differences from it; NaN without
         values
     count : (K,) int64, number of finite values
+    """
+
+def percentiles(values: Floats, percents: Floats) -> Floats:
+    """Return percentiles (Q,) of the finite ones of values (N,), interpolated linearly as NumPy does; NaN without any.
+
+    percents : (Q,) 0 to 100.
     """
 
 def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats]:

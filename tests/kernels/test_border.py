@@ -88,6 +88,7 @@ CALLS = {
         np.zeros((3, 3, 4), np.uint8), np.ones((2, 3)), np.array([1, 2]), np.ones((2, 4), np.uint8), np.zeros(2, bool),
     ),
     "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
+    "percentiles": (np.arange(4.0), np.array([10.0, 90.0])),
     "polyline_crossings": (
         np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
     ),

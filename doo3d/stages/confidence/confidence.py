@@ -19,11 +19,11 @@ from scipy.special import expit
 from ...config import Config
 from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
-from ...geometry.foreground_view import projection_of
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.mask import bounding_box
+from ...geometry.projection import Projection
 from ...geometry.radii import STEP_RADII
-from ...kernels import strands_beside, turn_cosines
+from ...kernels import percentiles, strands_beside, turn_cosines
 from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
 from .. import FrameContext
 from .looks import Looks, looks_of
@@ -85,7 +85,7 @@ BEND_SAMPLES = 4
 SUPPORTED_SHARE = 0.5
 """Share of a segment's samples that must agree with it for its depth not to be doubtful."""
 
-RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = 90.0, 3.0
+RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = np.array((90.0,)), 3.0
 """Percentile over a chain's segments of the difference of its readings, and the most that counts."""
 
 BESIDE_RADII, BESIDE_ANGLE, APART_RADII = 2.0, math.radians(25), 8.0
@@ -228,7 +228,7 @@ def with_confidence(
     lengths = _object_lengths(chains, bodies)
     longest = int(np.argmax(lengths))
     curves = Curves.of([chain.joints for chain in chains])
-    samples = _samples(curves, chains, foreground)
+    samples = _samples(curves, chains, context.view)
     beside = _beside(samples, chains)
     turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
     doubts = _depth_doubts(curves, chains, foreground)
@@ -287,13 +287,12 @@ class _Samples:
     along: Floats
 
 
-def _samples(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> _Samples:
+def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samples:
     """Return samples half a radius apart along chains, without those behind the camera; at most about MAX_SAMPLES."""
     radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
     spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
     samples, _ = curves.sampled(spacing, np.ceil(curves.lengths / spacing).astype(int), curves.closed)
     along = (np.arange(len(samples.points)) - samples.bounds[samples.owner]) * spacing[samples.owner]
-    view = projection_of(foreground)
     positions = view.project(samples.points)
     seen = np.isfinite(positions).all(axis=1)
     owner = samples.owner[seen]
@@ -312,10 +311,9 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], foreground: Foregroun
         if support is None or not chain.radius > 0:
             doubts.append((float(chain.occluded.mean()), 0.0))
             continue
-        measured = support.residual[np.isfinite(support.residual)]
-        residual = float(np.percentile(measured, RESIDUAL_PERCENTILE)) if len(measured) else MAX_RESIDUAL_RADII
+        residual = float(percentiles(support.residual, RESIDUAL_PERCENTILE)[0])
         unsupported = float(((support.share < SUPPORTED_SHARE) | chain.occluded).mean())
-        doubts.append((unsupported, min(residual, MAX_RESIDUAL_RADII)))
+        doubts.append((unsupported, min(MAX_RESIDUAL_RADII, residual)))
     return doubts
 
 
