@@ -1396,7 +1396,7 @@ def percentiles(values: Floats, percents: Floats) -> Floats:
     percents : (Q,) 0 to 100.
     """
 
-def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats]:
+def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats, Floats, Floats]:
     """Find every place where two segments of L polylines in the plane cross. Neighbors, which share a point, do not count.
 
     Parameters
@@ -1411,6 +1411,8 @@ def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Int
     line, segment : (C, 2) int64, polyline and segment of both segments at each of C crossings, in order of the first segment,
         then of the second
     t : (C, 2) float64, position of the crossing along each, from 0 to 1
+    angle : (C,) float64 rad between the two, 0 to pi / 2
+    point : (C, 2) float64, position of the crossing
     """
 
 def polyline_lengths(points: Floats, bounds: Ints) -> Floats:

@@ -15,6 +15,12 @@ struct Segment {
 
 double cross(const double* a, const double* b) { return a[0] * b[1] - a[1] * b[0]; }
 
+// Return the angle between two lines, 0 to pi / 2.
+double angle_between(const double* a, const double* b) {
+    const double size = std::sqrt(a[0] * a[0] + a[1] * a[1]) * std::sqrt(b[0] * b[0] + b[1] * b[1]);
+    return std::asin(std::min(std::fabs(cross(a, b)) / size, 1.0));
+}
+
 // Return the segments whose points are finite.
 std::vector<Segment> visible_segments(const Matrix<double>& points, const Vector<Index>& bounds) {
     std::vector<Segment> segments;
@@ -35,7 +41,7 @@ auto polyline_crossings(Matrix<double> points, Vector<Index> bounds, Vector<bool
     check_bounds(bounds, points.shape(0));
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
     std::vector<Index> lines, numbers, others;
-    std::vector<double> places, middles;
+    std::vector<double> places, middles, angles, points_at;
     const std::vector<Segment> segments = visible_segments(points, bounds);
     double square = 0.0;
     for (const Segment& segment : segments) {
@@ -71,11 +77,14 @@ auto polyline_crossings(Matrix<double> points, Vector<Index> bounds, Vector<bool
                 lines.insert(lines.end(), {segments[i].line, segments[j].line});
                 numbers.insert(numbers.end(), {segments[i].number, segments[j].number});
                 places.insert(places.end(), {t[0], t[1]});
+                angles.push_back(angle_between(segments[i].step, segments[j].step));
+                for (Index d = 0; d < 2; ++d) points_at.push_back(segments[i].start[d] + t[0] * segments[i].step[d]);
             }
         }
     }
     const std::size_t count = lines.size() / 2;
-    return std::make_tuple(to_numpy(std::move(lines), count, 2), to_numpy(std::move(numbers), count, 2), to_numpy(std::move(places), count, 2));
+    return std::make_tuple(to_numpy(std::move(lines), count, 2), to_numpy(std::move(numbers), count, 2), to_numpy(std::move(places), count, 2),
+                           to_numpy(std::move(angles)), to_numpy(std::move(points_at), count, 2));
 }
 
 auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<bool> closed, Vector<Index> line, Vector<double> joint) {
