@@ -56,6 +56,20 @@ using StridedMatrix = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;  // of
 template <class T>
 using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
+// The values of a vector from Python or of one made here.
+template <class T>
+class Values {
+public:
+    Values(const Vector<T>& values) : data_(values.data()), size_(values.shape(0)), stride_(values.stride(0)) {}
+    Values(const std::vector<T>& values) : data_(values.data()), size_(Index(values.size())) {}
+    T operator()(Index i) const { return data_[i * stride_]; }
+    Index size() const { return size_; }
+
+private:
+    const T* data_;
+    Index size_, stride_ = 1;
+};
+
 // results
 template <class T>
 using VectorResult = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
@@ -115,6 +129,13 @@ inline MatrixResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags, 
     nb::capsule owner;
     bool* data = release_bool(flags, owner);
     return MatrixResult<bool>(data, {rows, columns}, owner);
+}
+
+template <class T>
+std::vector<T> dense(const Vector<T>& values) {
+    std::vector<T> result(values.shape(0));
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = values(i);
+    return result;
 }
 
 // Return the rows of a matrix of any layout one after the other.
