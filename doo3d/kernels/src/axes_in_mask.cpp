@@ -1,6 +1,5 @@
 // The axis and the radius of strands in a mask, and with a camera in depth, at samples along them.
 #include "cross_sections.h"
-#include "find_nearest.h"
 #include "medians.h"
 #include "plane_rise.h"
 #include "pooling.h"
@@ -17,11 +16,10 @@ struct Settings {
 
 // What is seen of the strands; without a camera the mask alone.
 struct Seen {
-    MaskPixels pixels;
-    const double* surface;  // (count, 3)
-    Index count;
-    const double* camera;   // fx, fy, cx, cy
-    const PlaneView* plane; // if there is one
+    MaskPixels mask;
+    NearestOfPoints& surface;
+    const double* camera;    // fx, fy, cx, cy
+    const PlaneView* plane;  // if there is one
 };
 
 // S samples along paths, and what does not change from one iteration to the next.
@@ -112,17 +110,19 @@ PooledMeans depth_behind(const Samples& samples, const std::vector<double>& posi
     double most = 0.0;
     for (const double radius : samples.radius) most = std::max(most, settings.touching_radii * radius);
     for (const double value : positions) require(std::isfinite(value), "a target is not finite");
-    std::vector<double> distance(seen.count, INFINITY), behind;
-    std::vector<Index> index(seen.count), sample;
-    find_nearest({positions.data(), samples.size(), 3, distance.data(), index.data()}, seen.surface, seen.count, most, true);
-    count_visits(seen.count);
-    for (Index n = 0; n < seen.count; ++n) {
+    const Index count = seen.surface.count;
+    const double* surface = seen.surface.points;
+    std::vector<double> distance(count, INFINITY), behind;
+    std::vector<Index> index(count), sample;
+    seen.surface.find({positions.data(), samples.size(), 3, distance.data(), index.data()}, most, true);
+    count_visits(count);
+    for (Index n = 0; n < count; ++n) {
         const Index s = index[n];
         const double radius = samples.radius[s];
         if (!(distance[n] < settings.touching_radii * radius)) continue;
         double u = 0.0, w = 0.0;
         for (Index d = 0; d < 3; ++d) {
-            const double offset = seen.surface[3 * n + d] - positions[3 * s + d];
+            const double offset = surface[3 * n + d] - positions[3 * s + d];
             u += offset * axes.lateral[3 * s + d];
             w += offset * axes.depth[3 * s + d];
         }
@@ -211,7 +211,7 @@ void iterate(Samples& samples, const Seen& seen, const Settings& settings) {
     for (Index s = 0; s < size; ++s) reach[s] = settings.touching_radii * samples.radius[s];
     const Silhouette width = measure_silhouette(
         {size, dim, samples.positions.data(), tangents.data(), axes.lateral.data(), seen.camera, settings.step, settings.min_scale},
-        samples.owner, seen.pixels, reach, samples.half);
+        samples.owner, seen.mask, reach, samples.half);
     set_path_radius(samples, width.radius);
     Measured measured{samples.positions, std::vector<double>(size), std::vector<double>(size)};
     for (Index s = 0; s < size; ++s) {
@@ -263,7 +263,8 @@ auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> clos
         nb::gil_scoped_release released;
         const Values<double> off(beside);
         const PlaneView view{depth, mask, intrinsics.data(), normal.data(), off, known.own_radii, known.sunk_radii};
-        const Seen seen{{pixels.data(), Index(pixels.shape(0)), share}, surface.data(), Index(surface.shape(0)),
+        NearestOfPoints in_mask(pixels.data(), pixels.shape(0), 2), on_surface(surface.data(), surface.shape(0), 3);
+        const Seen seen{{in_mask, share}, on_surface,
                         intrinsics.empty() ? nullptr : intrinsics.data(), normal.empty() ? nullptr : &view};
         count_visits(samples.size());
         for (Index k = 0; k < iterations; ++k) iterate(samples, seen, known);

@@ -55,6 +55,10 @@ public:
             order[k] = std::int32_t(n);
             for (Index d = 0; d < dim; ++d) position_[d * size + k] = points[n * dim + d];
         }
+    }
+
+    // Start a competition of targets for the points.
+    void start() {
         square.assign(size, INFINITY);
         owner.assign(size, 0);
     }
@@ -62,10 +66,11 @@ public:
     // Let target `number` compete for the points in the cells within `reach` of it; of equally near ones the first wins.
     void offer(const double* target, Index number, double reach) {
         for_each_run(target, reach, [&](Index begin, Index end) {
+            const double *x = position_.data() + begin, *y = x + size;
             if (dim_ == 2) {
-                offer_run<2>(begin, end, target, number);
+                offer_in_plane(x, y, end - begin, target, number, square.data() + begin, owner.data() + begin);
             } else {
-                offer_run<3>(begin, end, target, number);
+                offer_in_space(x, y, y + size, end - begin, target, number, square.data() + begin, owner.data() + begin);
             }
         });
     }
@@ -126,23 +131,10 @@ private:
         std::copy(most, most + D, high);
     }
 
-    template <int D>
-    void offer_run(Index begin, Index end, const double* target, Index number) {
-        const double *x = position_.data(), *y = x + size, *z = y + size;
-        double* best = square.data();
-        Index* whose = owner.data();
-        for (Index k = begin; k < end; ++k) {
-            const double dx = x[k] - target[0], dy = y[k] - target[1];
-            double between = dx * dx + dy * dy;
-            if constexpr (D == 3) {
-                const double dz = z[k] - target[2];
-                between += dz * dz;
-            }
-            const bool nearer = between < best[k];  // without a branch, so that compilers can vectorize
-            best[k] = nearer ? between : best[k];
-            whose[k] = nearer ? number : whose[k];
-        }
-    }
+    static void offer_in_plane(const double* x, const double* y, Index count, const double* target, Index number, double* best,
+                               Index* whose);
+    static void offer_in_space(const double* x, const double* y, const double* z, Index count, const double* target, Index number,
+                               double* best, Index* whose);
 
     Index dim_;
     double per_unit_ = 1.0;

@@ -1,6 +1,5 @@
 #include "silhouette.h"
 
-#include "find_nearest.h"
 #include "pooling.h"
 
 namespace {
@@ -63,10 +62,11 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
     require(pixels.shape(1) == 2 && half >= 0 && step > 0, "pixels are not (N, 2), or half or step are out of bounds");
     const std::vector<double> intrinsics = dense(camera);
     Silhouette found;
+    NearestOfPoints sorted(pixels.data(), pixels.shape(0), 2);
     {
         nb::gil_scoped_release released;
         found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), planar ? nullptr : intrinsics.data(), step, min_scale},
-                                   path, {pixels.data(), Index(pixels.shape(0)), share}, reach, half);
+                                   path, {sorted, share}, reach, half);
     }
     return std::make_tuple(to_numpy(std::move(found.offset)), to_numpy(std::move(found.radius)));
 }
@@ -75,8 +75,9 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
 
 Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Index>& path, const MaskPixels& mask,
                               const Values<double>& reach, Index half) {
-    const Index count = samples.count;
-    count_visits(count + mask.count);
+    const Index count = samples.count, size = mask.pixels.count;
+    const double* pixels = mask.pixels.points;
+    count_visits(count + size);
     const Projected seen = samples.camera ? project_samples(samples)
                                           : Projected{{samples.positions, samples.positions + 2 * count},
                                                       {samples.lateral, samples.lateral + 2 * count},
@@ -89,15 +90,15 @@ Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Ind
         require(limit[s] > 0 && std::isfinite(limit[s]), "reach is not positive and finite");
         most = std::max(most, limit[s]);
     }
-    std::vector<double> distance(mask.count, INFINITY);
-    std::vector<Index> owner(mask.count);
-    find_nearest({seen.pixels.data(), count, 2, distance.data(), owner.data()}, mask.pixels, mask.count, most, true);
-    for (Index n = 0; n < mask.count; ++n) {
+    std::vector<double> distance(size, INFINITY);
+    std::vector<Index> owner(size);
+    mask.pixels.find({seen.pixels.data(), count, 2, distance.data(), owner.data()}, most, true);
+    for (Index n = 0; n < size; ++n) {
         const Index s = owner[n];
         if (count == 0 || !(distance[n] < limit[s])) continue;
         const double *across = &seen.across[2 * s], *pixel = &seen.pixels[2 * s];
         counts[s] += 1;
-        totals[s] += (mask.pixels[2 * n] - pixel[0]) * across[0] + (mask.pixels[2 * n + 1] - pixel[1]) * across[1];
+        totals[s] += (pixels[2 * n] - pixel[0]) * across[0] + (pixels[2 * n + 1] - pixel[1]) * across[1];
     }
     for (Index s = 0; s < count; ++s) {
         counts[s] *= mask.share;

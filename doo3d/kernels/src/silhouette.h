@@ -1,7 +1,7 @@
 // The middle and the width of a mask across paths.
 #pragma once
 
-#include "arrays.h"
+#include "find_nearest.h"
 
 // Samples along paths, with the unit axes along and across each: (count, dim) in space, or in the image where there is no camera.
 struct SilhouetteSamples {
@@ -11,10 +11,9 @@ struct SilhouetteSamples {
     double step, min_scale;  // along the axes, to project them; px per unit of length at least
 };
 
-// Pixels (count, 2) of a mask, and how many pixels each stands for.
+// Pixels (u, v) of a mask, and how many pixels each stands for.
 struct MaskPixels {
-    const double* pixels;
-    Index count;
+    NearestOfPoints& pixels;
     double share;
 };
 
