@@ -1040,10 +1040,22 @@ def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
     (H, W) float32; 0 where it is not wanted
     """
 
-def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
-    """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
+def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[Floats, float]:
+    """Return about `most` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 
-    mask : (H, W) bool. step, slope : the pixels with u + slope v divisible by step are returned. Returns (K, 2) float64.
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    most
+        number of pixels, about; all are returned if there are not more
+    golden
+        the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
+        step / golden
+
+    Returns
+    -------
+    (K, 2) float64 px, and the number of pixels of the mask that each stands for.
     """
 
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:

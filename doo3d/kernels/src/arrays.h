@@ -194,8 +194,12 @@ using Byte = std::uint8_t;  // a bool of NumPy may hold any byte
 
 inline const Byte* bytes_of(const Matrix<bool>& mask) { return reinterpret_cast<const Byte*>(mask.data()); }
 
-// Return the first index in [begin, end) whose byte is not 0, or end; eight bytes at a time.
+// Return the first index in [begin, end) whose byte is not 0, or end; 32 and then eight bytes at a time.
 inline Index first_set(const Byte* bytes, Index begin, Index end) {
+    for (std::uint64_t four[4]; begin + 32 <= end; begin += 32) {
+        std::memcpy(four, bytes + begin, 32);
+        if (four[0] | four[1] | four[2] | four[3]) break;
+    }
     for (std::uint64_t word; begin + 8 <= end; begin += 8) {
         std::memcpy(&word, bytes + begin, 8);
         if (word) break;

@@ -89,8 +89,9 @@ public:
         Index first[2], last[2];
         for (Index k = 0; k < 2; ++k) {
             const double cells = double(shape_[k]), at = position[axis_[k]] - low_[k];
-            first[k] = Index(std::min(std::max(std::floor((at - reach) * per_unit_), 0.0), cells));
-            last[k] = Index(std::min(std::max(std::floor((at + reach) * per_unit_) + 1, 0.0), cells));
+            const double from = (at - reach) * per_unit_, to = (at + reach) * per_unit_;
+            first[k] = Index(std::min(std::max(from, 0.0), cells));
+            last[k] = to >= 0.0 ? std::min(Index(std::min(to, cells)) + 1, shape_[k]) : 0;
         }
         if (last[1] <= first[1]) return;
         for (Index row = first[0]; row < last[0]; ++row) {
