@@ -7,7 +7,7 @@ namespace {
 template <class Row>
 std::vector<Index> find_within(const NearestSearch& search, Cells& cells, double reach, Row row) {
     cells.start();
-    for (Index s = 0; s < search.size && cells.size > 0; ++s) cells.offer(search.targets + s * search.dim, s, reach);
+    if (cells.size > 0) cells.offer(search.targets, search.size, reach);
     std::vector<Index> others;
     for (Index k = 0; k < cells.size; ++k) {
         const Index n = row(cells.order[k]);
@@ -53,25 +53,26 @@ void NearestOfPoints::find(const NearestSearch& search, double reach, bool limit
     }
 }
 
-// Of equally near targets the first stays the owner. Without a branch, so that compilers can vectorize.
-WITH_AVX2 void Cells::offer_in_plane(const double* __restrict x, const double* __restrict y, Index count, const double* target, Index number,
-                                     double* __restrict best, Index* __restrict whose) {
-    const double u = target[0], v = target[1];
-    for (Index k = 0; k < count; ++k) {
-        const double dx = x[k] - u, dy = y[k] - v, between = dx * dx + dy * dy;
-        const bool nearer = between < best[k];
-        best[k] = nearer ? between : best[k];
-        whose[k] = nearer ? number : whose[k];
-    }
-}
-
-WITH_AVX2 void Cells::offer_in_space(const double* __restrict x, const double* __restrict y, const double* __restrict z, Index count,
-                                     const double* target, Index number, double* __restrict best, Index* __restrict whose) {
-    const double u = target[0], v = target[1], w = target[2];
-    for (Index k = 0; k < count; ++k) {
-        const double dx = x[k] - u, dy = y[k] - v, dz = z[k] - w, between = dx * dx + dy * dy + dz * dz;
-        const bool nearer = between < best[k];
-        best[k] = nearer ? between : best[k];
-        whose[k] = nearer ? number : whose[k];
+// Without a branch for a point, so that compilers can vectorize; whether points behind a run compete, too, makes no difference.
+WITH_AVX2 void Cells::offer(const double* targets, Index count, double reach) {
+    const Index pitch = size + BLOCK;
+    for (Index s = 0; s < count; ++s) {
+        const double *target = targets + s * dim_, u = target[0], v = target[1], w = dim_ == 3 ? target[2] : 0.0;
+        Index first[2], last[2];
+        find_around(target, reach, first, last);
+        for (Index row = first[0]; row < last[0] && first[1] < last[1]; ++row) {
+            const Index end = start_[row * shape_[1] + last[1]], begin = start_[row * shape_[1] + first[1]];
+            visits_.count += end - begin;
+            const double *__restrict x = position_.data() + begin, *__restrict y = x + pitch, *__restrict z = y + pitch;
+            double* __restrict best = square.data() + begin;
+            Index* __restrict whose = owner.data() + begin;
+            const Index wide = (end - begin + BLOCK - 1) / BLOCK * BLOCK;
+            for (Index k = 0; k < wide; ++k) {
+                const double dx = x[k] - u, dy = y[k] - v, dz = z[k] - w, between = dx * dx + dy * dy + dz * dz;
+                const Index nearer = -Index(between < best[k]);  // all bits or none
+                best[k] = std::min(best[k], between);
+                whose[k] ^= (whose[k] ^ s) & nearer;
+            }
+        }
     }
 }
