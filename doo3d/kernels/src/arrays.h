@@ -26,6 +26,13 @@
 #define WITH_AVX2
 #endif
 
+// The next loop, of up to eight rounds that the compiler can count, without jumps.
+#if defined(__GNUC__) && !defined(__clang__)
+#define UNROLLED _Pragma("GCC unroll 8")
+#else
+#define UNROLLED
+#endif
+
 namespace nb = nanobind;
 using namespace nb::literals;
 

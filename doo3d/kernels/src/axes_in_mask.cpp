@@ -112,8 +112,9 @@ PooledMeans depth_behind(const Samples& samples, const std::vector<double>& posi
     for (const double value : positions) require(std::isfinite(value), "a target is not finite");
     const Index count = seen.surface.count;
     const double* surface = seen.surface.points;
-    std::vector<double> distance(count, INFINITY), behind;
-    std::vector<Index> index(count), sample;
+    Index kept = 0;
+    std::vector<double> distance(count, INFINITY), behind(count);
+    std::vector<Index> index(count), sample(count);
     seen.surface.find({positions.data(), samples.size(), 3, distance.data(), index.data()}, most, true);
     count_visits(count);
     for (Index n = 0; n < count; ++n) {
@@ -126,10 +127,12 @@ PooledMeans depth_behind(const Samples& samples, const std::vector<double>& posi
             u += offset * axes.lateral[3 * s + d];
             w += offset * axes.depth[3 * s + d];
         }
-        if (!(std::fabs(u) < settings.central_part * radius)) continue;
-        sample.push_back(s);
-        behind.push_back(w + std::sqrt(radius * radius - u * u));
+        sample[kept] = s;
+        behind[kept] = w + std::sqrt(radius * radius - u * u);
+        kept += std::fabs(u) < settings.central_part * radius;  // without a branch: no processor foresees it
     }
+    sample.resize(kept);
+    behind.resize(kept);
     return means_without_outliers(std::move(sample), std::move(behind), samples.owner, samples.half, settings.outlier_medians);
 }
 

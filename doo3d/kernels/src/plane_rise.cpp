@@ -9,7 +9,7 @@ double height_over(const double* plane, const double* point) {
 }
 
 // Append the height over the plane of what is seen at a position beside the mask, if anything is.
-void add_height(const PlaneView& view, const double* point, std::vector<double>& heights) {
+inline void add_height(const PlaneView& view, const double* point, std::vector<double>& heights) {
     const double* camera = view.camera;
     if (!(point[2] > 0)) return;
     const double u = std::nearbyint(camera[0] * point[0] / point[2] + camera[2]);
@@ -23,7 +23,7 @@ void add_height(const PlaneView& view, const double* point, std::vector<double>&
 
 }  // namespace
 
-void raise_to_plane(const SampleAxes& samples, const std::vector<double>& radius, const PlaneView& view, std::vector<double>& target) {
+WITH_AVX2 void raise_to_plane(const SampleAxes& samples, const std::vector<double>& radius, const PlaneView& view, std::vector<double>& target) {
     std::vector<double> heights;
     Visits visits{samples.size};
     for (Index s = 0; s < samples.size; ++s) {

@@ -12,9 +12,11 @@ void solve(double* band, double* right, Index size, Index given) {
     const Index reach = KnownReach ? KnownReach : given, stride = reach + 1;
     for (Index i = reach; i < size + reach; ++i) {
         double *row = band + i * stride, value = right[i], pivot = row[reach];
+        UNROLLED
         for (Index a = 0; a < reach; ++a) {
             const double* other = band + (i - reach + a) * stride;
             double sum = row[a];
+            UNROLLED
             for (Index b = 0; b < a; ++b) sum -= row[b] * other[b + reach - a];
             row[a] = sum / other[reach];
             value -= row[a] * right[i - reach + a];
