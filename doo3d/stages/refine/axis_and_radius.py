@@ -189,7 +189,7 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         samples.radius,
         samples.window_half,
         *MaskSample.of(mask),
-        thinned(foreground.points),
+        foreground.points[:0] if camera is None else thinned(foreground.points),
         np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
         np.ascontiguousarray(depth, dtype=np.float32),
         np.ascontiguousarray(mask) if depth.size else np.zeros((0, 0), dtype=bool),
