@@ -237,20 +237,20 @@ Samples samples_of(const Matrix<double>& points, const Vector<Index>& bounds, co
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per path");
     require(size > 0 && half >= 0 && half <= Index(1) << 32, "there are no samples, or half is out of bounds");
     check_bounds(bounds, Index(size));
-    Samples samples{Index(points.shape(1)), half, dense(bounds), {}, {}, {}, {points.data(), points.data() + points.size()}, dense(radius), {}};
+    const std::vector<double> values = dense(radius);
+    Samples samples{Index(points.shape(1)), half, dense(bounds), {}, {}, {}, {points.data(), points.data() + points.size()}, values, values};
     for (Index p = 0; p < samples.paths(); ++p) {
         require(bounds(p + 1) > bounds(p), "a path has no samples");
         samples.owner.insert(samples.owner.end(), bounds(p + 1) - bounds(p), p);
         samples.closed.push_back(closed(p));
     }
     for (std::size_t s = 0; s < size; ++s) samples.filled.push_back(filled(s));
-    samples.radii = samples.radius;
     return samples;
 }
 
-auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius, Index half,
-                  Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth, Matrix<bool> mask,
-                  Vector<double> plane, Vector<double> beside, Vector<double> settings, Index iterations) {
+auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius,
+                  Index half, Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
+                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Vector<double> settings, Index iterations) {
     Samples samples = samples_of(points, bounds, closed, filled, radius, half);
     const std::vector<double> numbers = dense(settings), intrinsics = dense(camera), normal = dense(plane);
     require(settings.shape(0) == sizeof(Settings) / sizeof(double), "settings are not (17,)");

@@ -2,18 +2,18 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
-// Return the value at a rank of many values, and at the rank before it, which lie between two of them drawn evenly; false where they
-// do not.
+// Find the value at a rank of many values, and at the rank before it, between two of 65 values drawn evenly, a sixth of them apart on
+// either side of their median; return false where they do not lie there.
 template <class T>
 bool find_ranks(const std::vector<T>& values, std::size_t rank, T& before, T& at) {
-    constexpr std::size_t drawn = 65, apart = 10;
-    T some[drawn];
-    for (std::size_t k = 0; k < drawn; ++k) some[k] = values[k * (values.size() / drawn)];
-    std::sort(some, some + drawn);
-    const T low = some[drawn / 2 - apart], high = some[drawn / 2 + apart];
+    std::array<T, 65> some;
+    for (std::size_t k = 0; k < some.size(); ++k) some[k] = values[k * (values.size() / some.size())];
+    std::sort(some.begin(), some.end());
+    const T low = some[some.size() / 3], high = some[some.size() - 1 - some.size() / 3];
     std::vector<T> between(values.size());
     std::size_t below = 0, count = 0;
     for (const T value : values) {  // without a branch: no processor foresees it

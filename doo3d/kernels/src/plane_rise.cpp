@@ -23,7 +23,8 @@ inline void add_height(const PlaneView& view, const double* point, std::vector<d
 
 }  // namespace
 
-WITH_AVX2 void raise_to_plane(const SampleAxes& samples, const std::vector<double>& radius, const PlaneView& view, std::vector<double>& target) {
+WITH_AVX2 void raise_to_plane(const SampleAxes& samples, const std::vector<double>& radius, const PlaneView& view,
+                              std::vector<double>& target) {
     std::vector<double> heights;
     Visits visits{samples.size};
     for (Index s = 0; s < samples.size; ++s) {

@@ -65,8 +65,9 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
     NearestOfPoints sorted(pixels.data(), pixels.shape(0), 2);
     {
         nb::gil_scoped_release released;
-        found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), planar ? nullptr : intrinsics.data(), step, min_scale},
-                                   path, {sorted, share}, reach, half);
+        const double* known = planar ? nullptr : intrinsics.data();
+        found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), known, step, min_scale}, path,
+                                   {sorted, share}, reach, half);
     }
     return std::make_tuple(to_numpy(std::move(found.offset)), to_numpy(std::move(found.radius)));
 }
