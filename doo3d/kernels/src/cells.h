@@ -48,19 +48,19 @@ public:
         for (std::size_t c = 2; c < start_.size(); ++c) start_[c] += start_[c - 1];
         size = start_.back();
         order.resize(size);
-        position_.resize((size + BLOCK) * 3);
+        position_.resize(size * 3);
         for (Index n = 0; n < count; ++n) {
             if (cell[n] < 0) continue;
             const Index k = start_[cell[n] + 1]++;
             order[k] = std::int32_t(n);
-            for (Index d = 0; d < dim; ++d) position_[d * (size + BLOCK) + k] = points[n * dim + d];
+            for (Index d = 0; d < dim; ++d) position_[d * size + k] = points[n * dim + d];
         }
     }
 
     // Start a competition of targets for the points.
     void start() {
-        square.assign(size + BLOCK, INFINITY);
-        owner.assign(size + BLOCK, 0);
+        square.assign(size, INFINITY);
+        owner.assign(size, 0);
     }
 
     // Let each of some targets compete for the points in the cells within `reach` of it; of equally near ones the first wins.
@@ -88,7 +88,7 @@ public:
 
     // Write the offset from a position in space to a sorted point.
     void offset(Index k, const double* from, double* result) const {
-        for (Index d = 0; d < 3; ++d) result[d] = position_[d * (size + BLOCK) + k] - from[d];
+        for (Index d = 0; d < 3; ++d) result[d] = position_[d * size + k] - from[d];
     }
 
     Index size = 0;                    // number of sorted points; those that are not finite are left out
@@ -97,8 +97,6 @@ public:
     std::vector<Index> owner;          // whose it is
 
 private:
-    static constexpr Index BLOCK = 4;  // points that compete at once, with what lies behind the last of a run
-
     // Find the first and one more than the last of the rows and columns of cells within `reach` of a position.
     void find_around(const double* position, double reach, Index* first, Index* last) const {
         for (Index k = 0; k < 2; ++k) {

@@ -53,9 +53,8 @@ void NearestOfPoints::find(const NearestSearch& search, double reach, bool limit
     }
 }
 
-// Without a branch for a point, so that compilers can vectorize; whether points behind a run compete, too, makes no difference.
+// Without a branch for a point, so that compilers can vectorize.
 WITH_AVX2 void Cells::offer(const double* targets, Index count, double reach) {
-    const Index pitch = size + BLOCK;
     for (Index s = 0; s < count; ++s) {
         const double *target = targets + s * dim_, u = target[0], v = target[1], w = dim_ == 3 ? target[2] : 0.0;
         Index first[2], last[2];
@@ -63,11 +62,10 @@ WITH_AVX2 void Cells::offer(const double* targets, Index count, double reach) {
         for (Index row = first[0]; row < last[0] && first[1] < last[1]; ++row) {
             const Index end = start_[row * shape_[1] + last[1]], begin = start_[row * shape_[1] + first[1]];
             visits_.count += end - begin;
-            const double *__restrict x = position_.data() + begin, *__restrict y = x + pitch, *__restrict z = y + pitch;
+            const double *__restrict x = position_.data() + begin, *__restrict y = x + size, *__restrict z = y + size;
             double* __restrict best = square.data() + begin;
             Index* __restrict whose = owner.data() + begin;
-            const Index wide = (end - begin + BLOCK - 1) / BLOCK * BLOCK;
-            for (Index k = 0; k < wide; ++k) {
+            for (Index k = 0; k < end - begin; ++k) {
                 const double dx = x[k] - u, dy = y[k] - v, dz = z[k] - w, between = dx * dx + dy * dy + dz * dz;
                 const Index nearer = -Index(between < best[k]);  // all bits or none
                 best[k] = std::min(best[k], between);
