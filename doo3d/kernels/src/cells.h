@@ -132,7 +132,7 @@ private:
     Index axis_[2] = {0, 1};
     double low_[2] = {0, 0};
     Index shape_[2] = {1, 1};
-    std::vector<Index> start_;       // of each cell, the first of its points
-    std::vector<double> position_;  // axis by axis; in the plane the third is 0
+    std::vector<std::int32_t> start_;  // of each cell, the first of its points
+    std::vector<double> position_;     // axis by axis; in the plane the third is 0
     mutable Visits visits_;
 };

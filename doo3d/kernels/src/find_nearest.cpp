@@ -30,7 +30,7 @@ void NearestOfPoints::find(const NearestSearch& search, double reach, bool limit
     if (search.size == 0 || count == 0) return;
     const Index dim = dim_;
     const double first = count > search.size ? reach / 2 : reach;
-    if (!cells_) cells_.emplace(points, count, dim, first / CELLS_PER_REACH);
+    if (!cells_) cells_.emplace(points, count, dim, first / CELLS_PER_REACH, 4.0);  // strands far apart leave most cells empty
     std::vector<Index> rows = find_within(search, *cells_, first, [](Index n) { return n; });
     if (first < reach && !rows.empty()) {
         std::vector<double> left;

@@ -126,20 +126,15 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground, iteration
     """
     if foreground.mask is not None:
         return _in_mask(samples, foreground, foreground.mask, iterations)
-    for _ in range(iterations):
-        samples = _smoothed_samples(samples, _from_cloud(samples, foreground))
-    return samples
-
-
-def _from_cloud(samples: Samples, foreground: Foreground) -> _Estimate:
     if foreground.sampling is not None and foreground.sampling.is_sparse:
-        return _from_lines(samples, foreground.points, foreground.sampling.spacing)
-    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
-    if foreground.views:
-        return _from_views(samples, axes, foreground)
-    if foreground.viewpoint is not None:
-        return _from_half_shell(samples, axes, thinned(foreground.points))
-    return _from_circles(samples, axes, thinned(foreground.points))
+        measure = _from_lines
+    elif foreground.views:
+        measure = _from_views
+    else:
+        measure = _from_circles if foreground.viewpoint is None else _from_half_shell
+    for _ in range(iterations):
+        samples = _smoothed_samples(samples, measure(samples, foreground))
+    return samples
 
 
 MIN_SCATTER_SHARE = 1e-3
@@ -241,8 +236,10 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
     return MAD_TO_DEVIATION * _median(relative) / math.sqrt(6) if len(relative) else 0.0
 
 
-def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
+def _from_half_shell(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate all from the points of a cloud of one view: offset and radius from their lateral spread."""
+    points = thinned(foreground.points)
+    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     middle, measured, count = fit_half_shell(sections, samples.curves.owner, samples.window_half)
     samples, radii = _with_radius(samples, measured, np.isfinite(measured) & ~samples.filled)
@@ -254,9 +251,10 @@ def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Es
     return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
 
 
-def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
+def _from_circles(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate all from the circle through each cross-section, for clouds of many views."""
-    sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
+    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
+    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     _, measured, _ = fit_circles(sections, samples.curves.owner, None, samples.window_half)
     usable = np.isfinite(measured) & ~samples.filled & (measured < 3 * samples.radius) & (measured > samples.radius / 3)
     reach = TOUCHING_RADII
@@ -269,21 +267,24 @@ def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estim
     return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
 
 
-def _from_lines(samples: Samples, points: Floats, spacing: float) -> _Estimate:
+def _from_lines(samples: Samples, foreground: Foreground) -> _Estimate:
     """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
-    distance, near = nearest(thinned(points), samples.curves.points, TOUCHING_RADII * float(samples.radius.max()), True)
+    reach = TOUCHING_RADII * float(samples.radius.max())
+    distance, near = nearest(thinned(foreground.points), samples.curves.points, reach, True)
     there = np.isfinite(distance)
+    least = 0.0 if foreground.sampling is None else MIN_SCATTER_SHARE * foreground.sampling.spacing
     radius = samples.radius.copy()
     for part in samples.curves.parts:
         own = distance[there & (near >= part.start) & (near < part.stop)]
         if len(own):
-            radius[part] = max(float(np.sqrt(np.mean(own**2))), MIN_SCATTER_SHARE * spacing)
+            radius[part] = max(float(np.sqrt(np.mean(own**2))), least)
     weight = np.broadcast_to(np.eye(3), (len(radius), 3, 3))
     return _Estimate(samples.curves.points, weight, radius, radius)
 
 
-def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
+def _from_views(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate the axis from the masks of all views, whose rays together tell depth too, and from circles as far as believed."""
+    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     measurements = [
         measured
         for view in foreground.views
