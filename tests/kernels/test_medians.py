@@ -1,6 +1,7 @@
 """Medians of parts of an array, against NumPy."""
 
 import numpy as np
+import pytest
 
 from doo3d.kernels import part_medians
 
@@ -20,3 +21,14 @@ def test_medians_are_those_of_numpy_without_values_that_are_not_finite():
         np.testing.assert_array_equal(medians[k], middle)
         np.testing.assert_array_equal(deviations[k], np.median(np.abs(part - middle)) if len(part) else np.nan)
     assert np.isnan(medians).any()
+
+
+@pytest.mark.parametrize("size", [1023, 1024, 2001, 5000])
+def test_medians_of_many_values_are_those_of_numpy(size):
+    rng = np.random.default_rng(size)
+    rare = np.zeros(size)
+    rare[:: size // 65] = rng.normal(size=len(rare[:: size // 65]))  # no value that is drawn is near the median
+    for values in (rng.normal(size=size), rng.integers(0, 4, size).astype(float), np.arange(size) * 1.0, np.ones(size), rare + 9):
+        medians, deviations, _ = part_medians(values, np.zeros(1, int), np.array([size]))
+        assert medians[0] == np.median(values)
+        assert deviations[0] == np.median(np.abs(values - medians[0]))

@@ -2,6 +2,7 @@
 #include "arrays.h"
 
 void bind_appearance(nb::module_&);
+void bind_axes_in_mask(nb::module_&);
 void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
@@ -26,7 +27,6 @@ void bind_near_cuboids(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
 void bind_point_cells(nb::module_&);
-void bind_plane_rise(nb::module_&);
 void bind_polyline(nb::module_&);
 void bind_ribbon_tracing(nb::module_&);
 void bind_ribbons(nb::module_&);
@@ -53,6 +53,7 @@ void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
     bind_appearance(m);
+    bind_axes_in_mask(m);
     bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
@@ -77,7 +78,6 @@ NB_MODULE(_native, m) {
     bind_nearest(m);
     bind_plane(m);
     bind_point_cells(m);
-    bind_plane_rise(m);
     bind_polyline(m);
     bind_ribbon_tracing(m);
     bind_ribbons(m);
