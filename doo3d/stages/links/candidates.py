@@ -15,6 +15,7 @@ from ...kernels import end_pairs
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .. import FrameContext
+from .seen import seen_gaps
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
@@ -108,6 +109,9 @@ class Candidates:
         radians, angle by which an object may turn across a gap.
     chains
         the joints of the chains.
+    seen
+        gaps along which the object is seen in the mask: rows of two ends, the lower first -> (P, D) m, the points from the first
+        to the second. Nothing is to be weighed there; the costs of these pairs are 0.
     """
 
     points: Floats
@@ -119,6 +123,7 @@ class Candidates:
     gap_unit: float = 1.0
     max_turn: float = np.pi
     chains: Curves = field(default_factory=lambda: Curves.of([]))
+    seen: dict[tuple[int, int], Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, chains: Curves, context: FrameContext, config: MergeConfig) -> Candidates:
@@ -128,8 +133,9 @@ class Candidates:
         """
         measured = chains.ends(config.tangent_window_radii * context.radius)
         closed = np.repeat(chains.closed, 2)
-        unit_and_turn = context.gap_unit, context.max_turn
-        return cls(chains.points[chains.tips], *measured, closed, context.radius, config, *unit_and_turn, chains)
+        unit_and_turn, points = (context.gap_unit, context.max_turn), chains.points[chains.tips]
+        seen = {} if config.strategy == "greedy" else seen_gaps(points, measured[0], chains, context)
+        return cls(points, *measured, closed, context.radius, config, *unit_and_turn, chains, seen)
 
     @property
     def unit_cost(self) -> float:
