@@ -980,23 +980,6 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
     (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
     """
 
-def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
-    """Return the largest value in a window around each pixel that is wanted, as a dilation does.
-
-    Parameters
-    ----------
-    values
-        (H, W) float32
-    wanted
-        (H, W) bool, the pixels whose windows are searched
-    half
-        (R + 1,) int64, half the widths of the window's rows: of the middle row, and of those 1 to R above and below it
-
-    Returns
-    -------
-    (H, W) float32; 0 where it is not wanted
-    """
-
 def keep_segments(
     points: Floats, bounds: Ints, closed: Bools, pairs: Ints, certain: Bools, overlap: Callable[[int, int], bool]
 ) -> tuple[Floats, Ints, Bools, Floats]:
@@ -1023,6 +1006,23 @@ def keep_segments(
     -------
     points, bounds, closed : the runs of segments that are left, as chains; a ring that lost a segment is open
     removed : (S, 2, D) float64, the joints of the removed segments, in the order of the segments
+    """
+
+def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
+    """Return the largest value in a window around each pixel that is wanted, as a dilation does.
+
+    Parameters
+    ----------
+    values
+        (H, W) float32
+    wanted
+        (H, W) bool, the pixels whose windows are searched
+    half
+        (R + 1,) int64, half the widths of the window's rows: of the middle row, and of those 1 to R above and below it
+
+    Returns
+    -------
+    (H, W) float32; 0 where it is not wanted
     """
 
 def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:

@@ -62,8 +62,8 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     width = config.width or WIDTH_VOXELS * context.voxel
     cuboids = Cuboids(chains.points[chains.segments], chains.points[chains.segments + 1], width)
     near = cuboids.near_pairs(chains.owner[chains.segments])
-    *kept, removed = keep_segments(chains.points, chains.bounds, chains.closed, *near, cuboids.overlap)
-    return Pruned(Curves(*kept) if len(removed) else chains, removed)
+    points, bounds, closed, removed = keep_segments(chains.points, chains.bounds, chains.closed, *near, cuboids.overlap)
+    return Pruned(Curves(points, bounds, closed) if len(removed) else chains, removed)
 
 
 class Cuboids:
