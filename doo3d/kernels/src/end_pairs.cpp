@@ -68,7 +68,7 @@ auto end_pairs(Matrix<double> points, Matrix<double> tangents, Matrix<double> cu
     std::vector<double> distances(count * count), turns(count * count), bends(count * count);
     {
         nb::gil_scoped_release released;
-        count_visits(count * count);
+        count_visits(count * (count + 1) / 2);
         const Ends ends(points, tangents, curvatures, radius);
         double first[3], second[3];
         for (Index i = 0; i < count; ++i) {
