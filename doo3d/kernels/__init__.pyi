@@ -677,6 +677,31 @@ def depth_support(
     residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     """
 
+def end_pairs(
+    points: Floats, tangents: Floats, curvatures: Floats, radius: float, window: float, kept: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return distance, turn and bend of all pairs of chain ends.
+
+    Half way to another end, at most half of `window`, an end has the tangent that its curvature leads to: the curvature as far as
+    no bend is sharper than two radii, times `kept`.
+
+    Parameters
+    ----------
+    points, tangents, curvatures
+        (E, D) float64, D = 2 or 3: positions of the ends, unit tangents out of their chains, curvature vectors
+    radius, window
+        radius of the object, and the distance up to which an end keeps bending, in the unit of the points
+    kept
+        share of its curvature that an end keeps
+
+    Returns
+    -------
+    distance : (E, E) float64, in the unit of the points, symmetric as all three
+    turn : (E, E) float64 radians, between the tangent of one end half way and that of the other reversed
+    bend : (E, E) float64 radians, the larger of the angles between the tangents half way and the straight connection; 0 for ends
+        that coincide
+    """
+
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
     """Return the outward tangent and the curvature vector at both ends of every chain.
 
@@ -1021,6 +1046,34 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
     Returns
     -------
     (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
+    """
+
+def keep_segments(
+    points: Floats, bounds: Ints, closed: Bools, pairs: Ints, certain: Bools, overlap: Callable[[int, int], bool]
+) -> tuple[Floats, Ints, Bools, Floats]:
+    """Remove one of each two overlapping segments, that of the chain with fewer segments left, and return the rest as chains.
+
+    Of chains of equal length the later one loses its segment. The first and the last segment of a ring share a joint and stay.
+
+    Parameters
+    ----------
+    points
+        (J, D) float64, the joints of all C chains, one chain after the other
+    bounds
+        (C + 1,) int64; chain c is points[bounds[c]:bounds[c + 1]], the last entry is J
+    closed
+        (C,) bool, True for a ring
+    pairs
+        (K, 2) int64, segments i < j that may overlap, in the order in which they are judged
+    certain
+        (K,) bool, the pairs that overlap for certain
+    overlap
+        tells whether the segments i and j of another pair overlap; called only if both are left
+
+    Returns
+    -------
+    points, bounds, closed : the runs of segments that are left, as chains; a ring that lost a segment is open
+    removed : (S, 2, D) float64, the joints of the removed segments, in the order of the segments
     """
 
 def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:

@@ -44,6 +44,7 @@ CALLS = {
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
         np.ones(2), np.ones(2), np.ones(5), 1,
     ),
+    "end_pairs": (POINTS, np.eye(6, 3), np.eye(6, 3), 0.01, 0.1, 0.5),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
@@ -67,6 +68,9 @@ CALLS = {
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
     "lattice_pixels": (np.ones((3, 3), bool), 5, 1.6),
+    "keep_segments": (
+        POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
+    ),
     "lay_equal_chords": (POINTS, 0.01),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),

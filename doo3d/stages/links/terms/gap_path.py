@@ -188,7 +188,7 @@ class GapPaths:
             samples = points[first][:, None] + CONNECTION_SAMPLES[:, None] * offset[:, None]
             status = self.visibility.model.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
             free = np.isin(status, OPEN).mean(axis=1)
-            unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
+            unknown = (status == PointVisibility.NO_DEPTH).mean(axis=1)
         unknown = np.where((length < config.tangent_window_radii * self.ends.radius) & (free == 0), 0.0, unknown)
         weighted = config.free_space_weight * free + config.unknown_weight * unknown
         return np.asarray(self.ends.unit_cost * length * weighted)
