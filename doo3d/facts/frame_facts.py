@@ -7,8 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from .. import kernels
+from ..geometry.curves import Curves
 from ..geometry.mask import median_half_width
 from ..geometry.noise import SAMPLES
+from ..geometry.radii import TOUCHING_RADII
 from ..types import Array, Bools, Foreground, Ints
 from ..types.arrays import sealed
 
@@ -82,6 +84,30 @@ class FrameFacts(kernels.FrameFacts):
         table = kernels.neighbor_table(coords)
         _, order, bounds, _ = kernels.trace_branches(table)
         return pixels[order], bounds
+
+    def strand_lines(self, radius: float) -> Curves:
+        """Return smooth lines along the skeleton, px (u, v), from one place where strands meet, or free end, to the next.
+
+        radius : px, of the object. Branches that end within the width of two strands are of ragged edges, loops so short are
+        holes, and forks so near to each other are one place.
+        """
+        pixels = self.skeleton_pixels()
+        pixels = pixels[np.lexsort(pixels.T)]
+        coords = np.ones((len(pixels), 3), dtype=np.int64)
+        coords[:, :2] += pixels[:, ::-1]
+        points, bounds, closed, _, _ = kernels.skeleton_paths(
+            kernels.neighbor_table(coords),
+            pixels.astype(float),
+            round(radius),
+            np.full(3, 2 * TOUCHING_RADII * radius),
+            np.zeros(3),
+            np.zeros(2),
+            np.zeros((0, 0), dtype=np.float32),
+            np.zeros(2),
+            0.0,
+            len(pixels),
+        )
+        return Curves(points, bounds, closed)
 
     def radius(self, focal: float = 1.0) -> float:
         """Return the radius of the object: the median half-width along the medial axis, weighted by itself.

@@ -23,21 +23,27 @@ MAX_DEVIATION_DEG = 20.0
 
 @dataclass(frozen=True)
 class GapPath:
-    """The path across a gap between two ends: an arc, a straight line and an arc, or only a straight line.
+    """The path across a gap between two ends: an arc, a straight line and an arc, only a straight line, or a line that was seen.
 
     Attributes
     ----------
     ends
-        (2, D) m (px in 2-D), where the path starts and ends; (1, D) if the two ends are at the same position.
+        (2, D) m (px in 2-D), where the path starts and ends; (1, D) if the two ends are at the same position; (P, D), the points
+        of a line along which the object is seen.
     rows
         (2, 3 D + 2), one arc per row, at the first and at the second end. Each arc starts at its end and runs into the gap; the
         straight line joins the points where the two arcs end. Columns: start (D,), unit direction at the start (D,), unit normal
         from the start towards the center of the circle (D,), angle in radians, radius in m (px in 2-D). (0, 3 D + 2) if the path
-        is only a straight line.
+        has no arcs.
     """
 
     ends: Floats
     rows: Floats
+
+    @classmethod
+    def along(cls, line: Floats) -> GapPath:
+        """Return the path along a line (P, D), m (px in 2-D)."""
+        return cls(line, np.zeros((0, 3 * line.shape[1] + 2)))
 
     def points(self, spacing: float) -> Floats:
         """Return points along the path from its first to its second end, both included.
@@ -49,7 +55,7 @@ class GapPath:
 
         Returns
         -------
-        (P, D) m (px in 2-D). A path without arcs has just its two ends; one point if they are at the same position.
+        (P, D) m (px in 2-D). A path without arcs has just its ends; one point if they are at the same position.
         """
         points: Floats = kernels.sample_gap(self.rows, float(spacing)) if len(self.rows) else self.ends
         return points

@@ -169,21 +169,6 @@ class CrossingStrands:
     def readings(self, offsets: Floats, depth: Array, mask: Bools) -> Floats:
         """Return the readings (C * 2 * S * A,) m of a depth image (H, W) float32 at `positions`; NaN outside the mask."""
 
-    def readings_of_cloud(self, offsets: Floats, shown: Floats, distance: Floats, reach: float, nearest: int) -> Floats:
-        """Return the distances (C * 2 * S * A,) m of the surface of a cloud at `positions`; NaN where no point is near.
-
-        Parameters
-        ----------
-        offsets
-            (A,) lateral offsets in half-widths
-        shown, distance
-            (N, 2) positions of the points in the view, NaN for none, and (N,) m along the viewing direction
-        reach
-            distance in the view within which points count
-        nearest
-            number of points in the view of which the nearest along the viewing direction is the surface
-        """
-
     def depth_log_odds(self, surface: Floats, settings: Floats) -> Floats:
         """Return the log odds that the first strand is upper, (C,) nat, by the chains' depth and that of their surfaces.
 
@@ -494,6 +479,74 @@ def arc_length(points: Floats) -> Floats:
     points : (P, D) float64, P points. Returns (P,) float64 in the unit of the points, the first 0.
     """
 
+def axes_in_mask(
+    points: Floats,
+    bounds: Ints,
+    closed: Bools,
+    filled: Bools,
+    radius: Floats,
+    half: int,
+    pixels: Floats,
+    share: float,
+    surface: Floats,
+    camera: Floats,
+    depth: Array,
+    mask: Bools,
+    plane: Floats,
+    beside: Floats,
+    settings: Floats,
+    iterations: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Estimate the axis and the radius of strands in a mask, and with a camera in depth, from samples on the seen surface.
+
+    In each iteration `silhouette` gives the offset across the line of sight and the radius, whose median is that of the path. The
+    surface points near the samples so moved give the depth, as `axis_depth` does. An axis measured inside a plane is raised to a
+    radius over it where the plane is seen beside the strand. Each path is smoothed by `whittaker_smooth`.
+
+    Parameters
+    ----------
+    points
+        (S, D) float64 m in the camera's optical frame, in 2-D px, S samples along C paths
+    bounds
+        (C + 1,) int64, row of the first sample of each path, and S; a path has one sample at least
+    closed, filled
+        (C,) bool, True for a ring, and (S,) bool, True for a sample in a gap that was filled
+    radius
+        (S,) float64 m (px in 2-D), radius of the path of each sample so far
+    half
+        number of samples on either side, on the same path, whose pixels and points are pooled
+    pixels, share
+        (N, 2) float64 px, (u, v) of N pixels of the mask, and how many pixels each stands for
+    surface
+        (M, 3) float64 m, M surface points; not used in 2-D
+    camera
+        (4,) float64 px, fx, fy, cx, cy; (0,) in 2-D
+    depth, mask
+        (H, W) float32 m, 0 = no reading, and (H, W) bool, the pixels of the object; both for the plane alone
+    plane
+        (4,) float64, unit normal and height along it, m; (0,) if there is none
+    beside
+        (A,) float64 px beyond both sides of a strand at which the plane is read
+    settings
+        (17,) float64: radii up to which pixels and points belong to a sample; weight in a filled gap; relative difference of the
+        radius that weighs 1 / e; weight of the path; radii over which it is smoothed; greatest strength; least weight where
+        weights determine nothing, as a share; weight of depth; radii of noise up to which it has that weight; radii from the
+        middle that measure depth; median residuals of an outlier; a deviation in median residuals; step along an axis whose
+        projection tells its direction, m; least scale, px per m; radii of the plane within which the median of the readings
+        beside is of it; radii below the plane down to which an axis is raised; samples by which a ring is continued over its seam
+    iterations
+        number of iterations, 0 to 1000
+
+    Returns
+    -------
+    (S, D) float64 m (px in 2-D), the samples on the axes; (S,) radius of their paths; (S,) radius at each.
+
+    Raises
+    ------
+    ValueError
+        If a sample lies behind the camera.
+    """
+
 def axis_depth(
     sample: Ints,
     lateral: Floats,
@@ -704,6 +757,31 @@ def depth_support(
     supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
         and by less than the chain's readings may; 0 for a segment behind the camera
     residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
+    """
+
+def end_pairs(
+    points: Floats, tangents: Floats, curvatures: Floats, radius: float, window: float, kept: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return distance, turn and bend of all pairs of chain ends.
+
+    Half way to another end, at most half of `window`, an end has the tangent that its curvature leads to: the curvature as far as
+    no bend is sharper than two radii, times `kept`.
+
+    Parameters
+    ----------
+    points, tangents, curvatures
+        (E, D) float64, D = 2 or 3: positions of the ends, unit tangents out of their chains, curvature vectors
+    radius, window
+        radius of the object, and the distance up to which an end keeps bending, in the unit of the points
+    kept
+        share of its curvature that an end keeps
+
+    Returns
+    -------
+    distance : (E, E) float64, in the unit of the points, symmetric as all three
+    turn : (E, E) float64 radians, between the tangent of one end half way and that of the other reversed
+    bend : (E, E) float64 radians, the larger of the angles between the tangents half way and the straight connection; 0 for ends
+        that coincide
     """
 
 def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
@@ -1052,6 +1130,34 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
     (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
     """
 
+def keep_segments(
+    points: Floats, bounds: Ints, closed: Bools, pairs: Ints, certain: Bools, overlap: Callable[[int, int], bool]
+) -> tuple[Floats, Ints, Bools, Floats]:
+    """Remove one of each two overlapping segments, that of the chain with fewer segments left, and return the rest as chains.
+
+    Of chains of equal length the later one loses its segment. The first and the last segment of a ring share a joint and stay.
+
+    Parameters
+    ----------
+    points
+        (J, D) float64, the joints of all C chains, one chain after the other
+    bounds
+        (C + 1,) int64; chain c is points[bounds[c]:bounds[c + 1]], the last entry is J
+    closed
+        (C,) bool, True for a ring
+    pairs
+        (K, 2) int64, segments i < j that may overlap, in the order in which they are judged
+    certain
+        (K,) bool, the pairs that overlap for certain
+    overlap
+        tells whether the segments i and j of another pair overlap; called only if both are left
+
+    Returns
+    -------
+    points, bounds, closed : the runs of segments that are left, as chains; a ring that lost a segment is open
+    removed : (S, 2, D) float64, the joints of the removed segments, in the order of the segments
+    """
+
 def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
     """Return the largest value in a window around each pixel that is wanted, as a dilation does.
 
@@ -1069,10 +1175,22 @@ def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
     (H, W) float32; 0 where it is not wanted
     """
 
-def lattice_pixels(mask: Bools, step: int, slope: int) -> Floats:
-    """Return one of `step` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
+def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[Floats, float]:
+    """Return about `most` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 
-    mask : (H, W) bool. step, slope : the pixels with u + slope v divisible by step are returned. Returns (K, 2) float64.
+    Parameters
+    ----------
+    mask
+        (H, W) bool
+    most
+        number of pixels, about; all are returned if there are not more
+    golden
+        the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
+        step / golden
+
+    Returns
+    -------
+    (K, 2) float64 px, and the number of pixels of the mask that each stands for.
     """
 
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
@@ -1465,49 +1583,6 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     Returns
     -------
     (H, W) bool
-    """
-
-def raised_to_plane(
-    points: Floats,
-    lateral: Floats,
-    behind: Floats,
-    target: Floats,
-    radius: Floats,
-    depth: Array,
-    mask: Bools,
-    camera: Floats,
-    plane: Floats,
-    beside: Floats,
-    near_radii: float,
-    sunk_radii: float,
-) -> Floats:
-    """Return axes that were measured inside a plane that is seen beside them, raised to a radius over it.
-
-    Parameters
-    ----------
-    points
-        (S, 3) float64 m in the camera's optical frame, S samples along strands
-    lateral, behind
-        (S, 3) float64 unit, axes across each strand: across the line of sight, and away from the sensor
-    target
-        (S, 3) float64 m, the measured axis at each sample
-    radius
-        (S,) float64 m
-    depth, mask
-        (H, W) float32 m, 0 = no reading, and (H, W) bool, the pixels of the object
-    camera, plane
-        (4,) float64, fx, fy, cx, cy in px, and unit normal and height along it, m
-    beside
-        (A,) float64 px beyond both sides of a strand at which the surface is read
-    near_radii
-        radii of the plane within which the median of these readings is of the plane
-    sunk_radii
-        radii below the plane down to which an axis is raised
-
-    Returns
-    -------
-    (S, 3) float64 m, moved against `behind` where they are lower than a radius over the plane, at most by the radius and
-    `sunk_radii`.
     """
 
 def resample(points: Floats, at: Floats) -> Floats:

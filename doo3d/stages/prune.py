@@ -10,9 +10,9 @@ import numpy as np
 
 from ..config import PruneConfig
 from ..errors import require
-from ..geometry.curves import Curves, runs
+from ..geometry.curves import Curves
 from ..geometry.polyline import unit
-from ..kernels import near_cuboids
+from ..kernels import keep_segments, near_cuboids
 from ..types import Bools, Floats, Ints
 from . import FrameContext
 
@@ -60,49 +60,10 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     if not len(chains):
         return Pruned(chains, np.zeros((0, 2, context.grid.centroids.shape[1])))
     width = config.width or WIDTH_VOXELS * context.voxel
-    starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
-    kept = _keep(Cuboids(starts, ends, width), chains.owner[chains.segments], chains.closed)
-    return Pruned(_runs(chains, kept), np.stack((starts[~kept], ends[~kept]), axis=1))
-
-
-def _keep(cuboids: Cuboids, owner: Ints, closed: Bools) -> Bools:
-    """Return the segments that are kept, (S,) bool.
-
-    Parameters
-    ----------
-    cuboids
-        the S segments.
-    owner
-        (S,), number of the chain of each segment.
-    closed
-        of each chain, whether its last segment meets its first.
-    """
-    kept = np.ones(len(owner), dtype=bool)
-    size = np.bincount(owner)
-    last = np.cumsum(size) - 1
-    pairs, certain = cuboids.near_pairs(owner)
-    share_joint = np.flatnonzero(closed)  # first and last of a ring
-    joined = set(zip((last - size + 1)[share_joint].tolist(), last[share_joint].tolist(), strict=True))
-    for (i, j), is_certain in zip(pairs.tolist(), certain.tolist(), strict=True):
-        if kept[i] and kept[j] and (i, j) not in joined and (is_certain or cuboids.overlap(i, j)):
-            a, b = owner[i], owner[j]
-            loser = j if size[b] <= size[a] else i
-            kept[loser] = False
-            size[owner[loser]] -= 1
-    return kept
-
-
-def _runs(chains: Curves, kept: Bools) -> Curves:
-    """Return the runs of kept segments, (S,) bool over those of all chains, as chains; one that lost a segment is no ring."""
-    if kept.all():
-        return chains
-    left: list[Floats] = []
-    closed: list[bool] = []
-    for line, own, is_ring in zip(chains, np.split(kept, np.cumsum(chains.counts - 1)[:-1]), chains.closed, strict=True):
-        parts = [line[first : end + 1] for first, end in runs(own)]
-        left += parts
-        closed += [bool(is_ring and own.all())] * len(parts)
-    return Curves.of(left, closed)
+    cuboids = Cuboids(chains.points[chains.segments], chains.points[chains.segments + 1], width)
+    near = cuboids.near_pairs(chains.owner[chains.segments])
+    points, bounds, closed, removed = keep_segments(chains.points, chains.bounds, chains.closed, *near, cuboids.overlap)
+    return Pruned(Curves(points, bounds, closed) if len(removed) else chains, removed)
 
 
 class Cuboids:

@@ -19,6 +19,10 @@ PIXELS = (np.array([1]), np.array([1]))
 CALLS = {
     "angle_legs": (POINTS, POINTS),
     "arc_length": (POINTS,),
+    "axes_in_mask": (
+        POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(6, bool), np.ones(6), 1, np.ones((2, 2)), 1.0, POINTS,
+        np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2), np.full(17, 1e-3), 1,
+    ),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
@@ -44,6 +48,7 @@ CALLS = {
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
         np.ones(2), np.ones(2), np.ones(5), 1,
     ),
+    "end_pairs": (POINTS, np.eye(6, 3), np.eye(6, 3), 0.01, 0.1, 0.5),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
@@ -66,7 +71,10 @@ CALLS = {
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
-    "lattice_pixels": (np.ones((3, 3), bool), 2, 1),
+    "lattice_pixels": (np.ones((3, 3), bool), 5, 1.6),
+    "keep_segments": (
+        POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
+    ),
     "lay_equal_chords": (POINTS, 0.01),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),
@@ -96,10 +104,6 @@ CALLS = {
     "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
-    "raised_to_plane": (
-        POINTS, POINTS, POINTS, POINTS, np.ones(len(POINTS)), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4),
-        np.ones(4), np.ones(2), 1.5, 3.0,
-    ),
     "resample": (POINTS, np.ones(4)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), 2, np.ones(1), 1.0, 2.0, 3),
     "sample_across": (

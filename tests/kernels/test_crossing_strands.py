@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.intersections import find_intersections
@@ -148,20 +147,6 @@ def test_the_upper_strand_by_depth_is_that_of_plain_numpy(seed):
     found = native.depth_log_odds(surface, DEPTH_SETTINGS)
     np.testing.assert_allclose(found, plain.depth_log_odds(surface), atol=1e-8)
     assert len(np.unique(found)) > 2
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_surface_of_a_cloud_is_that_of_the_nearest_points(seed):
-    native, plain, rng = crossing(seed)
-    shown, distance, reach = rng.uniform(0, 120, (4000, 2)), rng.uniform(0.4, 0.6, 4000), 2.0
-    shown[::7] = np.nan
-    known = np.isfinite(shown).all(axis=1)
-    asked = np.nan_to_num(plain.positions(CORE).reshape(-1, 2), nan=1e9)
-    index = cKDTree(shown[known]).query(asked, 4, distance_upper_bound=reach)[1]
-    nearest = np.append(distance[known], np.inf)[index].min(axis=1)
-    found = native.readings_of_cloud(CORE, shown, distance, reach, 4)
-    np.testing.assert_array_equal(found, np.where(np.isfinite(nearest), nearest, np.nan))
-    assert np.isfinite(found).any()
 
 
 def test_without_readings_the_depth_of_the_chains_tells_with_twice_the_deviation():

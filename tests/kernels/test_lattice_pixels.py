@@ -1,20 +1,29 @@
 """A part of a mask's pixels on a lattice, against all of its pixels."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.constants import golden
 
 from doo3d.kernels import lattice_pixels
 
 
-@pytest.mark.parametrize(("step", "slope"), [(1, 0), (2, 1), (5, 3), (13, 8), (3, 100)])
-def test_pixels_are_those_of_the_lattice(step, slope):
-    mask = np.random.default_rng(step).random((37, 61)) < 0.4
+@pytest.mark.parametrize("most", [5000, 600, 300, 100, 20])
+def test_pixels_are_those_of_the_lattice(most):
+    mask = np.random.default_rng(most).random((37, 61)) < 0.4
     mask[:, 20:24], mask[5] = False, True
     u, v = np.nonzero(mask.T)
+    step = math.ceil(len(u) / most)
+    slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden), default=0)
     kept = (u + slope * v) % step == 0
-    assert lattice_pixels(mask, step, slope).tolist() == np.column_stack((u, v))[kept].tolist()
+    pixels, share = lattice_pixels(mask, most, golden)
+    assert pixels.tolist() == np.column_stack((u, v))[kept].tolist()
+    assert share == len(u) / len(pixels)
 
 
 def test_an_empty_mask_has_none():
-    assert lattice_pixels(np.zeros((0, 0), bool), 1, 0).shape == (0, 2)
-    assert lattice_pixels(np.zeros((4, 9), bool), 2, 1).shape == (0, 2)
+    for shape in ((0, 0), (4, 9)):
+        pixels, share = lattice_pixels(np.zeros(shape, bool), 2, golden)
+        assert pixels.shape == (0, 2)
+        assert share == 0

@@ -29,3 +29,14 @@ def test_percentiles_are_those_of_numpy_without_values_that_are_not_finite(size)
     percents = np.array([0.0, 15, 33.3, 50, 85, 90, 100])
     np.testing.assert_array_equal(percentiles(np.append(values, (np.nan, np.inf)), percents), np.percentile(values, percents))
     assert np.isnan(percentiles(np.array([np.nan]), percents)).all()
+
+
+@pytest.mark.parametrize("size", [1023, 1024, 2001, 5000])
+def test_medians_of_many_values_are_those_of_numpy(size):
+    rng = np.random.default_rng(size)
+    rare = np.zeros(size)
+    rare[:: size // 65] = rng.normal(size=len(rare[:: size // 65]))  # no value that is drawn is near the median
+    for values in (rng.normal(size=size), rng.integers(0, 4, size).astype(float), np.arange(size) * 1.0, np.ones(size), rare + 9):
+        medians, deviations, _ = part_medians(values, np.zeros(1, int), np.array([size]))
+        assert medians[0] == np.median(values)
+        assert deviations[0] == np.median(np.abs(values - medians[0]))

@@ -134,6 +134,9 @@ ABLATIONS: dict[str, Ablation] = {
     "small loops": Ablation(places={f"{_STAGES}.traverse.traverse:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
     "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:TOUCHING_RADII": 0.0}),
+    "gaps along which the object is seen": Ablation(
+        places={f"{_STAGES}.links.candidates:seen_gaps": lambda *_: {}}, modules=("stages.links.seen",), made_for=DEPTH
+    ),
     "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
     "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),

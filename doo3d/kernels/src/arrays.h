@@ -26,6 +26,13 @@
 #define WITH_AVX2
 #endif
 
+// The next loop, of up to eight rounds that the compiler can count, without jumps.
+#if defined(__GNUC__) && !defined(__clang__)
+#define UNROLLED _Pragma("GCC unroll 8")
+#else
+#define UNROLLED
+#endif
+
 namespace nb = nanobind;
 using namespace nb::literals;
 
@@ -55,6 +62,20 @@ template <class T>
 using StridedMatrix = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;  // of any layout, read by (row, column)
 template <class T>
 using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+// The values of a vector from Python or of one made here.
+template <class T>
+class Values {
+public:
+    Values(const Vector<T>& values) : data_(values.data()), size_(values.shape(0)), stride_(values.stride(0)) {}
+    Values(const std::vector<T>& values) : data_(values.data()), size_(Index(values.size())) {}
+    T operator()(Index i) const { return data_[i * stride_]; }
+    Index size() const { return size_; }
+
+private:
+    const T* data_;
+    Index size_, stride_ = 1;
+};
 
 // results
 template <class T>
@@ -117,6 +138,13 @@ inline MatrixResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags, 
     return MatrixResult<bool>(data, {rows, columns}, owner);
 }
 
+template <class T>
+std::vector<T> dense(const Vector<T>& values) {
+    std::vector<T> result(values.shape(0));
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = values(i);
+    return result;
+}
+
 // Return the rows of a matrix of any layout one after the other.
 template <class T>
 std::vector<T> dense(const StridedMatrix<T>& matrix) {
@@ -173,8 +201,12 @@ using Byte = std::uint8_t;  // a bool of NumPy may hold any byte
 
 inline const Byte* bytes_of(const Matrix<bool>& mask) { return reinterpret_cast<const Byte*>(mask.data()); }
 
-// Return the first index in [begin, end) whose byte is not 0, or end; eight bytes at a time.
+// Return the first index in [begin, end) whose byte is not 0, or end; 32 and then eight bytes at a time.
 inline Index first_set(const Byte* bytes, Index begin, Index end) {
+    for (std::uint64_t four[4]; begin + 32 <= end; begin += 32) {
+        std::memcpy(four, bytes + begin, 32);
+        if (four[0] | four[1] | four[2] | four[3]) break;
+    }
     for (std::uint64_t word; begin + 8 <= end; begin += 8) {
         std::memcpy(&word, bytes + begin, 8);
         if (word) break;

@@ -48,27 +48,23 @@ public:
         for (std::size_t c = 2; c < start_.size(); ++c) start_[c] += start_[c - 1];
         size = start_.back();
         order.resize(size);
-        position_.resize(size * dim);
+        position_.resize(size * 3);
         for (Index n = 0; n < count; ++n) {
             if (cell[n] < 0) continue;
             const Index k = start_[cell[n] + 1]++;
             order[k] = std::int32_t(n);
             for (Index d = 0; d < dim; ++d) position_[d * size + k] = points[n * dim + d];
         }
+    }
+
+    // Start a competition of targets for the points.
+    void start() {
         square.assign(size, INFINITY);
         owner.assign(size, 0);
     }
 
-    // Let target `number` compete for the points in the cells within `reach` of it; of equally near ones the first wins.
-    void offer(const double* target, Index number, double reach) {
-        for_each_run(target, reach, [&](Index begin, Index end) {
-            if (dim_ == 2) {
-                offer_run<2>(begin, end, target, number);
-            } else {
-                offer_run<3>(begin, end, target, number);
-            }
-        });
-    }
+    // Let each of some targets compete for the points in the cells within `reach` of it; of equally near ones the first wins.
+    void offer(const double* targets, Index count, double reach);
 
     // Call `visit` with each sorted point in the cells within `reach` of a position.
     template <class Visit>
@@ -82,13 +78,8 @@ public:
     template <class Visit>
     void for_each_run(const double* position, double reach, Visit visit) const {
         Index first[2], last[2];
-        for (Index k = 0; k < 2; ++k) {
-            const double cells = double(shape_[k]), at = position[axis_[k]] - low_[k];
-            first[k] = Index(std::min(std::max(std::floor((at - reach) * per_unit_), 0.0), cells));
-            last[k] = Index(std::min(std::max(std::floor((at + reach) * per_unit_) + 1, 0.0), cells));
-        }
-        if (last[1] <= first[1]) return;
-        for (Index row = first[0]; row < last[0]; ++row) {
+        find_around(position, reach, first, last);
+        for (Index row = first[0]; row < last[0] && first[1] < last[1]; ++row) {
             const Index begin = start_[row * shape_[1] + first[1]], end = start_[row * shape_[1] + last[1]];
             visits_.count += end - begin;
             visit(begin, end);
@@ -106,6 +97,16 @@ public:
     std::vector<Index> owner;          // whose it is
 
 private:
+    // Find the first and one more than the last of the rows and columns of cells within `reach` of a position.
+    void find_around(const double* position, double reach, Index* first, Index* last) const {
+        for (Index k = 0; k < 2; ++k) {
+            const double cells = double(shape_[k]), at = position[axis_[k]] - low_[k];
+            const double from = (at - reach) * per_unit_, to = (at + reach) * per_unit_;
+            first[k] = Index(std::min(std::max(from, 0.0), cells));
+            last[k] = to >= 0.0 ? std::min(Index(std::min(to, cells)) + 1, shape_[k]) : 0;
+        }
+    }
+
     bool finite(const double* p) const { return (p[0] - p[0]) + (p[1] - p[1]) + (dim_ == 3 ? p[2] - p[2] : 0.0) == 0.0; }
 
     // Find the lowest and the highest coordinates of finite points; of none both stay.
@@ -126,30 +127,12 @@ private:
         std::copy(most, most + D, high);
     }
 
-    template <int D>
-    void offer_run(Index begin, Index end, const double* target, Index number) {
-        const double *x = position_.data(), *y = x + size, *z = y + size;
-        double* best = square.data();
-        Index* whose = owner.data();
-        for (Index k = begin; k < end; ++k) {
-            const double dx = x[k] - target[0], dy = y[k] - target[1];
-            double between = dx * dx + dy * dy;
-            if constexpr (D == 3) {
-                const double dz = z[k] - target[2];
-                between += dz * dz;
-            }
-            const bool nearer = between < best[k];  // without a branch, so that compilers can vectorize
-            best[k] = nearer ? between : best[k];
-            whose[k] = nearer ? number : whose[k];
-        }
-    }
-
     Index dim_;
     double per_unit_ = 1.0;
     Index axis_[2] = {0, 1};
     double low_[2] = {0, 0};
     Index shape_[2] = {1, 1};
-    std::vector<Index> start_;       // of each cell, the first of its points
-    std::vector<double> position_;  // axis by axis
+    std::vector<std::int32_t> start_;  // of each cell, the first of its points
+    std::vector<double> position_;     // axis by axis; in the plane the third is 0
     mutable Visits visits_;
 };

@@ -1,5 +1,6 @@
 // Surface points in the cross-sections of samples along center lines, and what is pooled from them.
-#include "arrays.h"
+#include "cross_sections.h"
+
 #include "medians.h"
 #include "pooling.h"
 
@@ -10,9 +11,7 @@ namespace {
 auto window_sum(Vector<double> values, Vector<Index> path, Index half) {
     require(values.shape(0) == path.shape(0), "values and path have different lengths");
     require(half >= 0, "half is negative");
-    std::vector<double> dense(values.shape(0));
-    for (std::size_t s = 0; s < dense.size(); ++s) dense[s] = values(s);
-    return to_numpy(pooled(dense.data(), path, half));
+    return to_numpy(pooled(dense(values).data(), path, half));
 }
 
 auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Index> index, Matrix<double> positions,
@@ -43,7 +42,6 @@ auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Inde
     return std::make_tuple(to_numpy(std::move(sample)), to_numpy(std::move(across)), to_numpy(std::move(behind)));
 }
 
-// The mean of w + sqrt(r^2 - u^2) over the points pooled at each sample: taken once over all, then without outliers.
 auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> depth, Vector<Index> path, Vector<double> radius,
                 Index half, double central_part, double outlier_medians) {
     const Index count = sample.shape(0), size = path.shape(0);
@@ -60,32 +58,8 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
         kept.push_back(s);
         behind.push_back(depth(k) + std::sqrt(radius(s) * radius(s) - lateral(k) * lateral(k)));
     }
-    std::vector<double> counts, means;
-    for (const bool last : {false, true}) {
-        count_visits(Index(kept.size()));
-        std::vector<double> number(size), total(size);
-        for (std::size_t k = 0; k < kept.size(); ++k) {
-            number[kept[k]] += 1;
-            total[kept[k]] += behind[k];
-        }
-        counts = pooled(number.data(), path, half);
-        means = pooled(total.data(), path, half);
-        for (Index s = 0; s < size; ++s) means[s] /= std::max(counts[s], 1e-9);
-        if (last || kept.empty()) break;
-        std::vector<double> residual(kept.size());
-        for (std::size_t k = 0; k < kept.size(); ++k) residual[k] = std::fabs(behind[k] - means[kept[k]]);
-        std::vector<double> sorted(residual);
-        const double limit = std::max(outlier_medians * median(sorted), 1e-9);
-        std::size_t inside = 0;
-        for (std::size_t k = 0; k < kept.size(); ++k) {
-            if (!(residual[k] <= limit)) continue;
-            kept[inside] = kept[k];
-            behind[inside++] = behind[k];
-        }
-        kept.resize(inside);
-        behind.resize(inside);
-    }
-    return std::make_tuple(to_numpy(std::move(means)), to_numpy(std::move(counts)));
+    PooledMeans means = means_without_outliers(std::move(kept), std::move(behind), path, half, outlier_medians);
+    return std::make_tuple(to_numpy(std::move(means.mean)), to_numpy(std::move(means.count)));
 }
 
 void cross(const double* a, const double* b, double* result) {
@@ -123,26 +97,9 @@ auto section_axes(Matrix<double> positions, Matrix<double> tangents, Vector<doub
     require(positions.shape(1) == 3 && tangents.shape(1) == 3, "positions and tangents are not (S, 3)");
     require(Index(tangents.shape(0)) == size, "tangents are not one per position");
     require(viewpoint.shape(0) == 0 || viewpoint.shape(0) == 3, "viewpoint is neither (3,) nor (0,)");
-    count_visits(size);
-    std::vector<double> lateral(3 * size), depth(3 * size);
-    double side[3];
-    for (Index s = 0; s < size; ++s) {
-        const double* tangent = tangents.data() + 3 * s;
-        double least = 0.0;
-        if (viewpoint.shape(0)) {
-            double ray[3];
-            for (int d = 0; d < 3; ++d) ray[d] = positions(s, d) - viewpoint(d);
-            cross(ray, tangent, side);
-        } else if (s > 0) {
-            without(lateral.data() + 3 * (s - 1), tangent, side);
-            least = 1e-6;
-        } else {
-            perpendicular(tangent, side);
-        }
-        if (!scale_to_unit(side, least, lateral.data() + 3 * s)) perpendicular(tangent, lateral.data() + 3 * s);
-        cross(tangent, lateral.data() + 3 * s, depth.data() + 3 * s);
-    }
-    return std::make_tuple(to_numpy(std::move(lateral), size, 3), to_numpy(std::move(depth), size, 3));
+    const std::vector<double> seen_from = dense(viewpoint);
+    AcrossAxes axes = axes_across(positions.data(), tangents.data(), size, seen_from.empty() ? nullptr : seen_from.data());
+    return std::make_tuple(to_numpy(std::move(axes.lateral), size, 3), to_numpy(std::move(axes.depth), size, 3));
 }
 
 void check_sections(const Vector<Index>& sample, const Vector<double>& lateral, const Vector<Index>& path, Index half) {
@@ -322,6 +279,59 @@ auto fit_circles(Vector<Index> sample, Vector<double> lateral, Vector<double> de
 }
 
 }  // namespace
+
+AcrossAxes axes_across(const double* positions, const double* tangents, Index size, const double* viewpoint) {
+    count_visits(size);
+    AcrossAxes axes{std::vector<double>(3 * size), std::vector<double>(3 * size)};
+    double side[3];
+    for (Index s = 0; s < size; ++s) {
+        const double* tangent = tangents + 3 * s;
+        double *lateral = axes.lateral.data() + 3 * s, least = 0.0;
+        if (viewpoint) {
+            double ray[3];
+            for (int d = 0; d < 3; ++d) ray[d] = positions[3 * s + d] - viewpoint[d];
+            cross(ray, tangent, side);
+        } else if (s > 0) {
+            without(lateral - 3, tangent, side);
+            least = 1e-6;
+        } else {
+            perpendicular(tangent, side);
+        }
+        if (!scale_to_unit(side, least, lateral)) perpendicular(tangent, lateral);
+        cross(tangent, lateral, axes.depth.data() + 3 * s);
+    }
+    return axes;
+}
+
+PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double> values, const Values<Index>& path, Index half,
+                                   double outlier_medians) {
+    const Index size = path.size();
+    PooledMeans means;
+    for (const bool last : {false, true}) {
+        count_visits(Index(sample.size()));
+        std::vector<double> number(size), total(size);
+        for (std::size_t k = 0; k < sample.size(); ++k) {
+            number[sample[k]] += 1;
+            total[sample[k]] += values[k];
+        }
+        means = {pooled(total.data(), path, half), pooled(number.data(), path, half)};
+        for (Index s = 0; s < size; ++s) means.mean[s] /= std::max(means.count[s], 1e-9);
+        if (last || sample.empty()) break;
+        std::vector<double> residual(sample.size());
+        for (std::size_t k = 0; k < sample.size(); ++k) residual[k] = std::fabs(values[k] - means.mean[sample[k]]);
+        std::vector<double> sorted(residual);
+        const double limit = std::max(outlier_medians * median(sorted), 1e-9);
+        std::size_t inside = 0;
+        for (std::size_t k = 0; k < sample.size(); ++k) {
+            if (!(residual[k] <= limit)) continue;
+            sample[inside] = sample[k];
+            values[inside++] = values[k];
+        }
+        sample.resize(inside);
+        values.resize(inside);
+    }
+    return means;
+}
 
 void bind_cross_sections(nb::module_& m) {
     m.def("window_sum", &window_sum, "values"_a.noconvert(), "path"_a.noconvert(), "half"_a);

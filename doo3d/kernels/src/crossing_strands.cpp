@@ -1,5 +1,4 @@
 // Which of two strands that cross in the view is on top: by the depth of their surfaces, and by their colors.
-#include "cells.h"
 #include "medians.h"
 #include "polyline.h"
 
@@ -160,37 +159,6 @@ class CrossingStrands {
         return to_numpy(std::move(result));
     }
 
-    auto readings_of_cloud(Vector<double> offsets, Matrix<double> shown, Vector<double> distance, double reach, Index nearest) const {
-        require(shown.shape(1) == 2 && shown.shape(0) == distance.shape(0), "shown is not (N, 2), or distance is not one per point");
-        require(nearest > 0, "nearest is not positive");
-        const std::vector<double> places = beyond(offsets);
-        std::vector<double> result(places.size() / 2, NAN);
-        if (reach > 0 && std::isfinite(reach)) {
-            nb::gil_scoped_release released;
-            const auto boxes = boxes_around(places, reach);
-            const Cells cells(shown.data(), shown.shape(0), 2, reach / CELLS_PER_REACH, [&](const double* p) {
-                return std::any_of(boxes.begin(), boxes.end(), [&](const std::array<Pair, 2>& box) {
-                    return p[0] >= box[0][0] && p[1] >= box[0][1] && p[0] <= box[1][0] && p[1] <= box[1][1];
-                });
-            });
-            std::vector<Pair> near;  // squared distance in the view, and distance along it
-            for (std::size_t i = 0; i < result.size(); ++i) {
-                if (!std::isfinite(places[2 * i] + places[2 * i + 1])) continue;
-                near.clear();
-                cells.for_each_around(&places[2 * i], reach, [&](Index k) {
-                    const double square = squared_distance(shown.data() + 2 * cells.order[k], &places[2 * i], 2);
-                    if (square < reach * reach) near.push_back({square, distance(cells.order[k])});
-                });
-                if (Index(near.size()) > nearest) {
-                    std::nth_element(near.begin(), near.begin() + nearest, near.end());
-                    near.resize(nearest);
-                }
-                for (const Pair& each : near) result[i] = std::fmin(result[i], each[1]);
-            }
-        }
-        return to_numpy(std::move(result));
-    }
-
     auto depth_log_odds(Vector<double> surface, Vector<double> settings) const {
         require(settings.shape(0) == 5, "settings are not (5,)");
         require(samples_ && count_ && surface.shape(0) % (2 * count_ * samples_) == 0, "surface is not one per sample and offset");
@@ -241,17 +209,6 @@ class CrossingStrands {
     static void without_gil(std::vector<double>& result, Value value) {
         nb::gil_scoped_release released;
         for (std::size_t c = 0; c < result.size(); ++c) result[c] = value(Index(c));
-    }
-
-    // Return the lowest and highest corner of the box around the positions of each crossing.
-    std::vector<std::array<Pair, 2>> boxes_around(const std::vector<double>& places, double margin) const {
-        std::vector<std::array<Pair, 2>> boxes(count_, {Pair{INFINITY, INFINITY}, Pair{-INFINITY, -INFINITY}});
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            auto& box = boxes[i / (places.size() / count_)];
-            box[0][i % 2] = std::fmin(box[0][i % 2], places[i] - margin);
-            box[1][i % 2] = std::fmax(box[1][i % 2], places[i] + margin);
-        }
-        return boxes;
     }
 
     // Return the positions at lateral offsets from each sample.
@@ -336,8 +293,6 @@ void bind_crossing_strands(nb::module_& m) {
              "distances"_a.noconvert(), "margin"_a, "min_angle"_a)
         .def("positions", &CrossingStrands::positions, "offsets"_a.noconvert())
         .def("readings", &CrossingStrands::readings, "offsets"_a.noconvert(), "depth"_a.noconvert(), "mask"_a.noconvert())
-        .def("readings_of_cloud", &CrossingStrands::readings_of_cloud, "offsets"_a.noconvert(), "shown"_a.noconvert(),
-             "distance"_a.noconvert(), "reach"_a, "nearest"_a)
         .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_a.noconvert(), "settings"_a.noconvert())
         .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_a.noconvert(), "offsets"_a.noconvert(), "settings"_a.noconvert());
 }

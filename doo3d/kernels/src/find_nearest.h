@@ -3,7 +3,9 @@
 
 #include "cells.h"
 
-// Points (N, D) and the targets (S, D) of which the nearest to each is looked for; where distance and index are filled in.
+#include <optional>
+
+// Targets (S, D) of which the nearest to each point is looked for; where distance and index are filled in.
 struct NearestSearch {
     const double* targets;
     Index size, dim;
@@ -11,53 +13,26 @@ struct NearestSearch {
     Index* index;
 };
 
-// Fill in the nearest target of each point that has one within `reach`; return the rows of the others that are finite.
+// Points (count, dim), sorted at the first of several searches, whose reaches are about the same.
 //
 // Each target competes for the points in the cells around it, one after the other: there are far fewer targets than points, and
 // the points of a cell lie one behind the other in memory.
-inline std::vector<Index> find_within(const NearestSearch& search, const double* points, const std::vector<Index>& rows, double reach) {
-    Cells cells(points, Index(rows.size()), search.dim, reach / CELLS_PER_REACH, 4.0);  // strands far apart leave most cells empty
-    for (Index s = 0; s < search.size && cells.size > 0; ++s) cells.offer(search.targets + s * search.dim, s, reach);
-    std::vector<Index> others;
-    for (Index k = 0; k < cells.size; ++k) {
-        const Index n = rows[cells.order[k]];
-        if (cells.square[k] <= reach * reach) {
-            search.distance[n] = std::sqrt(cells.square[k]);
-            search.index[n] = cells.owner[k];
-        } else {
-            others.push_back(n);
-        }
-    }
-    return others;
-}
+class NearestOfPoints {
+public:
+    NearestOfPoints(const double* points, Index count, Index dim) : points(points), count(count), dim_(dim) {}
 
-// Fill in the distance and the index of the target nearest to each point.
-//
-// A target within half the reach is the nearest of all, if there is one; where there are more points than targets, few points are
-// left for the search in the whole reach, which takes four times as long. Those without a target there are compared with all
-// targets, unless the search is limited.
+    // Fill in the distance and the index of the target nearest to each point that has one within `reach`; without `limited` those
+    // of the other points, too.
+    void find(const NearestSearch& search, double reach, bool limited);
+
+    const double* const points;
+    const Index count;
+
+private:
+    const Index dim_;
+    std::optional<Cells> cells_;
+};
+
 inline void find_nearest(const NearestSearch& search, const double* points, Index count, double reach, bool limited) {
-    if (search.size == 0 || count == 0) return;
-    const Index dim = search.dim;
-    std::vector<Index> rows(count);
-    for (Index n = 0; n < count; ++n) rows[n] = n;
-    if (count > search.size) rows = find_within(search, points, rows, reach / 2);
-    if (rows.empty()) return;
-    std::sort(rows.begin(), rows.end());
-    std::vector<double> left;
-    for (const Index n : rows) left.insert(left.end(), points + n * dim, points + (n + 1) * dim);
-    rows = find_within(search, left.data(), rows, reach);
-    for (std::size_t k = 0; k < rows.size() && !limited; ++k) {
-        const Index n = rows[k];
-        count_visits(search.size);
-        double best = INFINITY;
-        for (Index s = 0; s < search.size; ++s) {
-            const double between = squared_distance(points + n * dim, search.targets + s * dim, dim);
-            if (between < best) {
-                best = between;
-                search.index[n] = s;
-            }
-        }
-        search.distance[n] = std::sqrt(best);
-    }
+    NearestOfPoints(points, count, search.dim).find(search, reach, limited);
 }

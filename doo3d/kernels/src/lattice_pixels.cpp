@@ -1,29 +1,38 @@
 // A part of the True pixels of a mask, evenly distributed.
-#include "arrays.h"
+#include "runs.h"
 
 namespace {
 
+// Return how far the lattice is shifted from row to row: about the golden section of the step, and coprime to it, so that the lattice
+// is nearly as fine in every direction.
+Index slope_of(Index step, double golden) {
+    Index best = 0;
+    for (Index k = 1; k < step; ++k) {
+        const bool nearer = best == 0 || std::fabs(double(k) - double(step) / golden) < std::fabs(double(best) - double(step) / golden);
+        if (nearer && std::gcd(k, step) == 1) best = k;
+    }
+    return best;
+}
+
 // The pixels of each column are counted first, so that the columns can be filled row by row.
-auto lattice_pixels(Matrix<bool> mask, Index step, Index slope) {
-    require(step > 0 && slope >= 0, "step is not positive, or slope is negative");
+auto lattice_pixels(Matrix<bool> mask, Index most, double golden) {
+    require(most > 0 && golden > 1, "most is not positive, or golden is not more than 1");
     const Index height = mask.shape(0), width = mask.shape(1);
-    const Byte* bytes = bytes_of(mask);
-    std::vector<Index> next(width + 1);
-    const auto for_each_kept = [&](auto visit) {
-        for (Index row = 0; row < height; ++row) {
-            const Byte* pixels = bytes + row * width;
-            const Index shift = slope % step * (row % step) % step;
-            for (Index u = first_set(pixels, 0, width); u < width; u = first_set(pixels, u, width)) {
-                for (; u < width && pixels[u]; ++u) {
-                    if ((u + shift) % step == 0) visit(u, row);
-                }
-            }
-        }
-    };
-    count_visits(height * width / 8);
+    require(height < INT32_MAX && width < INT32_MAX, "the mask is too large");
     std::vector<double> found;
+    Index count = 0;
     {
         nb::gil_scoped_release released;
+        const std::vector<Run> runs = runs_of(bytes_of(mask), height, width);
+        for (const Run& run : runs) count += run.end - run.start;
+        const Index step = std::max<Index>(1, (count + most - 1) / most), slope = slope_of(step, golden);
+        const auto for_each_kept = [&](auto visit) {
+            for (const Run& run : runs) {
+                const Index shift = slope * (run.row % step) % step;
+                for (Index u = run.start + (step - (run.start + shift) % step) % step; u < run.end; u += step) visit(u, run.row);
+            }
+        };
+        std::vector<Index> next(width + 1);
         for_each_kept([&](Index u, Index) { ++next[u + 1]; });
         for (Index u = 0; u < width; ++u) next[u + 1] += next[u];
         found.resize(2 * next[width]);
@@ -33,12 +42,12 @@ auto lattice_pixels(Matrix<bool> mask, Index step, Index slope) {
             pixel[1] = double(row);
         });
     }
-    const std::size_t count = found.size() / 2;
-    return to_numpy(std::move(found), count, 2);
+    const std::size_t kept = found.size() / 2;
+    return std::make_tuple(to_numpy(std::move(found), kept, 2), double(count) / double(std::max<std::size_t>(1, kept)));
 }
 
 }  // namespace
 
 void bind_lattice_pixels(nb::module_& m) {
-    m.def("lattice_pixels", &lattice_pixels, "mask"_a.noconvert(), "step"_a, "slope"_a);
+    m.def("lattice_pixels", &lattice_pixels, "mask"_a.noconvert(), "most"_a, "golden"_a);
 }

@@ -2,6 +2,7 @@
 #include "arrays.h"
 
 void bind_appearance(nb::module_&);
+void bind_axes_in_mask(nb::module_&);
 void bind_cloud_facts(nb::module_&);
 void bind_color_bands(nb::module_&);
 void bind_cross_sections(nb::module_&);
@@ -10,11 +11,13 @@ void bind_crossings(nb::module_&);
 void bind_depth_model(nb::module_&);
 void bind_depth_support(nb::module_&);
 void bind_dilation(nb::module_&);
+void bind_end_pairs(nb::module_&);
 void bind_end_tangents(nb::module_&);
 void bind_equal_chords(nb::module_&);
 void bind_follow_strand(nb::module_&);
 void bind_frame_facts(nb::module_&);
 void bind_gap_path(nb::module_&);
+void bind_keep_segments(nb::module_&);
 void bind_lattice_pixels(nb::module_&);
 void bind_line_ends(nb::module_&);
 void bind_line_fitting(nb::module_&);
@@ -27,7 +30,6 @@ void bind_near_cuboids(nb::module_&);
 void bind_nearest(nb::module_&);
 void bind_plane(nb::module_&);
 void bind_point_cells(nb::module_&);
-void bind_plane_rise(nb::module_&);
 void bind_polyline(nb::module_&);
 void bind_ribbon_tracing(nb::module_&);
 void bind_ribbons(nb::module_&);
@@ -53,6 +55,7 @@ void bind_zhang_suen(nb::module_&);
 
 NB_MODULE(_native, m) {
     bind_appearance(m);
+    bind_axes_in_mask(m);
     bind_cloud_facts(m);
     bind_color_bands(m);
     bind_cross_sections(m);
@@ -61,11 +64,13 @@ NB_MODULE(_native, m) {
     bind_depth_model(m);
     bind_depth_support(m);
     bind_dilation(m);
+    bind_end_pairs(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
     bind_follow_strand(m);
     bind_frame_facts(m);
     bind_gap_path(m);
+    bind_keep_segments(m);
     bind_lattice_pixels(m);
     bind_line_ends(m);
     bind_line_fitting(m);
@@ -78,7 +83,6 @@ NB_MODULE(_native, m) {
     bind_nearest(m);
     bind_plane(m);
     bind_point_cells(m);
-    bind_plane_rise(m);
     bind_polyline(m);
     bind_ribbon_tracing(m);
     bind_ribbons(m);

@@ -150,28 +150,12 @@ auto sample_polylines(Matrix<double> points, Vector<Index> bounds, Vector<double
     return std::make_tuple(to_numpy(std::move(positions), size, dim), to_numpy(std::move(segment)));
 }
 
-// By central differences; at the ends of an open polyline by one-sided ones.
 auto polyline_tangents(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed) {
     check_bounds(bounds, points.shape(0));
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
-    const Index dim = points.shape(1);
-    std::vector<double> tangents(points.size());
-    count_visits(points.shape(0));
-    for (std::size_t c = 0; c < closed.shape(0); ++c) {
-        const Index first = bounds(c), last = bounds(c + 1) - 1;
-        for (Index i = first; i <= last; ++i) {
-            const Index before = i > first ? i - 1 : (closed(c) ? last : first), after = i < last ? i + 1 : (closed(c) ? first : last);
-            double square = 0.0;
-            for (Index d = 0; d < dim; ++d) {
-                const double step = points(after, d) - points(before, d);
-                tangents[i * dim + d] = step;
-                square += step * step;
-            }
-            const double norm = square > 0 ? std::sqrt(square) : 1.0;
-            for (Index d = 0; d < dim; ++d) tangents[i * dim + d] /= norm;
-        }
-    }
-    return to_numpy(std::move(tangents), points.shape(0), dim);
+    std::vector<std::uint8_t> is_ring;
+    for (std::size_t c = 0; c < closed.shape(0); ++c) is_ring.push_back(closed(c));
+    return to_numpy(tangents_along(points.data(), points.shape(1), dense(bounds), is_ring), points.shape(0), points.shape(1));
 }
 
 // The steps before and after a point are each over `apart` points.
@@ -198,6 +182,27 @@ auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
 }
 
 }  // namespace
+
+std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds,
+                                   const std::vector<std::uint8_t>& closed) {
+    std::vector<double> tangents(bounds.back() * dim);
+    count_visits(bounds.back());
+    for (std::size_t c = 0; c < closed.size(); ++c) {
+        const Index first = bounds[c], last = bounds[c + 1] - 1;
+        for (Index i = first; i <= last; ++i) {
+            const Index before = i > first ? i - 1 : (closed[c] ? last : first), after = i < last ? i + 1 : (closed[c] ? first : last);
+            double square = 0.0;
+            for (Index d = 0; d < dim; ++d) {
+                const double step = points[after * dim + d] - points[before * dim + d];
+                tangents[i * dim + d] = step;
+                square += step * step;
+            }
+            const double norm = square > 0 ? std::sqrt(square) : 1.0;
+            for (Index d = 0; d < dim; ++d) tangents[i * dim + d] /= norm;
+        }
+    }
+    return tangents;
+}
 
 void bind_polyline(nb::module_& m) {
     m.def("steps", &steps, "points"_a.noconvert(), "closed"_a = false);

@@ -15,6 +15,10 @@ inline std::vector<double> arc_lengths(const std::vector<double>& points, Index 
     return along;
 }
 
+// Return the unit tangents at the points by central differences; one-sided at the ends of a polyline that is not closed.
+std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds,
+                                   const std::vector<std::uint8_t>& closed);
+
 // Compute the place at an arc length: `points` gives a coordinate by (point, axis), `along` the arc lengths of points from the first on.
 // Lengths below 0 or beyond the last of `along` give that point.
 template <class Points>

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 // Return at each sample the sum of the values at the sample and at up to `half` neighbors on either side on the same path.
-inline std::vector<double> pooled(const double* values, const Vector<Index>& path, Index half) {
-    const Index size = path.shape(0);
+inline std::vector<double> pooled(const double* values, const Values<Index>& path, Index half) {
+    const Index size = path.size();
     half = std::min(half, size);
     count_visits(size);
     std::vector<double> total(size + 1), sums(size);

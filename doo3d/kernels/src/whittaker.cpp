@@ -2,21 +2,53 @@
 
 #include <algorithm>
 
-// The normal equations are banded, symmetric and positive definite: they are solved by Cholesky's factorization within the band.
-// band[i][k] is the entry in row i and column i - reach + k, and the factor takes its place.
+namespace {
+
+// Solve banded, symmetric, positive definite equations by Cholesky's factorization within the band. band[i][k] is the entry in row i and
+// column i - reach + k, and the factor takes its place, as the result that of the right side. Both begin `reach` rows early, with
+// zeros but for a pivot of 1. A reach known to the compiler is three times as fast.
+template <Index KnownReach>
+void solve(double* band, double* right, Index size, Index given) {
+    const Index reach = KnownReach ? KnownReach : given, stride = reach + 1;
+    for (Index i = reach; i < size + reach; ++i) {
+        double *row = band + i * stride, value = right[i], pivot = row[reach];
+        UNROLLED
+        for (Index a = 0; a < reach; ++a) {
+            const double* other = band + (i - reach + a) * stride;
+            double sum = row[a];
+            UNROLLED
+            for (Index b = 0; b < a; ++b) sum -= row[b] * other[b + reach - a];
+            row[a] = sum / other[reach];
+            value -= row[a] * right[i - reach + a];
+        }
+        for (Index k = 0; k < reach; ++k) pivot -= row[k] * row[k];
+        require(pivot > 0, "the weights are too few to determine the result");
+        row[reach] = std::sqrt(pivot);
+        right[i] = value / row[reach];
+    }
+    for (Index i = size + reach - 1; i >= reach; --i) {
+        const double* row = band + i * stride;
+        right[i] /= row[reach];
+        for (Index a = 0; a < reach; ++a) right[i - reach + a] -= row[a] * right[i];
+    }
+}
+
+}  // namespace
+
 std::vector<double> whittaker(const double* values, const double* weights, Index count, Index dim, double strength, Index order) {
-    std::vector<double> result(values, values + count * dim);
-    if (count <= order || !(strength > 0) || dim == 0) return result;
+    if (count <= order || !(strength > 0) || dim == 0) return {values, values + count * dim};
     const Index reach = order * dim, size = count * dim, stride = reach + 1;
     std::vector<double> difference(order + 1, 1.0);  // binomial coefficients with alternating signs
     for (Index k = 1; k <= order; ++k) difference[k] = -difference[k - 1] * double(order - k + 1) / double(k);
-    std::vector<double> band(size * stride);
+    std::vector<double> band((size + reach) * stride), result(size + reach);
     count_visits(size * stride);
+    for (Index i = 0; i < reach; ++i) band[i * stride + reach] = 1.0;
+    double* const rows = band.data() + reach * stride;
     for (Index first = 0; first + order < count; ++first) {
         for (Index a = 0; a <= order; ++a) {
             for (Index b = 0; b <= a; ++b) {
                 const double product = strength * difference[a] * difference[b];
-                for (Index d = 0; d < dim; ++d) band[((first + a) * dim + d) * stride + reach - (a - b) * dim] += product;
+                for (Index d = 0; d < dim; ++d) rows[((first + a) * dim + d) * stride + reach - (a - b) * dim] += product;
             }
         }
     }
@@ -26,34 +58,14 @@ std::vector<double> whittaker(const double* values, const double* weights, Index
             for (Index b = 0; b < dim; ++b) {
                 const double weight = weights[(p * dim + a) * dim + b];
                 sum += weight * values[p * dim + b];
-                if (b <= a) band[(p * dim + a) * stride + reach - (a - b)] += weight;
+                if (b <= a) rows[(p * dim + a) * stride + reach - (a - b)] += weight;
             }
-            result[p * dim + a] = sum;
+            result[reach + p * dim + a] = sum;
         }
     }
-    for (Index i = 0; i < size; ++i) {
-        double* row = band.data() + i * stride;
-        double right = result[i];
-        for (Index j = std::max<Index>(i - reach, 0); j < i; ++j) {
-            const double* other = band.data() + j * stride;
-            double sum = row[j - i + reach];
-            for (Index k = std::max<Index>(i - reach, 0); k < j; ++k) {
-                if (k >= j - reach) sum -= row[k - i + reach] * other[k - j + reach];
-            }
-            row[j - i + reach] = sum / other[reach];
-            right -= row[j - i + reach] * result[j];
-        }
-        double pivot = row[reach];
-        for (Index k = 0; k < reach; ++k) pivot -= row[k] * row[k];
-        require(pivot > 0, "the weights are too few to determine the result");
-        row[reach] = std::sqrt(pivot);
-        result[i] = right / row[reach];
-    }
-    for (Index i = size - 1; i >= 0; --i) {
-        const double* row = band.data() + i * stride;
-        result[i] /= row[reach];
-        for (Index j = std::max<Index>(i - reach, 0); j < i; ++j) result[j] -= row[j - i + reach] * result[i];
-    }
+    const auto solver = reach == 4 ? solve<4> : reach == 6 ? solve<6> : solve<0>;
+    solver(band.data(), result.data(), size, reach);
+    result.erase(result.begin(), result.begin() + reach);
     return result;
 }
 

@@ -6,6 +6,7 @@ Letters: C crossings, two strands each; S samples along a strand; A samples acro
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...geometry.curves import Curves
 from ...geometry.intersections import Intersections
@@ -87,7 +88,8 @@ def upper_strand_log_odds(
         surface = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
         log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
     elif foreground.points.shape[1] == 3:
-        surface = _surface_of_cloud(strands, foreground.points, view, 0.5 * float(half_width.max()))
+        positions = strands.positions(CORE_OFFSETS).reshape(len(depth), -1, 2)
+        surface = _nearest_in_cloud(positions, foreground.points, view, 0.5 * float(half_width.max()))
         log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
     return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
 
@@ -97,8 +99,20 @@ def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
     return strands.color_log_odds(np.ascontiguousarray(image), PROFILE_OFFSETS, COLOR_SETTINGS)
 
 
-def _surface_of_cloud(strands: CrossingStrands, points: Floats, view: Projection, reach: float) -> Floats:
-    """Return the distance of the surface of a cloud of points (N, 3) m across the strands; NaN where no point is within reach."""
+def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach: float) -> Floats:
+    """Return the distance of the surface of a cloud (N, 3) m at positions (C, P, 2) in the view, (C * P,); NaN for none."""
+    low, high = np.fmin.reduce(positions, axis=1) - reach, np.fmax.reduce(positions, axis=1) + reach
     parts = (points[first : first + AT_ONCE] for first in range(0, max(len(points), 1), AT_ONCE))
-    shown = np.concatenate([view.project(part) for part in parts])
-    return strands.readings_of_cloud(CORE_OFFSETS, shown, view.distance(points), reach, NEAREST_POINTS)
+    rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
+    tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
+    finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
+    nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
+    return np.where(np.isfinite(nearest), nearest, np.nan)
+
+
+def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) -> Floats:
+    """Return (u, v, distance) of those points (N, 3) m that the view shows in one of the boxes from low to high (C, 2)."""
+    shown = view.project(points)
+    inside = (shown >= low[:, None]) & (shown <= high[:, None])
+    near = (inside[..., 0] & inside[..., 1]).any(axis=0)
+    return np.column_stack((shown[near], view.distance(points[near])))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -12,11 +11,11 @@ import numpy as np
 from ...config import MergeConfig
 from ...config.merge import Bending
 from ...geometry.curves import Curves
-from ...geometry.limits import AT_ONCE
-from ...geometry.polyline import angle, unit
+from ...kernels import end_pairs
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .. import FrameContext
+from .seen import seen_gaps
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
@@ -110,6 +109,9 @@ class Candidates:
         radians, angle by which an object may turn across a gap.
     chains
         the joints of the chains.
+    seen
+        gaps along which the object is seen in the mask: rows of two ends, the lower first -> (P, D) m, the points from the first
+        to the second. Nothing is to be weighed there; the costs of these pairs are 0.
     """
 
     points: Floats
@@ -121,6 +123,7 @@ class Candidates:
     gap_unit: float = 1.0
     max_turn: float = np.pi
     chains: Curves = field(default_factory=lambda: Curves.of([]))
+    seen: dict[tuple[int, int], Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, chains: Curves, context: FrameContext, config: MergeConfig) -> Candidates:
@@ -130,8 +133,9 @@ class Candidates:
         """
         measured = chains.ends(config.tangent_window_radii * context.radius)
         closed = np.repeat(chains.closed, 2)
-        unit_and_turn = context.gap_unit, context.max_turn
-        return cls(chains.points[chains.tips], *measured, closed, context.radius, config, *unit_and_turn, chains)
+        unit_and_turn, points = (context.gap_unit, context.max_turn), chains.points[chains.tips]
+        seen = {} if config.strategy == "greedy" else seen_gaps(points, measured[0], chains, context)
+        return cls(points, *measured, closed, context.radius, config, *unit_and_turn, chains, seen)
 
     @property
     def unit_cost(self) -> float:
@@ -144,26 +148,31 @@ class Candidates:
         return self.config.bending
 
     @cached_property
+    def pairs(self) -> tuple[Floats, Floats, Floats]:
+        """Distance, turn and bend of each pair of ends half way, (E, E) each, symmetric, by `kernels.end_pairs`.
+
+        Half way to the other end, an end has the tangent that a share of its curvature leads to. On a circle the direction half
+        way along an arc is that of its chord, so two ends of one bend then match exactly. No object bends more sharply than two
+        of its radii, and no curvature is known well enough to extrapolate far.
+        """
+        return self._pairs(self.bending.curvature_persistence)
+
+    def _pairs(self, kept: float) -> tuple[Floats, Floats, Floats]:
+        window = self.config.tangent_window_radii * self.radius
+        return end_pairs(self.points, self.tangents, self.curvatures, self.radius, window, kept)
+
+    @property
     def distance(self) -> Floats:
         """The distance of each pair of ends, (E, E) m (px in 2-D), symmetric."""
-        points = self.points
-        return by_rows(lambda rows: np.linalg.norm(points[None] - points[rows, None], axis=-1), len(points))
+        return self.pairs[0]
 
     @cached_property
-    def expected_tangents(self) -> Floats:
-        """The tangent of every end half way to every other, (E, E, D) unit, if it keeps a share of its curvature.
+    def turns(self) -> Floats:
+        """The angle by which a line turns that leaves by one end straight on and enters by the other, (E, E) radians, 0 to pi.
 
-        On a circle the direction half way along an arc is that of its chord, so two ends of one bend then match exactly. No
-        object bends more sharply than two of its radii, and no curvature is known well enough to extrapolate far.
+        The angle is 0 if the tangents point straight against each other, as at a gap in a straight line.
         """
-        strength = np.linalg.norm(self.curvatures, axis=1, keepdims=True)
-        bend = self.curvatures * np.minimum(1.0, 1 / np.maximum(2 * self.radius * strength, 1e-12))
-
-        def tangents(rows: slice) -> Floats:
-            half_way = np.minimum(self.distance[rows], self.config.tangent_window_radii * self.radius)[:, :, None] / 2
-            return unit(self.tangents[rows, None] + self.bending.curvature_persistence * half_way * bend[rows, None])
-
-        return by_rows(tangents, len(self.points))
+        return self._pairs(0.0)[1]
 
     def limited(self, cost: Floats, visibility: Visibility | None) -> Floats:
         """Return the cost of connecting each pair of ends, infinite where a connection is not allowed.
@@ -183,7 +192,7 @@ class Candidates:
         factor = 1 if config.chains is None else FORCED_COST_FACTOR
         total[(self.distance > factor * config.max_gap * self.gap_unit) | (total > factor * config.max_cost)] = np.inf
         if self.max_turn < np.pi and config.chains is None:
-            total[turns(self.tangents) > self.max_turn] = np.inf
+            total[self.turns > self.max_turn] = np.inf
         total[np.tri(len(total), dtype=bool)] = np.inf
         total[self.closed] = np.inf
         total[:, self.closed] = np.inf
@@ -194,30 +203,3 @@ class Candidates:
             exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
             total[np.ix_(exiting, exiting)] = np.inf
         return total
-
-
-def turns(tangents: Floats) -> Floats:
-    """Return for each pair of chain ends the angle by which a line turns that leaves by one end and enters by the other.
-
-    The angle is 0 if the tangents point straight against each other, as at a gap in a straight line.
-
-    Parameters
-    ----------
-    tangents
-        (E, D) unit, D = 2 or 3, tangent of each of E ends pointing out of its chain; or (E, E, D), where [i, j] is the tangent
-        that end i is expected to have half way to end j.
-
-    Returns
-    -------
-    (E, E) radians, 0 to pi, symmetric.
-    """
-    outward = tangents if tangents.ndim == 3 else np.broadcast_to(tangents[:, None], (len(tangents), *tangents.shape))
-    return by_rows(lambda rows: angle(outward[rows], -outward[:, rows].swapaxes(0, 1)), len(tangents))
-
-
-def by_rows(values: Callable[[slice], Floats], count: int) -> Floats:
-    """Return values of all pairs, (E, E) or (E, E, D), computed a few rows at a time where there are many ends."""
-    rows = max(1, AT_ONCE // max(count, 1))
-    if count <= rows:
-        return np.asarray(values(slice(None)))
-    return np.concatenate([values(slice(start, start + rows)) for start in range(0, count, rows)])

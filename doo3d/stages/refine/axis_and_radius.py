@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ... import kernels
 from ...evidence.support import BESIDE_PX
-from ...geometry.noise import MAD_TO_DEVIATION
-from ...geometry.polyline import steps, whittaker_smooth
+from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
+from ...geometry.polyline import LEAST_WEIGHT, steps, whittaker_smooth
 from ...geometry.radii import OWN_RADII, TOUCHING_RADII
-from ...kernels import nearest, part_medians, raised_to_plane, window_sum
+from ...kernels import nearest, part_medians, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
+    CENTRAL_PART,
     MIN_POINTS,
     SectionAxes,
     axis_depth,
@@ -21,13 +23,12 @@ from .cross_sections import (
     fit_circles,
     fit_half_shell,
     is_seen_from,
-    planar_axes,
     section_axes,
     thinned,
 )
 from .multiview import measure_in_view, median_radius
 from .samples import Samples
-from .silhouette import MaskSample, measure_silhouette
+from .silhouette import MIN_SCALE, PROJECTION_STEP, MaskSample
 
 SMOOTHING_RADII = 1.2
 """Radii; details of the axis shorter than about 2 pi times this are smoothed."""
@@ -53,6 +54,17 @@ table at 0.65 to 0.85 of its height, a thin wire not at all. What is lower is be
 
 RING_OVERLAP = 40
 """Samples by which a ring is continued over its seam before it is smoothed."""
+MAX_STRENGTH = 1e8
+"""Weight of smoothness at most; it is 81 with samples as far apart as usual. Beyond, rounding makes the equations singular."""
+
+IN_MASK = np.concatenate(
+    (
+        (TOUCHING_RADII, GAP_WEIGHT, RADIUS_TOLERANCE, PATH_WEIGHT, SMOOTHING_RADII, MAX_STRENGTH, LEAST_WEIGHT, DEPTH_WEIGHT),
+        (DEPTH_NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
+        (OWN_RADII, MAX_SUNK_RADII, RING_OVERLAP),
+    )
+)
+"""The numbers above as `kernels.axes_in_mask` takes them."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +104,8 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     return replace(foreground, viewpoint=origin) if half_shell else foreground
 
 
-def estimate_axis_and_radius(samples: Samples, foreground: Foreground, mask: MaskSample | None = None) -> Samples:
-    """Move samples from the seen surface to the axis of the object, and estimate the radius at each; one iteration.
+def estimate_axis_and_radius(samples: Samples, foreground: Foreground, iterations: int = 1) -> Samples:
+    """Move samples from the seen surface to the axis of the object, and estimate the radius at each.
 
     The axis is measured in the mask (and depth) if there is one, else in the masks of the camera views, else in the points: as
     half shells if the viewpoint is known, else by fitting circles. Each path is then smoothed by a Whittaker smoother, weighted
@@ -105,35 +117,29 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground, mask: Mas
         samples along all paths, m (px in 2-D).
     foreground
         the object's points, with mask, camera views or viewpoint if there are any.
-    mask
-        the pixels of the mask; None without one.
+    iterations
+        how many times this is done; 0 leaves the samples as they are.
 
     Returns
     -------
     As many samples as given, in the same order, with new positions and radii, m (px in 2-D).
     """
+    if foreground.mask is not None:
+        return _in_mask(samples, foreground, foreground.mask, iterations)
     if foreground.sampling is not None and foreground.sampling.is_sparse:
-        return _smoothed_samples(samples, _from_lines(samples, foreground.points, foreground.sampling.spacing))
-    planar = samples.curves.points.shape[1] == 2
-    tangent = samples.curves.tangents
-    axes = planar_axes(tangent) if planar else section_axes(samples.curves.points, tangent, foreground.viewpoint)
-    if mask is not None:
-        estimate = _from_mask(samples, axes, foreground, mask)
+        measure = _from_lines
     elif foreground.views:
-        estimate = _from_views(samples, axes, foreground)
-    elif foreground.viewpoint is not None:
-        estimate = _from_half_shell(samples, axes, thinned(foreground.points))
+        measure = _from_views
     else:
-        estimate = _from_circles(samples, axes, thinned(foreground.points))
-    return _smoothed_samples(samples, estimate)
+        measure = _from_circles if foreground.viewpoint is None else _from_half_shell
+    for _ in range(iterations):
+        samples = _smoothed_samples(samples, measure(samples, foreground))
+    return samples
 
 
 MIN_SCATTER_SHARE = 1e-3
 """Least radius of a path of sparse points in their spacings: a wire of 5 mm seen every 0.5 m has ten times that, and points
 exactly on a line would have none."""
-
-MAX_STRENGTH = 1e8
-"""Weight of smoothness at most; it is 81 with samples as far apart as usual. Beyond, rounding makes the equations singular."""
 
 
 def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
@@ -162,44 +168,32 @@ def _diagonal_weight(axes: SectionAxes, lateral: Floats, depth: Floats) -> Float
     return np.asarray(weight + np.einsum("s,si,sj->sij", depth, axes.depth, axes.depth))
 
 
-def _from_mask(samples: Samples, axes: SectionAxes, foreground: Foreground, mask: MaskSample) -> _Estimate:
-    """Estimate the lateral offset and the radius from the mask, the depth from the surface points."""
-    curves, reach = samples.curves, TOUCHING_RADII * samples.radius
-    seen = measure_silhouette(curves.points, axes, curves.owner, mask, foreground.camera, reach, samples.window_half)
-    samples = replace(samples, radius=_path_radius(samples, seen.radius, ~samples.filled & (seen.radius > 0)))
-    trust = _trust(seen.radius / samples.radius) * (seen.radius > 0)
-    radii = _along_paths(seen.radius, (trust > 0.5) & ~samples.filled, samples)
-    moved = curves.points + np.where(trust > 0.1, seen.offset, 0.0)[:, None] * axes.lateral
-    lateral_weight = trust * np.where(samples.filled, GAP_WEIGHT, 1.0)
-    if foreground.camera is None:
-        return _Estimate(moved, _diagonal_weight(axes, lateral_weight, np.zeros(len(moved))), samples.radius, radii)
-    depth, depth_weight = _depth(samples, moved, axes, thinned(foreground.points))
-    target = _on_plane(samples, moved + depth[:, None] * axes.depth, axes, foreground)
-    return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
+def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: int) -> Samples:
+    """Estimate the lateral offset and the radius from the mask, the depth from the surface points, and raise axes onto the plane.
 
-
-def _on_plane(samples: Samples, target: Floats, axes: SectionAxes, foreground: Foreground) -> Floats:
-    """Return axes (S, 3) raised to a radius over the plane where they were measured lower: no object lies inside a table.
-
-    They are raised where the camera sees the plane beside the strand: not beyond the edge of the table, nor beside other things.
+    Axes measured lower than a radius over the plane are raised where the camera sees the plane beside the strand: not beyond the
+    edge of a table, nor beside other things.
     """
-    plane, camera = foreground.plane, foreground.camera
-    if plane is None or camera is None or foreground.depth is None or foreground.mask is None:
-        return target
-    return raised_to_plane(
-        samples.curves.points,
-        axes.lateral,
-        axes.depth,
-        target,
+    curves, camera, plane = samples.curves, foreground.camera, foreground.plane
+    depth = np.zeros((0, 0)) if foreground.depth is None else foreground.depth
+    positions, radius, radii = kernels.axes_in_mask(
+        curves.points,
+        curves.bounds,
+        curves.closed,
+        samples.filled,
         samples.radius,
-        np.ascontiguousarray(foreground.depth, dtype=np.float32),
-        np.ascontiguousarray(foreground.mask),
-        np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
-        np.append(plane.normal, plane.height),
+        samples.window_half,
+        *MaskSample.of(mask),
+        foreground.points[:0] if camera is None else thinned(foreground.points),
+        np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
+        np.ascontiguousarray(depth, dtype=np.float32),
+        np.ascontiguousarray(mask) if depth.size else np.zeros((0, 0), dtype=bool),
+        np.zeros(0) if plane is None or not depth.size else np.append(plane.normal, plane.height),
         BESIDE_PX,
-        OWN_RADII,
-        MAX_SUNK_RADII,
+        IN_MASK,
+        iterations,
     )
+    return replace(samples, curves=curves.with_points(positions), radius=radius, radii=radii)
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
@@ -242,8 +236,10 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
     return MAD_TO_DEVIATION * _median(relative) / math.sqrt(6) if len(relative) else 0.0
 
 
-def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
+def _from_half_shell(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate all from the points of a cloud of one view: offset and radius from their lateral spread."""
+    points = thinned(foreground.points)
+    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     middle, measured, count = fit_half_shell(sections, samples.curves.owner, samples.window_half)
     samples, radii = _with_radius(samples, measured, np.isfinite(measured) & ~samples.filled)
@@ -255,9 +251,10 @@ def _from_half_shell(samples: Samples, axes: SectionAxes, points: Floats) -> _Es
     return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
 
 
-def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estimate:
+def _from_circles(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate all from the circle through each cross-section, for clouds of many views."""
-    sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
+    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
+    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     _, measured, _ = fit_circles(sections, samples.curves.owner, None, samples.window_half)
     usable = np.isfinite(measured) & ~samples.filled & (measured < 3 * samples.radius) & (measured > samples.radius / 3)
     reach = TOUCHING_RADII
@@ -270,21 +267,24 @@ def _from_circles(samples: Samples, axes: SectionAxes, points: Floats) -> _Estim
     return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
 
 
-def _from_lines(samples: Samples, points: Floats, spacing: float) -> _Estimate:
+def _from_lines(samples: Samples, foreground: Foreground) -> _Estimate:
     """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
-    distance, near = nearest(thinned(points), samples.curves.points, TOUCHING_RADII * float(samples.radius.max()), True)
+    reach = TOUCHING_RADII * float(samples.radius.max())
+    distance, near = nearest(thinned(foreground.points), samples.curves.points, reach, True)
     there = np.isfinite(distance)
+    least = 0.0 if foreground.sampling is None else MIN_SCATTER_SHARE * foreground.sampling.spacing
     radius = samples.radius.copy()
     for part in samples.curves.parts:
         own = distance[there & (near >= part.start) & (near < part.stop)]
         if len(own):
-            radius[part] = max(float(np.sqrt(np.mean(own**2))), MIN_SCATTER_SHARE * spacing)
+            radius[part] = max(float(np.sqrt(np.mean(own**2))), least)
     weight = np.broadcast_to(np.eye(3), (len(radius), 3, 3))
     return _Estimate(samples.curves.points, weight, radius, radius)
 
 
-def _from_views(samples: Samples, axes: SectionAxes, foreground: Foreground) -> _Estimate:
+def _from_views(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate the axis from the masks of all views, whose rays together tell depth too, and from circles as far as believed."""
+    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     measurements = [
         measured
         for view in foreground.views

@@ -71,22 +71,6 @@ def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -
     return SectionAxes(tangent, *kernels.section_axes(np.ascontiguousarray(positions), np.ascontiguousarray(tangent), seen_from))
 
 
-def planar_axes(tangent: Floats) -> SectionAxes:
-    """Return the axes of the cross-sections at S samples in an image.
-
-    Parameters
-    ----------
-    tangent
-        (S, 2) unit, along the object at each sample.
-
-    Returns
-    -------
-    The tangent; as lateral axis (S, 2) the tangent turned by 90 degrees from x (right) towards y (down). An image has no depth
-    axis, so `depth` holds zero vectors (S, 2).
-    """
-    return SectionAxes(tangent, np.column_stack((-tangent[:, 1], tangent[:, 0])), np.zeros_like(tangent))
-
-
 def thinned(points: Array) -> Array:
     """Return every k-th of N points, k being the least that leaves at most SURFACE_SAMPLES (20,000) of them.
 

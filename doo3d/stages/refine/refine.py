@@ -20,7 +20,6 @@ from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
 from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
-from .silhouette import MaskSample
 
 WALL_LATERAL_RADII = 0.9
 """Radii from the axis at which surface is the wall of a cylinder and not its end."""
@@ -96,10 +95,7 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
     if not paths:
         return None
     samples = sample_paths(paths, context.radius, context.segment_length)
-    mask = None if context.foreground.mask is None else MaskSample.of(context.foreground.mask)
-    for _ in range(config.iterations):
-        samples = estimate_axis_and_radius(samples, context.foreground, mask)
-    return samples
+    return estimate_axis_and_radius(samples, context.foreground, config.iterations)
 
 
 def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> list[Chain]:

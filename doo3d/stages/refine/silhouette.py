@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -59,12 +58,7 @@ class MaskSample(NamedTuple):
         Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
         section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
         """
-        mask = np.ascontiguousarray(mask)
-        count = int(np.count_nonzero(mask))
-        step = max(1, -(-count // SURFACE_SAMPLES))
-        slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden), default=0)
-        pixels = kernels.lattice_pixels(mask, step, slope)
-        return MaskSample(pixels, count / max(1, len(pixels)))
+        return MaskSample(*kernels.lattice_pixels(np.ascontiguousarray(mask), SURFACE_SAMPLES, golden))
 
 
 def measure_silhouette(

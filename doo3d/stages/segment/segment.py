@@ -135,7 +135,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
     split = SplitMask(facts.mask, 0, None)
     if method != "everything":
-        split = split_strands(facts, selected if cleaned.closed_holes else None, frame.color, frame.depth, config.equal_widths)
+        holes, by_hue = selected if cleaned.closed_holes else None, is_told and config.hues
+        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, by_hue)
         facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
     radius = facts.radius(frame.camera.fx)
     readings, slope, outliers = filter_readings(facts, config)
@@ -153,6 +154,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         facts=facts,
         mask_radius=radius,
         side_by_side=split.side_by_side,
+        colors=split.colors,
         depth=frame.depth,
         color=frame.color,
         camera=frame.camera,

@@ -51,7 +51,8 @@ def cost_terms(candidates: Candidates, evidence: FrameContext) -> dict[str, Floa
 
     Returns
     -------
-    Name of the term -> (E, E) cost units. The terms are symmetric, except perhaps those of the user.
+    Name of the term -> (E, E) cost units. The terms are symmetric, except perhaps those of the user. Where the object is seen to
+    go on from one end to the other, all are 0.
 
     Raises
     ------
@@ -59,17 +60,25 @@ def cost_terms(candidates: Candidates, evidence: FrameContext) -> dict[str, Floa
     """
     terms = TERMS | custom_terms(candidates.config)
     costs = {name: term(candidates, evidence) for name, term in terms.items()}
-    return {name: cost for name, cost in costs.items() if cost is not None}
+    given = {name: cost for name, cost in costs.items() if cost is not None}
+    for pair in candidates.seen:
+        for cost in given.values():
+            cost[pair] = cost[pair[::-1]] = 0.0
+    return given
 
 
 def pair_costs(candidates: Candidates, terms: dict[str, Floats], evidence: FrameContext) -> Floats:
     """Return the cost of connecting each pair of ends, (E, E) cost units: the sum of the terms; infinite where it is not allowed.
 
-    `Candidates.limited` says where a connection is not allowed; the term "exposed ends" does not count for the limit of the cost.
+    `Candidates.limited` says where a connection is not allowed, unless the object is seen to go on there; the term "exposed ends"
+    does not count for the limit of the cost.
     """
     total = np.zeros_like(candidates.distance)
     for name, term in terms.items():
         if name != EXPOSED:
             total += term
     total = candidates.limited(total, evidence.visibility)
-    return total + terms[EXPOSED] if EXPOSED in terms else total
+    total = total + terms[EXPOSED] if EXPOSED in terms else total
+    for pair in candidates.seen:
+        total[pair] = 0.0
+    return total

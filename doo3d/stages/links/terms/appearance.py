@@ -15,8 +15,10 @@ def appearance(candidates: Candidates, evidence: FrameContext) -> Floats | None:
 
     A nat costs as much as a turn by a radian.
     """
-    if evidence.foreground.colors is None:
+    colors, camera = evidence.foreground.colors, evidence.foreground.camera
+    if colors is None:
         return None
+    lines = candidates.chains if camera is None else candidates.chains.with_points(camera.project(candidates.chains.points))
     window = math.ceil(candidates.config.tangent_window_radii * candidates.radius / evidence.segment_length) + 1
-    unlike = unlike_ends(evidence.foreground.colors, list(candidates.chains), window)
+    unlike = unlike_ends(colors, list(lines), window)
     return candidates.bending.direction_weight * unlike

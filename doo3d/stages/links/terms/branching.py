@@ -17,7 +17,7 @@ from ....geometry.polyline import arc_length, resample
 from ....geometry.radii import STEP_RADII
 from ....types import Floats
 from ... import FrameContext
-from ..candidates import Candidates, turns
+from ..candidates import Candidates
 
 BRANCH_COST, NEARNESS_COST, MISS_COST = 60.0, 0.5, 20.0
 """Cost units of a branch, as much as a turn of a cable by 35 degrees; per mm from its end to the strand; and per diameter by
@@ -64,7 +64,7 @@ def _strands(candidates: Candidates, surface: _Surface) -> tuple[Curves, list[tu
     """Return samples along all chains and across gaps that points fill, and for each of these the two chains it is part of."""
     points, chains = candidates.points, candidates.chains
     lines, owners = list(chains), [(k, k) for k in range(len(chains))]
-    facing = (candidates.distance < _reach(candidates)) & (turns(candidates.tangents) < np.pi / 2)
+    facing = (candidates.distance < _reach(candidates)) & (candidates.turns < np.pi / 2)
     for a, b in np.argwhere(np.triu(facing, 1)).tolist():
         if a // 2 != b // 2 and surface.covers(points[a], points[b]):
             lines.append(points[[a, b]])

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from ....geometry.polyline import TINY, angle
 from ....types import Floats
 from ... import FrameContext
-from ..candidates import Candidates, by_rows
+from ..candidates import Candidates
 
 
 def curvature(candidates: Candidates, _: FrameContext) -> Floats:
@@ -15,13 +12,4 @@ def curvature(candidates: Candidates, _: FrameContext) -> Floats:
 
     The bend of an end is the angle between its tangent half way and the straight line to the other end; 0 for ends that coincide.
     """
-    points, outward = candidates.points, candidates.expected_tangents
-
-    def bend_of(rows: slice) -> Floats:
-        gap = points[None] - points[rows, None]
-        bend = angle(outward[rows], gap)
-        bend[candidates.distance[rows] < TINY] = 0
-        return bend
-
-    bend = by_rows(bend_of, len(points))
-    return np.asarray(candidates.bending.curvature_weight * np.maximum(bend, bend.T))
+    return candidates.bending.curvature_weight * candidates.pairs[2]

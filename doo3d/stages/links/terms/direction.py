@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from ....types import Floats
 from ... import FrameContext
-from ..candidates import Candidates, turns
+from ..candidates import Candidates
 
 
 def direction(candidates: Candidates, _: FrameContext) -> Floats:
     """Return the turn half way between each pair of ends times `merge.direction_weight`, (E, E) cost units."""
-    return candidates.bending.direction_weight * turns(candidates.expected_tangents)
+    return candidates.bending.direction_weight * candidates.pairs[1]

@@ -66,6 +66,12 @@ class GapPaths:
     _paths: dict[Pair, GapPath] = field(default_factory=dict, repr=False)
     _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
 
+    def __post_init__(self) -> None:
+        for rows, line in self.ends.seen.items():
+            a, b = (End(*divmod(row, 2)) for row in rows)
+            self._paths[a, b], self._paths[b, a] = GapPath.along(line), GapPath.along(line[::-1].copy())
+            self._costs[a, b] = GapCost(0.0, 0.0)
+
     def path(self, start: End, end: End) -> GapPath:
         """Return the path across the gap from one end to another, m (px in 2-D): an arc, a straight line, an arc.
 
@@ -168,6 +174,8 @@ class GapPaths:
         for start in range(0, len(first), AT_ONCE):
             a, b = first[start : start + AT_ONCE], second[start : start + AT_ONCE]
             total[a, b] += self._straight_gap_costs(a, b)
+        for pair in self.ends.seen:
+            total[pair] = cost[pair]
         return total
 
     def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
@@ -180,7 +188,7 @@ class GapPaths:
             samples = points[first][:, None] + CONNECTION_SAMPLES[:, None] * offset[:, None]
             status = self.visibility.model.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
             free = np.isin(status, OPEN).mean(axis=1)
-            unknown = np.isin(status, (PointVisibility.NO_DEPTH,)).mean(axis=1)
+            unknown = (status == PointVisibility.NO_DEPTH).mean(axis=1)
         unknown = np.where((length < config.tangent_window_radii * self.ends.radius) & (free == 0), 0.0, unknown)
         weighted = config.free_space_weight * free + config.unknown_weight * unknown
         return np.asarray(self.ends.unit_cost * length * weighted)

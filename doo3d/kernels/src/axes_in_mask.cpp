@@ -1,0 +1,287 @@
+// The axis and the radius of strands in a mask, and with a camera in depth, at samples along them.
+#include "cross_sections.h"
+#include "medians.h"
+#include "plane_rise.h"
+#include "pooling.h"
+#include "polyline.h"
+#include "silhouette.h"
+#include "whittaker.h"
+
+namespace {
+
+struct Settings {
+    double touching_radii, gap_weight, tolerance, path_weight, smoothing_radii, max_strength, least_weight, depth_weight, depth_noise;
+    double central_part, outlier_medians, to_deviation, step, min_scale, own_radii, sunk_radii, overlap;
+};
+
+// What is seen of the strands; without a camera the mask alone.
+struct Seen {
+    MaskPixels mask;
+    NearestOfPoints& surface;
+    const double* camera;    // fx, fy, cx, cy
+    const PlaneView* plane;  // if there is one
+};
+
+// S samples along paths, and what does not change from one iteration to the next.
+struct Samples {
+    Index dim, half;
+    std::vector<Index> bounds, owner;
+    std::vector<std::uint8_t> closed, filled;
+    std::vector<double> positions, radius, radii;
+
+    Index size() const { return Index(owner.size()); }
+    Index paths() const { return Index(bounds.size()) - 1; }
+};
+
+// Axes (S, D) as measured, with their weights (S,) across the line of sight and along it.
+struct Measured {
+    std::vector<double> target, lateral_weight, depth_weight;
+};
+
+double finite_median(std::vector<double>& values, double otherwise) {
+    values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }), values.end());
+    count_visits(Index(values.size()));
+    return values.empty() ? otherwise : median(values);
+}
+
+// Take the median of what was measured along each path for its radius, if anything usable was.
+void set_path_radius(Samples& samples, const std::vector<double>& measured) {
+    std::vector<double> usable;
+    for (Index p = 0; p < samples.paths(); ++p) {
+        usable.clear();
+        for (Index s = samples.bounds[p]; s < samples.bounds[p + 1]; ++s) {
+            if (!samples.filled[s] && measured[s] > 0) usable.push_back(measured[s]);
+        }
+        const double radius = finite_median(usable, NAN);
+        for (Index s = samples.bounds[p]; s < samples.bounds[p + 1] && !std::isnan(radius); ++s) samples.radius[s] = radius;
+    }
+}
+
+// Set the radius at each sample: the pooled measurement where it is good, interpolated along the path elsewhere, as by np.interp.
+void set_radii(Samples& samples, const std::vector<double>& measured, const std::vector<double>& trust) {
+    const Index size = samples.size();
+    std::vector<double> good(size), kept(size);
+    for (Index s = 0; s < size; ++s) {
+        good[s] = trust[s] > 0.5 && !samples.filled[s];
+        kept[s] = good[s] > 0 ? measured[s] : 0.0;
+    }
+    const std::vector<double> count = pooled(good.data(), samples.owner, 2 * samples.half);
+    std::vector<double> mean = pooled(kept.data(), samples.owner, 2 * samples.half);
+    for (Index s = 0; s < size; ++s) mean[s] /= std::max(count[s], 1.0);
+    samples.radii = samples.radius;
+    for (Index p = 0; p < samples.paths(); ++p) {
+        Index before = -1;
+        for (Index s = samples.bounds[p]; s < samples.bounds[p + 1]; ++s) {
+            if (!(count[s] > 0)) continue;
+            samples.radii[s] = mean[s];
+            const double slope = before < 0 ? 0.0 : (mean[s] - mean[before]) / double(s - before);
+            for (Index k = before < 0 ? samples.bounds[p] : before + 1; k < s; ++k) {
+                samples.radii[k] = before < 0 ? mean[s] : slope * double(k - before) + mean[before];
+            }
+            before = s;
+        }
+        for (Index k = before + 1; before >= 0 && k < samples.bounds[p + 1]; ++k) samples.radii[k] = mean[before];
+    }
+}
+
+// The depth noise of the axis in radii, as second differences so far apart that their pooled points are not the same tell it.
+double depth_noise(const Samples& samples, const std::vector<double>& target, const AcrossAxes& axes,
+                   const std::vector<double>& weight, double to_deviation) {
+    const Index apart = 2 * samples.half + 1;
+    std::vector<double> relative;
+    const auto is_measured = [&](Index s) { return weight[s] > 0 && !samples.filled[s]; };
+    for (Index first = 0; first + 2 * apart < samples.size(); ++first) {
+        const Index middle = first + apart, last = middle + apart;
+        if (samples.owner[first] != samples.owner[last]) continue;
+        if (!is_measured(first) || !is_measured(middle) || !is_measured(last)) continue;
+        double change[3];
+        for (Index d = 0; d < 3; ++d) {
+            change[d] = (target[3 * last + d] - 2 * target[3 * middle + d] + target[3 * first + d]) * axes.depth[3 * middle + d];
+        }
+        relative.push_back(std::fabs(change[0] + change[2] + change[1]) / samples.radius[middle]);
+    }
+    return to_deviation * finite_median(relative, 0.0) / std::sqrt(6.0);
+}
+
+// Average how far behind each position (S, 3) the axis lies over the surface points near it: behind a point with the offset u across
+// the line of sight by sqrt(r^2 - u^2), where r is the radius.
+PooledMeans depth_behind(const Samples& samples, const std::vector<double>& positions, const AcrossAxes& axes, const Seen& seen,
+                         const Settings& settings) {
+    double most = 0.0;
+    for (const double radius : samples.radius) most = std::max(most, settings.touching_radii * radius);
+    for (const double value : positions) require(std::isfinite(value), "a target is not finite");
+    const Index count = seen.surface.count;
+    const double* surface = seen.surface.points;
+    Index kept = 0;
+    std::vector<double> distance(count, INFINITY), behind(count);
+    std::vector<Index> index(count), sample(count);
+    seen.surface.find({positions.data(), samples.size(), 3, distance.data(), index.data()}, most, true);
+    count_visits(count);
+    for (Index n = 0; n < count; ++n) {
+        const Index s = index[n];
+        const double radius = samples.radius[s];
+        if (!(distance[n] < settings.touching_radii * radius)) continue;
+        double u = 0.0, w = 0.0;
+        for (Index d = 0; d < 3; ++d) {
+            const double offset = surface[3 * n + d] - positions[3 * s + d];
+            u += offset * axes.lateral[3 * s + d];
+            w += offset * axes.depth[3 * s + d];
+        }
+        sample[kept] = s;
+        behind[kept] = w + std::sqrt(radius * radius - u * u);
+        kept += std::fabs(u) < settings.central_part * radius;  // without a branch: no processor foresees it
+    }
+    sample.resize(kept);
+    behind.resize(kept);
+    return means_without_outliers(std::move(sample), std::move(behind), samples.owner, samples.half, settings.outlier_medians);
+}
+
+// Move axes in the middle of the silhouette back to the depth that the surface points tell.
+void add_depth(const Samples& samples, const AcrossAxes& axes, const Seen& seen, const Settings& settings, Measured& measured) {
+    const PooledMeans found = depth_behind(samples, measured.target, axes, seen, settings);
+    std::vector<double> some, &weight = measured.depth_weight;
+    for (const double number : found.count) {
+        if (number > 0) some.push_back(number);
+    }
+    const double usual = finite_median(some, 1.0);
+    for (Index s = 0; s < samples.size(); ++s) {
+        weight[s] = found.count[s] > 0.1 * usual ? std::min(1.0, found.count[s] / usual) : 0.0;
+        weight[s] *= (samples.filled[s] ? settings.gap_weight : 1.0) * settings.depth_weight;
+        const double depth = weight[s] > 0 ? found.mean[s] : 0.0;
+        for (Index d = 0; d < 3; ++d) measured.target[3 * s + d] += depth * axes.depth[3 * s + d];
+    }
+    const double noise = depth_noise(samples, measured.target, axes, weight, settings.to_deviation);
+    const double share = std::pow(std::min(1.0, settings.depth_noise / std::max(noise, 1e-9)), 2);
+    for (double& each : weight) each *= share;
+    if (!seen.plane) return;
+    raise_to_plane({samples.size(), samples.positions.data(), axes.lateral.data(), axes.depth.data()}, samples.radius, *seen.plane,
+                   measured.target);
+}
+
+// If the weights are too few to determine the result, each point has a least weight of its own.
+std::vector<double> smoothed(const std::vector<double>& values, std::vector<double> weights, Index dim, double strength, double least) {
+    const Index count = Index(values.size()) / dim;
+    try {
+        return whittaker(values.data(), weights.data(), count, dim, strength, 2);
+    } catch (const nb::builtin_exception&) {
+        least *= *std::max_element(weights.begin(), weights.end()) + strength;
+        for (Index k = 0; k < count * dim; ++k) weights[k * dim + k % dim] += least;
+        return whittaker(values.data(), weights.data(), count, dim, strength, 2);
+    }
+}
+
+// Smooth the measured axis of each path; a ring is continued over its seam.
+void smooth(Samples& samples, const AcrossAxes& axes, const Measured& measured, const Settings& settings) {
+    const Index dim = samples.dim;
+    for (Index p = 0; p < samples.paths(); ++p) {
+        const Index first = samples.bounds[p], size = samples.bounds[p + 1] - first;
+        std::vector<double> steps, values, weights;
+        for (Index s = first; s + 1 < first + size; ++s) {
+            const double* position = samples.positions.data() + s * dim;
+            steps.push_back(std::sqrt(squared_distance(position + dim, position, dim)));
+        }
+        const double step = finite_median(steps, NAN), wide = settings.smoothing_radii * samples.radius[first];
+        const double strength = least(std::pow(wide / most(step, 1e-9), 4), settings.max_strength);
+        const Index overlap = samples.closed[p] ? std::min(Index(settings.overlap), size) : 0;
+        for (Index k = -overlap; k < size + overlap; ++k) {
+            const Index s = first + (k + size) % size;
+            const double *lateral = axes.lateral.data() + s * dim, *depth = axes.depth.data() + s * dim;
+            for (Index i = 0; i < dim; ++i) {
+                values.push_back(measured.target[s * dim + i]);
+                for (Index j = 0; j < dim; ++j) {
+                    const double across = measured.lateral_weight[s] * lateral[i] * lateral[j];
+                    weights.push_back(across + measured.depth_weight[s] * depth[i] * depth[j] + (i == j ? settings.path_weight : 0.0));
+                }
+            }
+        }
+        const std::vector<double> result = smoothed(values, std::move(weights), dim, strength, settings.least_weight);
+        std::copy_n(result.data() + overlap * dim, size * dim, samples.positions.data() + first * dim);
+    }
+}
+
+// Take the middle and the width of the mask, in space also the depth behind the surface, and smooth each path.
+void iterate(Samples& samples, const Seen& seen, const Settings& settings) {
+    const Index size = samples.size(), dim = samples.dim;
+    const std::vector<double> tangents = tangents_along(samples.positions.data(), dim, samples.bounds, samples.closed);
+    AcrossAxes axes{std::vector<double>(size * dim), std::vector<double>(size * dim)};
+    const double origin[3] = {0.0, 0.0, 0.0};
+    if (dim == 3) axes = axes_across(samples.positions.data(), tangents.data(), size, origin);
+    for (Index s = 0; s < size && dim == 2; ++s) {
+        axes.lateral[2 * s] = -tangents[2 * s + 1];
+        axes.lateral[2 * s + 1] = tangents[2 * s];
+    }
+    std::vector<double> reach(size), trust(size);
+    for (Index s = 0; s < size; ++s) reach[s] = settings.touching_radii * samples.radius[s];
+    const Silhouette width = measure_silhouette(
+        {size, dim, samples.positions.data(), tangents.data(), axes.lateral.data(), seen.camera, settings.step, settings.min_scale},
+        samples.owner, seen.mask, reach, samples.half);
+    set_path_radius(samples, width.radius);
+    Measured measured{samples.positions, std::vector<double>(size), std::vector<double>(size)};
+    for (Index s = 0; s < size; ++s) {
+        const double misfit = (width.radius[s] / samples.radius[s] - 1) / settings.tolerance;
+        trust[s] = width.radius[s] > 0 ? std::exp(-(misfit * misfit)) : 0.0;
+        const double offset = trust[s] > 0.1 ? width.offset[s] : 0.0;
+        for (Index d = 0; d < dim; ++d) measured.target[s * dim + d] += offset * axes.lateral[s * dim + d];
+        measured.lateral_weight[s] = trust[s] * (samples.filled[s] ? settings.gap_weight : 1.0);
+    }
+    set_radii(samples, width.radius, trust);
+    if (seen.camera) add_depth(samples, axes, seen, settings, measured);
+    smooth(samples, axes, measured, settings);
+}
+
+Samples samples_of(const Matrix<double>& points, const Vector<Index>& bounds, const Vector<bool>& closed, const Vector<bool>& filled,
+                   const Vector<double>& radius, Index half) {
+    const std::size_t size = points.shape(0);
+    require(points.shape(1) == 2 || points.shape(1) == 3, "points are neither (S, 2) nor (S, 3)");
+    require(filled.shape(0) == size && radius.shape(0) == size, "filled and radius are not one per point");
+    require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per path");
+    require(size > 0 && half >= 0 && half <= Index(1) << 32, "there are no samples, or half is out of bounds");
+    check_bounds(bounds, Index(size));
+    const std::vector<double> values = dense(radius);
+    Samples samples{Index(points.shape(1)), half, dense(bounds), {}, {}, {}, {points.data(), points.data() + points.size()}, values, values};
+    for (Index p = 0; p < samples.paths(); ++p) {
+        require(bounds(p + 1) > bounds(p), "a path has no samples");
+        samples.owner.insert(samples.owner.end(), bounds(p + 1) - bounds(p), p);
+        samples.closed.push_back(closed(p));
+    }
+    for (std::size_t s = 0; s < size; ++s) samples.filled.push_back(filled(s));
+    return samples;
+}
+
+auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius,
+                  Index half, Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
+                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Vector<double> settings, Index iterations) {
+    Samples samples = samples_of(points, bounds, closed, filled, radius, half);
+    const std::vector<double> numbers = dense(settings), intrinsics = dense(camera), normal = dense(plane);
+    require(settings.shape(0) == sizeof(Settings) / sizeof(double), "settings are not (17,)");
+    Settings known;
+    std::memcpy(&known, numbers.data(), sizeof(Settings));
+    require(pixels.shape(1) == 2 && iterations >= 0 && iterations <= 1000, "pixels are not (N, 2), or iterations not from 0 to 1000");
+    require(known.step > 0 && known.overlap >= 0 && known.overlap < 1e9, "step or overlap are out of bounds");
+    require(camera.shape(0) == (samples.dim == 3 ? 4 : 0), "camera is not (4,) in space, or not (0,) in the image");
+    require(samples.dim == 2 || surface.shape(1) == 3, "surface is not (N, 3)");
+    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
+    require(plane.shape(0) == 4 || plane.shape(0) == 0, "plane is neither (4,) nor (0,)");
+    {
+        nb::gil_scoped_release released;
+        const Values<double> off(beside);
+        const PlaneView view{depth, mask, intrinsics.data(), normal.data(), off, known.own_radii, known.sunk_radii};
+        NearestOfPoints in_mask(pixels.data(), pixels.shape(0), 2), on_surface(surface.data(), surface.shape(0), 3);
+        const Seen seen{{in_mask, share}, on_surface,
+                        intrinsics.empty() ? nullptr : intrinsics.data(), normal.empty() ? nullptr : &view};
+        count_visits(samples.size());
+        for (Index k = 0; k < iterations; ++k) iterate(samples, seen, known);
+    }
+    const Index size = samples.size(), dim = samples.dim;
+    return std::make_tuple(to_numpy(std::move(samples.positions), size, dim), to_numpy(std::move(samples.radius)),
+                           to_numpy(std::move(samples.radii)));
+}
+
+}  // namespace
+
+void bind_axes_in_mask(nb::module_& m) {
+    m.def("axes_in_mask", &axes_in_mask, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "filled"_a.noconvert(),
+          "radius"_a.noconvert(), "half"_a, "pixels"_a.noconvert(), "share"_a, "surface"_a.noconvert(), "camera"_a.noconvert(),
+          "depth"_a.noconvert(), "mask"_a.noconvert(), "plane"_a.noconvert(), "beside"_a.noconvert(), "settings"_a.noconvert(),
+          "iterations"_a);
+}

@@ -1,0 +1,22 @@
+// Cross-sections at samples along strands.
+#pragma once
+
+#include "arrays.h"
+
+// Two unit axes across a strand at each sample, (S, 3): across the line of sight, and away from the sensor.
+struct AcrossAxes {
+    std::vector<double> lateral, depth;
+};
+
+// Without a viewpoint (null) the axes turn as little as they can from sample to sample.
+AcrossAxes axes_across(const double* positions, const double* tangents, Index size, const double* viewpoint);
+
+// The mean of values and their number at each sample: (S,).
+struct PooledMeans {
+    std::vector<double> mean, count;
+};
+
+// Pool the values of points, of which each belongs to a sample, with those of `half` neighbors on either side of it: over all points
+// first, then over those that lie no more than `outlier_medians` median residuals from that mean.
+PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double> values, const Values<Index>& path, Index half,
+                                   double outlier_medians);

@@ -1,0 +1,96 @@
+// Distance, turn and bend of all pairs of chain ends.
+#include "arrays.h"
+
+namespace {
+
+// Return the angle between two vectors by the half-angle form of Kahan; `sign` -1 takes the second one reversed.
+double angle_between(const double* first, const double* second, Index dim, double sign) {
+    double square[2] = {0.0, 0.0};
+    for (Index d = 0; d < dim; ++d) {
+        square[0] += first[d] * first[d];
+        square[1] += second[d] * second[d];
+    }
+    const double norm[2] = {square[0] > 0 ? std::sqrt(square[0]) : 1.0, square[1] > 0 ? std::sqrt(square[1]) : 1.0};
+    double apart = 0.0, together = 0.0;
+    for (Index d = 0; d < dim; ++d) {
+        const double a = first[d] / norm[0], b = sign * second[d] / norm[1];
+        apart += (a - b) * (a - b);
+        together += (a + b) * (a + b);
+    }
+    return 2 * std::atan2(std::sqrt(apart), std::sqrt(together));
+}
+
+// The ends of chains: their tangents, and the curvature vectors that no bend sharper than two radii exceeds.
+class Ends {
+public:
+    Ends(Matrix<double> points, Matrix<double> tangents, Matrix<double> curvatures, double radius)
+        : points_(points.data()), tangents_(tangents.data()), dim_(points.shape(1)), bends_(curvatures.size()) {
+        for (Index i = 0; i < Index(points.shape(0)); ++i) {
+            const double* curvature = curvatures.data() + i * dim_;
+            double square = 0.0;
+            for (Index d = 0; d < dim_; ++d) square += curvature[d] * curvature[d];
+            const double share = std::min(1.0, 1 / std::max(2 * radius * std::sqrt(square), 1e-12));
+            for (Index d = 0; d < dim_; ++d) bends_[i * dim_ + d] = curvature[d] * share;
+        }
+    }
+
+    double distance(Index i, Index j) const { return std::sqrt(squared_distance(points_ + j * dim_, points_ + i * dim_, dim_)); }
+
+    // Fill in the tangent that an end is expected to have `ahead` further on, times the share of the curvature that it keeps.
+    void expect(Index i, double ahead, double* tangent) const {
+        double square = 0.0;
+        for (Index d = 0; d < dim_; ++d) {
+            tangent[d] = tangents_[i * dim_ + d] + ahead * bends_[i * dim_ + d];
+            square += tangent[d] * tangent[d];
+        }
+        const double norm = square > 0 ? std::sqrt(square) : 1.0;
+        for (Index d = 0; d < dim_; ++d) tangent[d] /= norm;
+    }
+
+    // Return the angle between a tangent of end i and the straight line to end j.
+    double bend(Index i, Index j, const double* tangent) const {
+        double gap[3];
+        for (Index d = 0; d < dim_; ++d) gap[d] = points_[j * dim_ + d] - points_[i * dim_ + d];
+        return angle_between(tangent, gap, dim_, 1.0);
+    }
+
+private:
+    const double *points_, *tangents_;
+    Index dim_;
+    std::vector<double> bends_;
+};
+
+auto end_pairs(Matrix<double> points, Matrix<double> tangents, Matrix<double> curvatures, double radius, double window, double kept) {
+    const Index count = points.shape(0), dim = points.shape(1);
+    require(dim == 2 || dim == 3, "points are neither (E, 2) nor (E, 3)");
+    require(Index(tangents.shape(0)) == count && Index(tangents.shape(1)) == dim, "tangents are not one per end");
+    require(Index(curvatures.shape(0)) == count && Index(curvatures.shape(1)) == dim, "curvatures are not one per end");
+    std::vector<double> distances(count * count), turns(count * count), bends(count * count);
+    {
+        nb::gil_scoped_release released;
+        count_visits(count * (count + 1) / 2);
+        const Ends ends(points, tangents, curvatures, radius);
+        double first[3], second[3];
+        for (Index i = 0; i < count; ++i) {
+            for (Index j = i; j < count; ++j) {
+                const double distance = ends.distance(i, j), ahead = kept * (std::min(distance, window) / 2);
+                ends.expect(i, ahead, first);
+                ends.expect(j, ahead, second);
+                const bool coincide = distance < 1e-12;
+                const double bend = coincide ? 0.0 : std::max(ends.bend(i, j, first), ends.bend(j, i, second));
+                distances[i * count + j] = distances[j * count + i] = distance;
+                turns[i * count + j] = turns[j * count + i] = angle_between(first, second, dim, -1.0);
+                bends[i * count + j] = bends[j * count + i] = bend;
+            }
+        }
+    }
+    return nb::make_tuple(to_numpy(std::move(distances), count, count), to_numpy(std::move(turns), count, count),
+                          to_numpy(std::move(bends), count, count));
+}
+
+}  // namespace
+
+void bind_end_pairs(nb::module_& m) {
+    m.def("end_pairs", &end_pairs, "points"_a.noconvert(), "tangents"_a.noconvert(), "curvatures"_a.noconvert(), "radius"_a, "window"_a,
+          "kept"_a);
+}
