@@ -201,7 +201,7 @@ class SegmentConfig(Section):
     )
     hues: bool = expert(
         True,
-        "Part strands that touch where their hues differ, in images whose object is told. true or false. Turn it off for a cable "
+        "Part strands that touch where their hues differ and the object is told. true or false. Turn it off for a cable "
         "of several hues side by side.",
     )
 

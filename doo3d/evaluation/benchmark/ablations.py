@@ -150,9 +150,7 @@ ABLATIONS: dict[str, Ablation] = {
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
     "smoothing of the axis": Ablation(places={f"{_STAGES}.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
     "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
-    "axis raised out of the plane": Ablation(
-        places={f"{_STAGES}.refine.axis_and_radius:_on_plane": lambda _, target, *__: target}, made_for=DEPTH
-    ),
+    "axis raised out of the plane": Ablation(places={f"{_STAGES}.refine.axis_and_radius:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
     "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
     "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:_depth_log_odds": lambda *_: 0.0}),
     "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:color_log_odds": lambda *_: 0.0}),

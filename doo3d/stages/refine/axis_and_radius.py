@@ -57,15 +57,6 @@ RING_OVERLAP = 40
 MAX_STRENGTH = 1e8
 """Weight of smoothness at most; it is 81 with samples as far apart as usual. Beyond, rounding makes the equations singular."""
 
-IN_MASK = np.concatenate(
-    (
-        (TOUCHING_RADII, GAP_WEIGHT, RADIUS_TOLERANCE, PATH_WEIGHT, SMOOTHING_RADII, MAX_STRENGTH, LEAST_WEIGHT, DEPTH_WEIGHT),
-        (DEPTH_NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
-        (OWN_RADII, MAX_SUNK_RADII, RING_OVERLAP),
-    )
-)
-"""The numbers above as `kernels.axes_in_mask` takes them."""
-
 
 @dataclass(frozen=True)
 class _Estimate:
@@ -190,10 +181,30 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         np.ascontiguousarray(mask) if depth.size else np.zeros((0, 0), dtype=bool),
         np.zeros(0) if plane is None or not depth.size else np.append(plane.normal, plane.height),
         BESIDE_PX,
-        IN_MASK,
+        numbers_in_mask(),
         iterations,
     )
     return replace(samples, curves=curves.with_points(positions), radius=radius, radii=radii)
+
+
+def numbers_in_mask() -> Floats:
+    """Return the numbers of this module as `kernels.axes_in_mask` takes them."""
+    return np.array(
+        (
+            *(
+                TOUCHING_RADII,
+                GAP_WEIGHT,
+                RADIUS_TOLERANCE,
+                PATH_WEIGHT,
+                SMOOTHING_RADII,
+                MAX_STRENGTH,
+                LEAST_WEIGHT,
+                DEPTH_WEIGHT,
+            ),
+            *(DEPTH_NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
+            *(OWN_RADII, MAX_SUNK_RADII, RING_OVERLAP),
+        )
+    )
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:
