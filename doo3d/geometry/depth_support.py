@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -84,5 +85,5 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
         np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION, OWN_RADII)),
         MIN_READINGS,
     )
-    parts = (np.split(values, chains.segment_bounds[1:-1]) for values in (supported, agreeing < MIN_SUPPORT, residual))
-    return [DepthSupport(*each) for each in zip(*parts, strict=True)]
+    is_filled, parts = agreeing < MIN_SUPPORT, itertools.pairwise(chains.segment_bounds.tolist())
+    return [DepthSupport(supported[a:b], is_filled[a:b], residual[a:b]) for a, b in parts]

@@ -52,15 +52,4 @@ def find_intersections(curves: Curves) -> Intersections:
     The intersections, each once; `Intersections` with C = 0 if there are none. They are sorted by the first segment (in the
     order of the curves and along them), then by the second.
     """
-    points = np.ascontiguousarray(curves.points[:, :2])
-    line, segment, t = polyline_crossings(points, curves.bounds, curves.closed)
-    row = curves.bounds[line] + segment
-    start, step = points[row[:, 0]], points[row + 1] - points[row]
-    size = np.linalg.norm(step[:, 0], axis=1) * np.linalg.norm(step[:, 1], axis=1)
-    angle = np.arcsin(np.clip(np.abs(_cross(step[:, 0], step[:, 1])) / size, 0, 1))
-    return Intersections(line, segment, t, angle, start + t[:, :1] * step[:, 0])
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products (N,) of vectors (N, 2)."""
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return Intersections(*polyline_crossings(np.ascontiguousarray(curves.points[:, :2]), curves.bounds, curves.closed))

@@ -121,6 +121,88 @@ class ColorOdds:
         They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
         """
 
+class CrossingStrands:
+    """Samples of the two strands at each of C crossings: S per strand, before and after the place where they overlap in the view.
+
+    Positions and lengths in the view are in its unit: px for a camera and in 2-D, tangents of angles for a cloud with a
+    viewpoint, m otherwise. Samples beyond the ends of a strand are NaN.
+
+    Parameters
+    ----------
+    joints, bounds
+        (J, 3) joints of the chains as (u, v, distance): position in the view and distance along the viewing direction, and bounds
+        of the chains as for `polyline_lengths`
+    closed
+        (L,) bool, True for a ring, whose last joint repeats its first
+    chain, segment, t, angle, point
+        the crossings: (C, 2) int64 chain and segment of both strands, (C, 2) position along the segments from 0 to 1, (C,) rad
+        between them in the view, (C, 2) position in the view
+    radius, half_width
+        (C, 2) radius of the strands, m (px in 2-D), and half their width in the view
+    distances
+        (S / 2,) half-widths beyond the overlap of the samples on one side
+    margin
+        half-lengths of the overlap that are left out
+    min_angle
+        rad; strands that cross at less are taken to cross at this
+    """
+
+    def __init__(
+        self,
+        joints: Floats,
+        bounds: Ints,
+        closed: Bools,
+        chain: Ints,
+        segment: Ints,
+        t: Floats,
+        angle: Floats,
+        point: Floats,
+        radius: Floats,
+        half_width: Floats,
+        distances: Floats,
+        margin: float,
+        min_angle: float,
+    ) -> None: ...
+    def positions(self, offsets: Floats) -> Floats:
+        """Return the positions in the view (C * 2 * S * A, 2), at lateral offsets (A,) half-widths from each sample."""
+
+    def readings(self, offsets: Floats, depth: Array, mask: Bools) -> Floats:
+        """Return the readings (C * 2 * S * A,) m of a depth image (H, W) float32 at `positions`; NaN outside the mask."""
+
+    def depth_log_odds(self, surface: Floats, settings: Floats) -> Floats:
+        """Return the log odds that the first strand is upper, (C,) nat, by the chains' depth and that of their surfaces.
+
+        The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola.
+        Readings on a strand that differ by more than its thickness from its others belong to something else and are left out, and
+        so are outliers of the parabola, once.
+
+        Parameters
+        ----------
+        surface
+            (C * 2 * S * A,) m, distance of the object's surface at `positions`; NaN without a reading
+        settings
+            (5,): deviations of an outlier; readings of a surface at least; standard deviation of a difference in depth in
+            thicknesses, twice that without surfaces; weight of the surfaces beside the chains; thicknesses that count at most
+        """
+
+    def color_log_odds(self, image: Array, offsets: Floats, settings: Floats) -> Floats:
+        """Return the log odds that the first strand is upper, (C,) nat, by the colors in the overlap.
+
+        The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's median
+        colors on both sides are compared with the colors inside. With normally distributed errors of unknown size, the logarithm
+        of the likelihood ratio of n independent colors is n / 2 times that of the ratio of the mean squared errors.
+
+        Parameters
+        ----------
+        image
+            (H, W, 3) uint8 RGB, looked up bilinearly
+        offsets
+            (A,) lateral offsets in half-widths
+        settings
+            (5,): samples on each side at least that are in the image, or the result is 0; deviation of colors; number of
+            independent colors; logarithm of the ratio that tells nothing, and that counts at most
+        """
+
 class FrameFacts:
     """A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
 
@@ -1426,7 +1508,13 @@ def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Float
     count : (K,) int64, number of finite values
     """
 
-def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats]:
+def percentiles(values: Floats, percents: Floats) -> Floats:
+    """Return percentiles (Q,) of the finite ones of values (N,), interpolated linearly as NumPy does; NaN without any.
+
+    percents : (Q,) 0 to 100.
+    """
+
+def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats, Floats, Floats]:
     """Find every place where two segments of L polylines in the plane cross. Neighbors, which share a point, do not count.
 
     Parameters
@@ -1441,6 +1529,8 @@ def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Int
     line, segment : (C, 2) int64, polyline and segment of both segments at each of C crossings, in order of the first segment,
         then of the second
     t : (C, 2) float64, position of the crossing along each, from 0 to 1
+    angle : (C,) float64 rad between the two, 0 to pi / 2
+    point : (C, 2) float64, position of the crossing
     """
 
 def polyline_lengths(points: Floats, bounds: Ints) -> Floats:
@@ -1549,26 +1639,6 @@ def sample_across(view: Floats, across: Floats, offsets: Floats, mask: Bools, de
     -------
     pixels : (S, A) row-major indices, also in the mask; -1 outside the image
     readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
-    """
-
-def sample_bilinear(image: Array, positions: Floats) -> Floats:
-    """Return the values of an image at positions between its pixels, by bilinear interpolation.
-
-    Parameters
-    ----------
-    image
-        (H, W, C) uint8 or float64, C channels
-    positions
-        (N, 2) float64 px, (u, v) = (column, row); (0, 0) is the center of the top left pixel
-
-    Returns
-    -------
-    (N, C) float64; NaN where not 0 <= u < W - 1 and 0 <= v < H - 1.
-
-    Notes
-    -----
-    5.5 times as fast as scipy.ndimage.map_coordinates on 20,000 positions in an RGB image. cv2.remap takes 1.5 times as long
-    and rounds positions to 1/32 px.
     """
 
 def sample_gap(arcs: Floats, spacing: float) -> Floats:

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+from ..geometry.foreground_view import projection_of
 from ..geometry.gap_path import GapPath
+from ..geometry.projection import Projection
 from ..types import Floats, Foreground, VoxelGrid
 from ..visibility import Visibility
 
@@ -48,6 +51,11 @@ class FrameContext:
     segment_length: float
     branches: bool = False
     clearance: float = 1.0
+
+    @cached_property
+    def view(self) -> Projection:
+        """Return the view in which crossings and the shape of chains are judged."""
+        return projection_of(self.foreground)
 
     @property
     def radius(self) -> float:

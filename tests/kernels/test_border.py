@@ -39,6 +39,10 @@ CALLS = {
     "ColorOdds": (
         np.zeros((3, 3, 3), np.uint8), np.array([0, 1]), np.array([8]), np.array([0.5]), 0.03, 0.6, 1e-5,
     ),
+    "CrossingStrands": (
+        POINTS, np.array([0, 2, 6]), np.array([False, True]), np.array([[0, 1]]), np.array([[0, 1]]), np.full((1, 2), 0.5),
+        np.ones(1), np.ones((1, 2)), np.ones((1, 2)), np.ones((1, 2)), np.ones(2), 1.2, 0.3,
+    ),
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "depth_support": (
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
@@ -92,6 +96,7 @@ CALLS = {
         np.zeros((3, 3, 4), np.uint8), np.ones((2, 3)), np.array([1, 2]), np.ones((2, 4), np.uint8), np.zeros(2, bool),
     ),
     "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
+    "percentiles": (np.arange(4.0), np.array([10.0, 90.0])),
     "polyline_crossings": (
         np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
     ),
@@ -104,7 +109,6 @@ CALLS = {
     "sample_across": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones((3, 2)), np.zeros((6, 6), bool), np.ones((6, 6), np.float32),
     ),
-    "sample_bilinear": (np.zeros((3, 3, 1), np.uint8), np.zeros((1, 2))),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "second_best_rise": (

@@ -1,9 +1,9 @@
-"""Medians of parts of an array, against NumPy."""
+"""Medians of parts of an array, and percentiles, against NumPy."""
 
 import numpy as np
 import pytest
 
-from doo3d.kernels import part_medians
+from doo3d.kernels import part_medians, percentiles
 
 
 def test_medians_are_those_of_numpy_without_values_that_are_not_finite():
@@ -21,6 +21,14 @@ def test_medians_are_those_of_numpy_without_values_that_are_not_finite():
         np.testing.assert_array_equal(medians[k], middle)
         np.testing.assert_array_equal(deviations[k], np.median(np.abs(part - middle)) if len(part) else np.nan)
     assert np.isnan(medians).any()
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 20, 99])
+def test_percentiles_are_those_of_numpy_without_values_that_are_not_finite(size):
+    values = np.random.default_rng(size).normal(size=size)
+    percents = np.array([0.0, 15, 33.3, 50, 85, 90, 100])
+    np.testing.assert_array_equal(percentiles(np.append(values, (np.nan, np.inf)), percents), np.percentile(values, percents))
+    assert np.isnan(percentiles(np.array([np.nan]), percents)).all()
 
 
 @pytest.mark.parametrize("size", [1023, 1024, 2001, 5000])

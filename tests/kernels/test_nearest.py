@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import fill_cells, nearest, nearest_of_own, neighborhood_spreads, sample_bilinear
+from doo3d.kernels import fill_cells, nearest, nearest_of_own, neighborhood_spreads
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -69,11 +69,3 @@ def test_neighborhoods_are_those_of_a_tree(reach):
         at = (centers[k : k + 1], reach, counts[k : k + 1], means[k : k + 1], axes[k : k + 1].reshape(1, 6), 0.1)
         assert not occupied or fill_cells(points, *at, occupied - 0.5).all()
         assert not fill_cells(points, *at, occupied).any()
-
-
-def test_bilinear_between_four_pixels():
-    image = np.array([[(0, 10), (4, 10)], [(8, 10), (12, 10)]], dtype=np.uint8)
-    found = sample_bilinear(image, np.array([(0.5, 0.5), (0.25, 0.0), (-0.1, 0.0), (1.5, 0.0), (np.nan, 0.0)]))
-    assert found[0].tolist() == [6, 10]
-    assert found[1].tolist() == [1, 10]
-    assert np.isnan(found[2:]).all()

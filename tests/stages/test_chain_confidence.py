@@ -90,7 +90,7 @@ def test_a_mask_that_no_chain_explains_speaks_against_all(plain):
     more = mask.copy()
     more[20:40, 100:200] = True
     share = 2000 / more.sum()
-    assert evidence_of(plain, mask=more).unclaimed == pytest.approx(np.sqrt(share), rel=0.02)
+    assert evidence_of(plain, mask=more, facts=None).unclaimed == pytest.approx(np.sqrt(share), rel=0.02)
 
 
 def test_a_strand_beside_another_one(plain):

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...stages.confidence.confidence import TOLD
+from ...stages.confidence.evidence import TOLD
 from ..metrics.record import Record
 from .source_size import SourceSize, size_of
 from .trials import Outcome, Run, Trial
@@ -86,7 +86,7 @@ class _NoSupport:
 
 def _confidence_without(kind: str) -> Ablation:
     weights = {name: 0.0 if name == kind else weight for name, weight in TOLD.items()}
-    return Ablation(places={f"{_STAGES}.confidence.confidence:TOLD": weights}, made_for=("frames", "stereo", "ragged", "images"))
+    return Ablation(places={f"{_STAGES}.confidence.evidence:TOLD": weights}, made_for=("frames", "stereo", "ragged", "images"))
 
 
 DEPTH = ("stereo", "ragged")

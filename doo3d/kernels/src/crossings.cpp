@@ -1,5 +1,6 @@
 // Crossings of polylines in the plane, and values along polylines.
 #include "cells.h"
+#include "polyline.h"
 
 #include <cstdlib>
 
@@ -13,6 +14,12 @@ struct Segment {
 };
 
 double cross(const double* a, const double* b) { return a[0] * b[1] - a[1] * b[0]; }
+
+// Return the angle between two lines, 0 to pi / 2.
+double angle_between(const double* a, const double* b) {
+    const double size = std::sqrt(a[0] * a[0] + a[1] * a[1]) * std::sqrt(b[0] * b[0] + b[1] * b[1]);
+    return std::asin(std::min(std::fabs(cross(a, b)) / size, 1.0));
+}
 
 // Return the segments whose points are finite.
 std::vector<Segment> visible_segments(const Matrix<double>& points, const Vector<Index>& bounds) {
@@ -34,7 +41,7 @@ auto polyline_crossings(Matrix<double> points, Vector<Index> bounds, Vector<bool
     check_bounds(bounds, points.shape(0));
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
     std::vector<Index> lines, numbers, others;
-    std::vector<double> places, middles;
+    std::vector<double> places, middles, angles, points_at;
     const std::vector<Segment> segments = visible_segments(points, bounds);
     double square = 0.0;
     for (const Segment& segment : segments) {
@@ -70,11 +77,14 @@ auto polyline_crossings(Matrix<double> points, Vector<Index> bounds, Vector<bool
                 lines.insert(lines.end(), {segments[i].line, segments[j].line});
                 numbers.insert(numbers.end(), {segments[i].number, segments[j].number});
                 places.insert(places.end(), {t[0], t[1]});
+                angles.push_back(angle_between(segments[i].step, segments[j].step));
+                for (Index d = 0; d < 2; ++d) points_at.push_back(segments[i].start[d] + t[0] * segments[i].step[d]);
             }
         }
     }
     const std::size_t count = lines.size() / 2;
-    return std::make_tuple(to_numpy(std::move(lines), count, 2), to_numpy(std::move(numbers), count, 2), to_numpy(std::move(places), count, 2));
+    return std::make_tuple(to_numpy(std::move(lines), count, 2), to_numpy(std::move(numbers), count, 2), to_numpy(std::move(places), count, 2),
+                           to_numpy(std::move(angles)), to_numpy(std::move(points_at), count, 2));
 }
 
 auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<bool> closed, Vector<Index> line, Vector<double> joint) {
@@ -83,22 +93,11 @@ auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<b
     require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
     require(Index(joint.shape(0)) == size, "line and joint have different lengths");
     count_visits(size);
-    std::vector<double> result(size * width, NAN);
+    std::vector<double> result(size * width);
     for (Index n = 0; n < size; ++n) {
         const Index c = line(n);
         require(c >= 0 && c < Index(closed.shape(0)), "a line is not among the polylines");
-        const Index count = bounds(c + 1) - bounds(c) - 1;
-        double at = joint(n);
-        if (count < 1 || !std::isfinite(at)) continue;
-        if (closed(c)) {
-            at = std::fmod(at, double(count));
-            if (at < 0) at += double(count);
-        } else if (at < 0 || at > double(count)) {
-            continue;
-        }
-        const Index index = std::min(Index(at), count - 1);
-        const double t = at - double(index), *first = values.data() + (bounds(c) + index) * width;
-        for (Index k = 0; k < width; ++k) result[n * width + k] = first[k] * (1 - t) + first[width + k] * t;
+        interpolate(values, bounds, closed(c), c, joint(n), result.data() + n * width);
     }
     return to_numpy(std::move(result), size, width);
 }

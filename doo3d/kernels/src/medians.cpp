@@ -1,4 +1,4 @@
-// Medians of many parts of an array.
+// Medians of many parts of an array, and percentiles.
 #include "medians.h"
 
 #include "arrays.h"
@@ -26,8 +26,27 @@ auto part_medians(Vector<double> values, Vector<Index> first, Vector<Index> last
     return std::make_tuple(to_numpy(std::move(medians)), to_numpy(std::move(deviations)), to_numpy(std::move(counts)));
 }
 
+auto percentiles(Vector<double> values, Vector<double> percents) {
+    count_visits(Index(values.shape(0)));
+    std::vector<double> sorted, result(percents.shape(0), NAN);
+    for (std::size_t i = 0; i < values.shape(0); ++i) {
+        if (std::isfinite(values(i))) sorted.push_back(values(i));
+    }
+    std::sort(sorted.begin(), sorted.end());
+    for (std::size_t q = 0; q < result.size(); ++q) {
+        require(percents(q) >= 0 && percents(q) <= 100, "a percentile is not between 0 and 100");
+        if (sorted.empty()) continue;
+        const double at = double(sorted.size() - 1) * (percents(q) / 100);
+        const std::size_t first = std::size_t(at), second = std::min(first + 1, sorted.size() - 1);
+        const double share = at - double(first), step = sorted[second] - sorted[first];
+        result[q] = share < 0.5 ? sorted[first] + step * share : sorted[second] - step * (1 - share);
+    }
+    return to_numpy(std::move(result));
+}
+
 }  // namespace
 
 void bind_medians(nb::module_& m) {
     m.def("part_medians", &part_medians, "values"_a.noconvert(), "first"_a.noconvert(), "last"_a.noconvert());
+    m.def("percentiles", &percentiles, "values"_a.noconvert(), "percents"_a.noconvert());
 }

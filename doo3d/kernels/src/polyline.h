@@ -40,3 +40,19 @@ inline std::vector<double> reversed(const std::vector<double>& points, Index dim
     for (Index i = 0; i < count; ++i) std::copy_n(points.data() + (count - 1 - i) * dim, dim, backwards.data() + i * dim);
     return backwards;
 }
+
+// Interpolate the values of polyline c linearly at a position counted in points, NaN beyond the ends of an open one.
+inline void interpolate(const Matrix<double>& values, const Vector<Index>& bounds, bool closed, Index c, double at, double* result) {
+    const Index count = bounds(c + 1) - bounds(c) - 1, width = values.shape(1);
+    std::fill_n(result, width, std::nan(""));
+    if (count < 1 || !std::isfinite(at)) return;
+    if (closed) {
+        at = std::fmod(at, double(count));
+        if (at < 0) at += double(count);
+    } else if (at < 0 || at > double(count)) {
+        return;
+    }
+    const Index index = std::min(Index(at), count - 1);
+    const double t = at - double(index), *first = values.data() + (bounds(c) + index) * width;
+    for (Index k = 0; k < width; ++k) result[k] = first[k] * (1 - t) + first[width + k] * t;
+}

@@ -1,6 +1,7 @@
 """The confidence of chains: the odds that each is right, from every kind of evidence against it."""
 
-from .confidence import TOLD, UNTOLD, UNTOLD_IMAGE, Evidence, with_confidence
+from .confidence import with_confidence
+from .evidence import TOLD, UNTOLD, UNTOLD_IMAGE, Evidence
 from .interpretations import USUAL, Interpretation, most_probable, other_interpretations
 
 __all__ = [

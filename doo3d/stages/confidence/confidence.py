@@ -1,9 +1,4 @@
-"""The confidence of chains: the odds that a frame is right, from every kind of evidence against it.
-
-Each doubtful decision multiplies the odds by a factor below 1, so that the logarithm of the odds is a sum: a constant for a frame
-without doubt, less a weight times the amount of each kind of evidence (logistic regression). The weights were fitted on rendered
-scenes with known truth; docs/pages/accuracy.md says on which, and how the confidence then held on others.
-"""
+"""The confidence of chains: what speaks against each is measured, and weighed as `evidence` says."""
 
 from __future__ import annotations
 
@@ -14,70 +9,19 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from scipy.special import expit
 
 from ...config import Config
+from ...facts.frame_facts import facts_of
 from ...geometry.curves import Curves
 from ...geometry.depth_support import depth_support
-from ...geometry.foreground_view import projection_of
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
-from ...geometry.mask import bounding_box
+from ...geometry.projection import Projection
 from ...geometry.radii import STEP_RADII
-from ...kernels import strands_beside, turn_cosines
+from ...kernels import percentiles, strands_beside, turn_cosines
 from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
 from .. import FrameContext
+from .evidence import Evidence
 from .looks import Looks, looks_of
-
-TOLD = {
-    "base": 5.06,
-    "joins": 0.27,
-    "unsupported": 0.79,
-    "residual": 1.47,
-    "bend": 1.83,
-    "undecided": 1.77,
-    "beside": 2.01,
-    "unclaimed": 5.20,
-    "dropped": 5.27,
-    "rivals": 1.0,
-    "stubby": 1.47,
-    "stray": 5.19,
-    "odd": 2.89,
-}
-"""Logarithm of the odds that a chain without any evidence against it is right, and what a unit of each kind of evidence takes
-from it, where somebody said what the object is: fitted by docs/fit_confidence.py to seeds 0 to 2 of all families of scenes; of
-`rivals` 1, with which the log odds are the mean over all interpretations."""
-
-UNTOLD = {
-    "base": 5.12,
-    "joins": 0.11,
-    "unsupported": 1.63,
-    "residual": 0.32,
-    "bend": 1.66,
-    "undecided": 1.25,
-    "beside": 0.13,
-    "unclaimed": 3.71,
-    "stubby": 3.48,
-    "uneven": 7.59,
-    "flat": 1.84,
-    "edge": 3.82,
-    "stray": 3.81,
-    "odd": 1.42,
-}
-"""The same where strands were looked for in a frame or a cloud by their shape alone: fitted, by the regression of
-docs/fit_confidence.py, to automatic segmentation of seeds 0 and 1 of the same scenes and of an earlier state of those without a
-cable. The script as a whole was last run before `edge` was added."""
-
-UNTOLD_IMAGE = {
-    "base": 3.51,
-    "unsupported": 6.27,
-    "bend": 2.81,
-    "undecided": 0.92,
-    "beside": 1.84,
-    "unclaimed": 2.40,
-    "stubby": 3.33,
-    "uneven": 5.31,
-}
-"""The same in a photograph: fitted to the color images of these scenes and to labelled photographs."""
 
 BEND_SAMPLES = 4
 """Samples on either side of another one between which a chain turns: two radii."""
@@ -85,7 +29,7 @@ BEND_SAMPLES = 4
 SUPPORTED_SHARE = 0.5
 """Share of a segment's samples that must agree with it for its depth not to be doubtful."""
 
-RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = 90.0, 3.0
+RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = np.array((90.0,)), 3.0
 """Percentile over a chain's segments of the difference of its readings, and the most that counts."""
 
 BESIDE_RADII, BESIDE_ANGLE, APART_RADII = 2.0, math.radians(25), 8.0
@@ -106,91 +50,6 @@ STRAY_LENGTH_SHARE = 0.2
 
 MAX_DROPPED_RADII = 20.0
 """Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What speaks against one chain; 0 for nothing.
-
-    Attributes
-    ----------
-    joins
-        log(1 + sum over the chain's connections of 1 - confidence).
-    unsupported
-        square root of the share of the segments of which less than half is supported by depth readings, occluded ones included.
-    residual
-        radii, by which the readings differ from the chain, 90th percentile over its segments.
-    bend
-        radians, the sharpest turn in the view within two radii on either side.
-    undecided
-        sum over the crossings of the chain of 1 - confidence.
-    beside
-        square root of the share of the chain that runs beside another strand in the view, within two radii.
-    unclaimed
-        square root of the share of the mask that belongs to no chain; the same for all chains of a frame.
-    dropped
-        length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
-    rivals
-        by how much the mean log odds of all interpretations of an uncertain frame are below those of the best, which is kept.
-    stubby, uneven, flat, edge
-        how little the chain looks like a cable by itself, see `Looks`; 0 where somebody said what the object is, unless `stray`.
-    stray
-        1 if the number of chains was left to the data and another object is five times as long; else 0.
-    odd
-        logarithm of the ratio of the two radii, absolute, where `stray` is 1; else 0.
-    is_wide
-        whether it is wider than `segment.max_width` in a frame where nobody said what the object is: it is none then.
-    is_told
-        whether somebody said what the object is; if not, strands were looked for by their shape alone.
-    is_planar
-        whether the chain was found in an image, without depth.
-    """
-
-    joins: float = 0.0
-    unsupported: float = 0.0
-    residual: float = 0.0
-    bend: float = 0.0
-    undecided: float = 0.0
-    beside: float = 0.0
-    unclaimed: float = 0.0
-    dropped: float = 0.0
-    rivals: float = 0.0
-    stubby: float = 0.0
-    uneven: float = 0.0
-    flat: float = 0.0
-    edge: float = 0.0
-    stray: float = 0.0
-    odd: float = 0.0
-    is_wide: bool = False
-    is_told: bool = True
-    is_planar: bool = False
-
-    @property
-    def may_be_clutter(self) -> bool:
-        """Whether the chain may be no object at all: found by shape alone, or short beside one five times as long."""
-        return not self.is_told or self.stray > 0
-
-    def amounts(self) -> dict[str, float]:
-        """Return the amount of each kind of evidence by name."""
-        return {name: value for name, value in vars(self).items() if not name.startswith("is_")}
-
-    def losses(self) -> dict[str, float]:
-        """Return what each kind of evidence takes from the logarithm of the odds, by name."""
-        amounts = vars(self)
-        return {name: weight * amounts[name] for name, weight in self._weights().items() if name != "base"}
-
-    @property
-    def confidence(self) -> float:
-        """The probability, 0 to 1, that the chain is right."""
-        return 0.0 if self.is_wide else float(expit(self.log_odds))
-
-    @property
-    def log_odds(self) -> float:
-        """The logarithm of the odds that the chain is right: that without any evidence, less all losses."""
-        return self._weights()["base"] - sum(self.losses().values())
-
-    def _weights(self) -> dict[str, float]:
-        return TOLD if self.is_told else UNTOLD_IMAGE if self.is_planar else UNTOLD
 
 
 def with_confidence(
@@ -228,7 +87,7 @@ def with_confidence(
     lengths = _object_lengths(chains, bodies)
     longest = int(np.argmax(lengths))
     curves = Curves.of([chain.joints for chain in chains])
-    samples = _samples(curves, chains, foreground)
+    samples = _samples(curves, chains, context.view)
     beside = _beside(samples, chains)
     turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
     doubts = _depth_doubts(curves, chains, foreground)
@@ -287,13 +146,12 @@ class _Samples:
     along: Floats
 
 
-def _samples(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> _Samples:
+def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samples:
     """Return samples half a radius apart along chains, without those behind the camera; at most about MAX_SAMPLES."""
     radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
     spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
     samples, _ = curves.sampled(spacing, np.ceil(curves.lengths / spacing).astype(int), curves.closed)
     along = (np.arange(len(samples.points)) - samples.bounds[samples.owner]) * spacing[samples.owner]
-    view = projection_of(foreground)
     positions = view.project(samples.points)
     seen = np.isfinite(positions).all(axis=1)
     owner = samples.owner[seen]
@@ -312,10 +170,9 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], foreground: Foregroun
         if support is None or not chain.radius > 0:
             doubts.append((float(chain.occluded.mean()), 0.0))
             continue
-        measured = support.residual[np.isfinite(support.residual)]
-        residual = float(np.percentile(measured, RESIDUAL_PERCENTILE)) if len(measured) else MAX_RESIDUAL_RADII
+        residual = float(percentiles(support.residual, RESIDUAL_PERCENTILE)[0])
         unsupported = float(((support.share < SUPPORTED_SHARE) | chain.occluded).mean())
-        doubts.append((unsupported, min(residual, MAX_RESIDUAL_RADII)))
+        doubts.append((unsupported, min(MAX_RESIDUAL_RADII, residual)))
     return doubts
 
 
@@ -330,19 +187,19 @@ def _beside(samples: _Samples, chains: Sequence[Chain]) -> list[float]:
 
 def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
     """Return the share of the pixels of the mask that are near no chain; 0 for a cloud."""
-    mask = foreground.mask
-    if mask is None or not mask.any():
+    if foreground.mask is None:
         return 0.0
-    box = bounding_box(mask)
-    left = mask[box].astype(np.uint8)
-    total = int(np.count_nonzero(left))
-    corner = np.array((box[1].start, box[0].start))
+    facts = facts_of(foreground)
+    if not facts.count:
+        return 0.0
+    left = foreground.mask[facts.slices].astype(np.uint8)
+    corner = np.array([cut.start for cut in facts.slices[::-1]])
     pixels = np.rint(samples.view.points - corner)
     thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
     for part in samples.view.parts:
         if part.start < part.stop and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
             _draw_line(left, pixels[part][::DRAWN_EVERY].astype(np.int32), thickness[part][::DRAWN_EVERY].astype(int))
-    return int(np.count_nonzero(left)) / total
+    return cv2.countNonZero(left) / facts.count
 
 
 def _draw_line(image: Array, pixels: Ints, thickness: Ints) -> None:

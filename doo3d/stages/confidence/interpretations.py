@@ -17,7 +17,7 @@ from scipy.special import logit
 
 from ...config import Config
 from ...types import Chain, Foreground
-from .confidence import Evidence
+from .evidence import Evidence
 
 
 class Interpretation(NamedTuple):

@@ -12,19 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...evidence.strand_colors import CORE_OFFSETS
 from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from ...geometry.polyline import unit
-from ...kernels import strand_sides
+from ...geometry.radii import CORE_OFFSETS
+from ...kernels import percentiles, strand_sides
 from ...types import Chain, Floats, Foreground
 
 CABLE_WIDTHS = 40.0
 """Widths of length from which on a chain is as long as a cable's: 95 % of the right chains in the rendered scenes are longer, and
 half of the others are shorter than a quarter of it."""
 
-UNEVEN_PERCENTILES, MAX_UNEVEN = (15.0, 85.0), 0.5
-"""Percentiles of the radii along a chain whose difference tells how uneven it is, in medians of the radius, and the most that
-counts."""
+UNEVEN_PERCENTILES, MAX_UNEVEN = np.array((15.0, 50.0, 85.0)), 0.5
+"""Percentiles of the radii along a chain: the difference of the outer two over the median tells how uneven it is. And the most
+that counts."""
 
 SIDE_RADII, SIDE_MARGIN_PX = np.array((1.6, 2.2, 2.8, 3.4)), 2.0
 """Radii to the side at which the depth beside the strand is taken, the color at the first two, and px more, since a stereo
@@ -109,6 +109,5 @@ def _uneven(chain: Chain) -> float:
     seen = ~chain.occluded
     at_seen = np.concatenate((seen[:1], seen[1:] & seen[:-1], seen[-1:]))
     radii = chain.radii[at_seen] if at_seen.any() else chain.radii
-    low, high = np.percentile(radii, UNEVEN_PERCENTILES)
-    middle = float(np.median(radii))
-    return min(float(high - low) / middle, MAX_UNEVEN) if middle > 0 else 0.0
+    low, middle, high = percentiles(radii, UNEVEN_PERCENTILES).tolist()
+    return min((high - low) / middle, MAX_UNEVEN) if middle > 0 else 0.0

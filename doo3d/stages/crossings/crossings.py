@@ -10,6 +10,7 @@ from ...config import CrossingsConfig
 from ...geometry.curves import Curves
 from ...geometry.foreground_view import projection_of
 from ...geometry.intersections import Intersections, find_intersections
+from ...geometry.projection import Projection
 from ...types import Chain, Crossing, Foreground, SegmentRef
 from .. import FrameContext
 from .upper_strand import upper_strand_log_odds
@@ -36,7 +37,7 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
     The crossings, each with upper and lower strand, point and confidence. They are sorted by whichever of their two segments
     comes first in `chains`. Empty if no strands cross.
     """
-    return _find(chains, context.foreground, config) if chains else ()
+    return _find(chains, context.foreground, context.view, config) if chains else ()
 
 
 def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing, ...]:
@@ -53,11 +54,11 @@ def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing
         return ()
     viewpoint = np.zeros(3) if coordinates == "camera" else None
     points = np.concatenate([chain.joints for chain in chains])
-    return _find(chains, Foreground(points=points, viewpoint=viewpoint), CrossingsConfig(use_color=False))
+    foreground = Foreground(points=points, viewpoint=viewpoint)
+    return _find(chains, foreground, projection_of(foreground), CrossingsConfig(use_color=False))
 
 
-def _find(chains: list[Chain], foreground: Foreground, config: CrossingsConfig) -> tuple[Crossing, ...]:
-    view = projection_of(foreground)
+def _find(chains: list[Chain], foreground: Foreground, view: Projection, config: CrossingsConfig) -> tuple[Crossing, ...]:
     in_view = Curves.of([chain.joints for chain in chains], [chain.closed for chain in chains]).seen_in(view)
     intersections = find_intersections(in_view)
     if not len(intersections.angle):

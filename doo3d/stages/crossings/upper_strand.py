@@ -1,4 +1,7 @@
-"""The log odds that one of two crossing strands is the upper: from the depth of their surfaces, and from their colors."""
+"""The log odds that one of two crossing strands is the upper: from the depth of their surfaces, and from their colors.
+
+Letters: C crossings, two strands each; S samples along a strand; A samples across it.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,23 @@ from scipy.spatial import cKDTree
 from ...geometry.curves import Curves
 from ...geometry.intersections import Intersections
 from ...geometry.limits import AT_ONCE
+from ...geometry.noise import COLOR_NOISE, DEVIATIONS
 from ...geometry.projection import Projection
-from ...types import Floats, Foreground
-from .overlap import CrossingStrands, Lookup, color_log_odds, depth_order, sample_strands
+from ...geometry.radii import CORE_OFFSETS
+from ...kernels import CrossingStrands
+from ...types import Array, Floats, Foreground
+
+SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
+"""Half-widths beyond the overlap, on both sides, of the samples along a strand."""
+
+OVERLAP_MARGIN = 1.2
+"""Half-lengths of the overlap that are left out of what counts as beyond it."""
+
+MIN_ANGLE = 0.3
+"""rad; strands that cross at less are taken to cross at this, or their overlap would have no end."""
+
+MIN_MEASURED = 4
+"""Samples on both sides of a crossing together that must have been measured, to extrapolate a strand's surface."""
 
 DEPTH_DEVIATION = 0.5
 """Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
@@ -23,6 +40,19 @@ MAX_DEPTH_DIFFERENCE = 1.5
 
 NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
+
+PROFILE_OFFSETS = np.linspace(-0.75, 0.75, 7)
+"""Lateral offsets, in half-widths, of the colors across a strand."""
+
+INDEPENDENT_COLORS = 6.0
+"""Number of independent colors in a profile: its offsets are closer than the blur of a camera, and its channels vary together."""
+
+MAX_LOG_RATIO, MIN_LOG_RATIO = 2.0, 0.35
+"""Logarithms of a ratio of squared errors: beyond the first, more says nothing; the second comes from light and texture."""
+
+DEPTH_SETTINGS = np.array((DEVIATIONS, MIN_MEASURED, DEPTH_DEVIATION, SURFACE_WEIGHT, MAX_DEPTH_DIFFERENCE))
+COLOR_SETTINGS = np.array((MIN_MEASURED / 2, COLOR_NOISE, INDEPENDENT_COLORS, MIN_LOG_RATIO, MAX_LOG_RATIO))
+"""The numbers above in the order in which the kernels take them."""
 
 
 def upper_strand_log_odds(
@@ -48,49 +78,36 @@ def upper_strand_log_odds(
     (C,) natural log odds, positive if the first strand is probably upper; 0 if neither depth nor color tells.
     """
     depth = chains.interpolate(intersections.chain, intersections.segment + intersections.t)[..., 2]
-    strands = sample_strands(intersections, chains, radius * view.scale(depth))
+    half_width = radius * view.scale(depth)
+    crossings = (intersections.chain, intersections.segment, intersections.t, intersections.angle, intersections.point)
+    overlap = (SAMPLE_DISTANCES, OVERLAP_MARGIN, MIN_ANGLE)
+    strands = CrossingStrands(chains.points, chains.bounds, chains.closed, *crossings, radius, half_width, *overlap)
     log_odds = np.zeros(len(depth))
-    if foreground.points.shape[1] == 3:
-        log_odds += _depth_log_odds(strands, depth, radius, _surface_lookup(foreground, view, strands))
+    if foreground.depth is not None and foreground.mask is not None and foreground.points.shape[1] == 3:
+        image = np.ascontiguousarray(foreground.depth, dtype=np.float32)
+        surface = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
+        log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
+    elif foreground.points.shape[1] == 3:
+        positions = strands.positions(CORE_OFFSETS).reshape(len(depth), -1, 2)
+        surface = _nearest_in_cloud(positions, foreground.points, view, 0.5 * float(half_width.max()))
+        log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
     return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
 
 
-def _depth_log_odds(strands: CrossingStrands, depth: Floats, radius: Floats, surface: Lookup) -> Floats:
-    """Return the log odds (C,) by depth: from the difference of the strands, and of their measured surfaces."""
-    thickness = np.maximum(radius.sum(axis=1), 1e-9)
-    in_front = depth_order(strands, surface, radius)
-    difference = (depth[:, 1] - depth[:, 0]) / thickness
-    measured = np.isfinite(in_front)
-    deviation = np.where(measured, DEPTH_DEVIATION, 2 * DEPTH_DEVIATION)
-    difference = np.where(measured, SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference, difference)
-    return np.asarray(2 * np.clip(difference, -MAX_DEPTH_DIFFERENCE, MAX_DEPTH_DIFFERENCE) / deviation**2)
+def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
+    """Return the log odds (C,) that the first strand of each crossing is upper, by the colors (H, W, 3) uint8 in the overlap."""
+    return strands.color_log_odds(np.ascontiguousarray(image), PROFILE_OFFSETS, COLOR_SETTINGS)
 
 
-def _surface_lookup(foreground: Foreground, view: Projection, strands: CrossingStrands) -> Lookup:
-    """Return the lookup of the surface's distance: in the depth image within the mask, or from points of the cloud nearby."""
-    if foreground.depth is not None and foreground.mask is not None:
-        depth, mask = foreground.depth, foreground.mask
-
-        def in_depth_image(positions: Floats) -> Floats:
-            u, v = np.rint(positions[..., 0]), np.rint(positions[..., 1])
-            inside = (u >= 0) & (v >= 0) & (u < depth.shape[1]) & (v < depth.shape[0])
-            pixels = np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)
-            return np.where(inside & mask[pixels] & (depth[pixels] > 0), depth[pixels].astype(float), np.nan)
-
-        return in_depth_image
-    reach = 0.5 * float(strands.half_width.max())
-
-    def in_cloud(positions: Floats) -> Floats:
-        asked = positions.reshape(len(positions), -1, 2)
-        low, high = np.fmin.reduce(asked, axis=1) - reach, np.fmax.reduce(asked, axis=1) + reach
-        parts = (foreground.points[first : first + AT_ONCE] for first in range(0, max(len(foreground.points), 1), AT_ONCE))
-        rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
-        tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
-        finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
-        nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
-        return np.where(np.isfinite(nearest), nearest, np.nan).reshape(positions.shape[:-1])
-
-    return in_cloud
+def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach: float) -> Floats:
+    """Return the distance of the surface of a cloud (N, 3) m at positions (C, P, 2) in the view, (C * P,); NaN for none."""
+    low, high = np.fmin.reduce(positions, axis=1) - reach, np.fmax.reduce(positions, axis=1) + reach
+    parts = (points[first : first + AT_ONCE] for first in range(0, max(len(points), 1), AT_ONCE))
+    rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
+    tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
+    finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
+    nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
+    return np.where(np.isfinite(nearest), nearest, np.nan)
 
 
 def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) -> Floats:

@@ -1,0 +1,298 @@
+// Which of two strands that cross in the view is on top: by the depth of their surfaces, and by their colors.
+#include "medians.h"
+#include "polyline.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+namespace {
+
+using Pair = std::array<double, 2>;
+
+// Like NumPy's maximum: NaN stays.
+double at_least(double value, double least) { return value < least ? least : value; }
+
+double clipped(double value, double limit) { return value < -limit ? -limit : value > limit ? limit : value; }
+
+Pair normal_of(const Pair& step) {
+    const double size = at_least(std::sqrt(step[0] * step[0] + step[1] * step[1]), 1e-12);
+    return {-step[1] / size, step[0] / size};
+}
+
+// Return the median of the values that are finite; NaN where none is. `part` is space for them.
+double finite_median(const std::vector<double>& values, std::vector<double>& part) {
+    part.clear();
+    std::copy_if(values.begin(), values.end(), std::back_inserter(part), [](double value) { return std::isfinite(value); });
+    return part.empty() ? std::nan("") : median(part);
+}
+
+// Return the coefficients of the least-squares parabola through the values that count.
+std::array<double, 3> fit_parabola(const std::vector<double>& at, const std::vector<double>& values, const std::vector<Byte>& good) {
+    double a[3][4] = {{1e-6}, {0, 1e-6}, {0, 0, 1e-6}};
+    for (std::size_t s = 0; s < at.size(); ++s) {
+        if (!good[s]) continue;
+        const double powers[4] = {1.0, at[s], at[s] * at[s], values[s]};
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 4; ++j) a[i][j] += powers[i] * powers[j];
+        }
+    }
+    for (int i = 0; i < 3; ++i) {
+        for (int k = i + 1; k < 3; ++k) {
+            const double factor = a[k][i] / a[i][i];
+            for (int j = i; j < 4; ++j) a[k][j] -= factor * a[i][j];
+        }
+    }
+    std::array<double, 3> fit{};
+    for (int i = 2; i >= 0; --i) {
+        double rest = a[i][3];
+        for (int j = i + 1; j < 3; ++j) rest -= a[i][j] * fit[j];
+        fit[i] = rest / a[i][i];
+    }
+    return fit;
+}
+
+// Return the value at 0 of the least-squares parabola through values along a strand, outliers left out once; NaN where there are too
+// few values, or none on one side.
+double parabola_at_crossing(const double* along, const std::vector<double>& values, double deviations, Index min_measured) {
+    const std::size_t size = values.size();
+    double most = 0.0, value = std::nan("");
+    std::vector<double> at(along, along + size), residual(size), part;
+    std::vector<Byte> good(size);
+    for (const double each : at) most = std::max(most, std::fabs(each));
+    for (std::size_t s = 0; s < size; ++s) at[s] /= most, good[s] = std::isfinite(values[s]);
+    for (int round = 0; round < 2; ++round) {
+        const auto fit = fit_parabola(at, values, good);
+        value = fit[0];
+        for (std::size_t s = 0; s < size; ++s) {
+            residual[s] = good[s] ? std::fabs(fit[0] + at[s] * fit[1] + at[s] * at[s] * fit[2] - values[s]) : std::nan("");
+        }
+        const double limit = deviations * at_least(finite_median(residual, part), 1e-9);
+        for (std::size_t s = 0; s < size; ++s) good[s] = good[s] && residual[s] <= limit;
+    }
+    Index before = 0, after = 0;
+    for (std::size_t s = 0; s < size; ++s) before += good[s] && along[s] < 0, after += good[s] && along[s] > 0;
+    return before && after && std::count(good.begin(), good.end(), Byte(1)) >= min_measured ? value : std::nan("");
+}
+
+// Read the color of an image between its pixels; NaN outside.
+void color_at(const Volume<Byte>& image, const double* position, double* color) {
+    const Index height = image.shape(0), width = image.shape(1);
+    const double x = position[0], y = position[1], left = std::floor(x), top = std::floor(y);
+    std::fill_n(color, CHANNELS, std::nan(""));
+    if (!(0 <= x && 0 <= y && left + 1 < double(width) && top + 1 < double(height))) return;
+    const double right_weight = x - left, lower_weight = y - top;
+    const Byte* upper_row = image.data() + (Index(top) * width + Index(left)) * CHANNELS;
+    const Byte* lower_row = upper_row + width * CHANNELS;
+    for (Index k = 0; k < CHANNELS; ++k) {
+        const double upper = double(upper_row[k]) * (1 - right_weight) + double(upper_row[k + CHANNELS]) * right_weight;
+        const double lower = double(lower_row[k]) * (1 - right_weight) + double(lower_row[k + CHANNELS]) * right_weight;
+        color[k] = upper * (1 - lower_weight) + lower * lower_weight;
+    }
+}
+
+// Samples along both strands of each crossing: half of them before the place where they overlap in the view, half after.
+class CrossingStrands {
+   public:
+    CrossingStrands(Matrix<double> joints, Vector<Index> bounds, Vector<bool> closed, Matrix<Index> chain, Matrix<Index> segment,
+                    Matrix<double> t, Vector<double> angle, Matrix<double> point, Matrix<double> radius, Matrix<double> half_width,
+                    Vector<double> distances, double margin, double min_angle)
+        : count_(Index(angle.shape(0))), samples_(2 * Index(distances.shape(0))), min_sine_(std::sin(min_angle)) {
+        check_bounds(bounds, joints.shape(0));
+        require(joints.shape(1) == 3 && closed.shape(0) + 1 == bounds.shape(0), "joints are not (J, 3), or closed is not one per chain");
+        for (const auto* each : {&t, &point, &radius, &half_width}) {
+            require(Index(each->shape(0)) == count_ && each->shape(1) == 2, "t, point, radius or half_width is not (C, 2)");
+        }
+        for (const auto* each : {&chain, &segment}) {
+            require(Index(each->shape(0)) == count_ && each->shape(1) == 2, "chain or segment is not (C, 2)");
+        }
+        point_.assign(point.data(), point.data() + 2 * count_);
+        radius_.assign(radius.data(), radius.data() + 2 * count_);
+        half_width_.assign(half_width.data(), half_width.data() + 2 * count_);
+        count_visits(2 * count_ * samples_);
+        nb::gil_scoped_release released;
+        for (Index n = 0; n < 2 * count_; ++n) {
+            const Index c = chain.data()[n];
+            require(c >= 0 && c < Index(closed.shape(0)), "a chain is not among the chains");
+            const auto at = [&](double place) {
+                std::array<double, 3> value;
+                interpolate(joints, bounds, closed(c), c, place, value.data());
+                return value;
+            };
+            const auto step = [&](double first) -> Pair {
+                const auto start = at(first), end = at(first + 1);
+                return {end[0] - start[0], end[1] - start[1]};
+            };
+            const double joint = double(segment.data()[n]) + t.data()[n], sine = std::sin(at_least(angle(n / 2), min_angle));
+            const Pair across = step(double(segment.data()[n]));
+            const double size = at_least(std::sqrt(across[0] * across[0] + across[1] * across[1]), 1e-12);
+            depth_.push_back(at(joint)[2]);
+            normal_.push_back(normal_of(across));
+            for (Index s = 0; s < samples_; ++s) {
+                const Index k = s < samples_ / 2 ? samples_ / 2 - 1 - s : s - samples_ / 2;
+                const double beyond = margin * half_width_[n ^ 1] / sine + distances(k) * half_width_[n];
+                const double along = s < samples_ / 2 ? -beyond : beyond, place = joint + along / size;
+                const auto middle = at(place);
+                middle_.push_back({middle[0], middle[1]});
+                height_.push_back(middle[2]);
+                side_.push_back(normal_of(step(std::floor(place))));
+                along_.push_back(along / half_width_[n]);
+            }
+        }
+    }
+
+    auto positions(Vector<double> offsets) const {
+        std::vector<double> result = beyond(offsets);
+        return to_numpy(std::move(result), result.size() / 2, 2);
+    }
+
+    auto readings(Vector<double> offsets, Matrix<float> depth, Matrix<bool> mask) const {
+        require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
+        const std::vector<double> places = beyond(offsets);
+        std::vector<double> result(places.size() / 2, NAN);
+        for (std::size_t i = 0; i < result.size(); ++i) {
+            const double u = std::nearbyint(places[2 * i]), v = std::nearbyint(places[2 * i + 1]);
+            if (!(u >= 0 && v >= 0 && u < double(depth.shape(1)) && v < double(depth.shape(0)))) continue;
+            const Index pixel = Index(v) * depth.shape(1) + Index(u);
+            if (bytes_of(mask)[pixel] && depth.data()[pixel] > 0) result[i] = depth.data()[pixel];
+        }
+        return to_numpy(std::move(result));
+    }
+
+    auto depth_log_odds(Vector<double> surface, Vector<double> settings) const {
+        require(settings.shape(0) == 5, "settings are not (5,)");
+        require(samples_ && count_ && surface.shape(0) % (2 * count_ * samples_) == 0, "surface is not one per sample and offset");
+        const double deviation = settings(2), weight = settings(3), most = settings(4);
+        count_visits(Index(surface.shape(0)));
+        std::vector<double> result(count_);
+        const auto log_odds = [&](Index c) {
+            const double thickness = at_least(radius_[2 * c] + radius_[2 * c + 1], 1e-9);
+            const double in_front = surface_at_crossing(2 * c + 1, surface, settings) - surface_at_crossing(2 * c, surface, settings);
+            double difference = (depth_[2 * c + 1] - depth_[2 * c]) / thickness, noise = 2 * deviation;
+            if (std::isfinite(in_front)) {
+                difference = weight * in_front / thickness + (1 - weight) * difference;
+                noise = deviation;
+            }
+            return 2 * clipped(difference, most) / (noise * noise);
+        };
+        without_gil(result, log_odds);
+        return to_numpy(std::move(result));
+    }
+
+    auto color_log_odds(Volume<Byte> image, Vector<double> offsets, Vector<double> settings) const {
+        require(image.shape(2) == CHANNELS && offsets.shape(0) > 0, "image is not (H, W, 3), or there are no offsets");
+        require(settings.shape(0) == 5, "settings are not (5,)");
+        const Index values = Index(offsets.shape(0)) * CHANNELS;
+        const std::vector<double> places = beyond(offsets);
+        std::vector<double> result(count_);
+        const auto log_odds = [&](Index c) {
+            std::vector<double> profiles(2 * values);
+            bool is_measured = true;
+            for (Index side = 0; side < 4; ++side) {
+                const double* own = places.data() + (4 * c + side) * samples_ / 2 * Index(offsets.shape(0)) * 2;
+                is_measured &= add_profile(image, own, profiles.data() + side / 2 * values, values) >= Index(settings(0));
+            }
+            return is_measured ? first_log_odds(image, c, offsets, profiles, settings) : 0.0;
+        };
+        without_gil(result, log_odds);
+        return to_numpy(std::move(result));
+    }
+
+   private:
+    Index count_, samples_;
+    double min_sine_;
+    std::vector<double> point_, radius_, half_width_, depth_, height_, along_;
+    std::vector<Pair> middle_, side_, normal_;
+
+    // Compute a value for each crossing.
+    template <class Value>
+    static void without_gil(std::vector<double>& result, Value value) {
+        nb::gil_scoped_release released;
+        for (std::size_t c = 0; c < result.size(); ++c) result[c] = value(Index(c));
+    }
+
+    // Return the positions at lateral offsets from each sample.
+    std::vector<double> beyond(const Vector<double>& offsets) const {
+        std::vector<double> result;
+        result.reserve(2 * middle_.size() * offsets.shape(0));
+        count_visits(Index(middle_.size() * offsets.shape(0)));
+        for (std::size_t i = 0; i < middle_.size(); ++i) {
+            for (std::size_t a = 0; a < offsets.shape(0); ++a) {
+                const double lateral = offsets(a) * half_width_[i / samples_];
+                for (int d = 0; d < 2; ++d) result.push_back(middle_[i][d] + lateral * side_[i][d]);
+            }
+        }
+        return result;
+    }
+
+    // Return the distance of a strand's surface at the crossing, from readings that do not differ by more than its thickness.
+    double surface_at_crossing(Index strand, const Vector<double>& surface, const Vector<double>& settings) const {
+        const Index offsets = Index(surface.shape(0)) / (2 * count_ * samples_), first = strand * samples_;
+        std::vector<double> measured(samples_), height(samples_), across(offsets), part;
+        for (Index s = 0; s < samples_; ++s) {
+            for (Index a = 0; a < offsets; ++a) across[a] = surface((first + s) * offsets + a);
+            measured[s] = finite_median(across, part);
+            height[s] = height_[first + s] - measured[s];
+        }
+        const double middle = finite_median(height, part);
+        for (Index s = 0; s < samples_; ++s) {
+            if (!(std::fabs(height[s] - middle) < 2 * radius_[strand])) measured[s] = std::nan("");
+        }
+        return parabola_at_crossing(along_.data() + first, measured, settings(0), Index(settings(1)));
+    }
+
+    // Add half of the median colors across a strand on one side of a crossing, and return the number of samples in the image.
+    Index add_profile(const Volume<Byte>& image, const double* places, double* profile, Index values) const {
+        std::vector<double> colors(samples_ / 2 * values), along(samples_ / 2), part;
+        Index measured = 0;
+        for (Index s = 0; s < samples_ / 2; ++s) {
+            double* own = colors.data() + s * values;
+            for (Index k = 0; k < values / CHANNELS; ++k) color_at(image, places + 2 * (s * values / CHANNELS + k), own + k * CHANNELS);
+            measured += std::all_of(own, own + values, [](double value) { return std::isfinite(value); });
+        }
+        for (Index k = 0; k < values; ++k) {
+            for (Index s = 0; s < samples_ / 2; ++s) along[s] = colors[s * values + k];
+            profile[k] += finite_median(along, part) / 2;
+        }
+        return measured;
+    }
+
+    // Compare the colors inside the overlap with those across both strands.
+    double first_log_odds(const Volume<Byte>& image, Index c, const Vector<double>& offsets, const std::vector<double>& profiles,
+                          const Vector<double>& settings) const {
+        const Index size = Index(offsets.shape(0));
+        const Pair &first = normal_[2 * c], &second = normal_[2 * c + 1];
+        double sine = first[0] * second[1] - first[1] * second[0], color[CHANNELS], own = 0.0, other = 0.0;
+        if (std::fabs(sine) < min_sine_) sine = std::copysign(min_sine_, sine);
+        count_visits(size * size);
+        for (Index i = 0; i < size * size; ++i) {
+            const double a = offsets(i / size) * half_width_[2 * c], b = offsets(i % size) * half_width_[2 * c + 1];
+            const double at[2] = {point_[2 * c] + (a * second[1] - b * first[1]) / sine,
+                                  point_[2 * c + 1] + (b * first[0] - a * second[0]) / sine};
+            color_at(image, at, color);
+            for (Index k = 0; k < CHANNELS; ++k) {
+                const double to_first = profiles[i / size * CHANNELS + k] - color[k];
+                const double to_second = profiles[(size + i % size) * CHANNELS + k] - color[k];
+                own += to_first * to_first, other += to_second * to_second;
+            }
+        }
+        const double count = double(size * size * CHANNELS), noise = settings(1) * settings(1);
+        const double ratio = std::log((other / count + noise) / (own / count + noise));
+        return std::fabs(ratio) >= settings(3) ? settings(2) / 2 * clipped(ratio, settings(4)) : 0.0;
+    }
+};
+
+}  // namespace
+
+void bind_crossing_strands(nb::module_& m) {
+    nb::class_<CrossingStrands>(m, "CrossingStrands")
+        .def(nb::init<Matrix<double>, Vector<Index>, Vector<bool>, Matrix<Index>, Matrix<Index>, Matrix<double>, Vector<double>, Matrix<double>,
+                      Matrix<double>, Matrix<double>, Vector<double>, double, double>(),
+             "joints"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "chain"_a.noconvert(), "segment"_a.noconvert(),
+             "t"_a.noconvert(), "angle"_a.noconvert(), "point"_a.noconvert(), "radius"_a.noconvert(), "half_width"_a.noconvert(),
+             "distances"_a.noconvert(), "margin"_a, "min_angle"_a)
+        .def("positions", &CrossingStrands::positions, "offsets"_a.noconvert())
+        .def("readings", &CrossingStrands::readings, "offsets"_a.noconvert(), "depth"_a.noconvert(), "mask"_a.noconvert())
+        .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_a.noconvert(), "settings"_a.noconvert())
+        .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_a.noconvert(), "offsets"_a.noconvert(), "settings"_a.noconvert());
+}
