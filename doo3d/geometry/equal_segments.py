@@ -99,8 +99,8 @@ def equal_ring(points: Floats, length: float) -> Floats:
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
     joints = kernels.lay_equal_chords(loop, low)[0][:count]
     centroid = joints.mean(axis=0)
-    joints = _close_ring(centroid + (joints - centroid) * (length / low), length)
-    return np.concatenate((joints, joints[:1]))
+    ring = _close_ring(centroid + (joints - centroid) * (length / low), length)
+    return np.concatenate((ring, ring[:1]))
 
 
 def _close_ring(joints: Floats, length: float) -> Floats:

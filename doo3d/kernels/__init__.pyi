@@ -1,18 +1,20 @@
-"""Hot loops on plain arrays, native: C++ sources in `src/`, declared here for type checkers and readers.
+# Made by backend/stub.py from the comments and signatures in src/: change those, and make it anew (CONTRIBUTING.md).
+"""Hot loops on plain arrays, native. Every function is checked in a test against a slow plain reference.
 
-Every function is checked in a test against a slow plain reference. Arguments are not converted: an array of another data type,
-number of axes or, for two axes and more, memory order than stated here is a TypeError; arrays whose shapes do not fit each other
-are a ValueError. Arrays with one axis may have any stride; `coords` and the points of one polyline may have any layout; all
-others are in C order.
+Arguments are not converted: an array of another data type, number of axes or, for two axes and more, memory order than stated is
+a TypeError; arrays whose shapes do not fit each other are a ValueError. Arrays with one axis may have any stride; `coords` and
+the points of one polyline may have any layout; all others are in C order. Results own their memory.
 
-The letters of shapes mean the same in all of them:
-
-N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples along center lines, J joints, C chains, E = 2 C
-ends of chains (ends 2 c and 2 c + 1 are the first and the last end of chain c), M voxels, K pixels or voxels of a skeleton, B
-branches, (H, W) rows and columns of an image. Lengths are in the unit of the coordinates: metres in 3-D, pixels in 2-D.
+The letters of shapes mean the same in all kernels: N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples
+along center lines, J joints, C chains, E = 2 C ends of chains (ends 2 c and 2 c + 1 are the first and the last end of chain c), M
+voxels, K pixels or voxels of a skeleton, B branches, (H, W) rows and columns of an image. Lengths are in the unit of the
+coordinates: metres in 3-D, pixels in 2-D.
 """
 
 from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..types import Array, Bools, Floats, Ints
 
@@ -48,10 +50,10 @@ class CloudFacts:
         """
 
     @property
-    def strands(self) -> Ints:
+    def strands(self) -> NDArray[np.int64]:
         """Number, from 0, of the strand of each point of the sample, (S,), read-only; -1 in a small part; empty if all touch."""
 
-    def without_outliers(self, cell_spacings: float, min_ratio: float) -> tuple[Floats, Floats]:
+    def without_outliers(self, cell_spacings: float, min_ratio: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Drop the points with few neighbors, and average each other point and its neighbors.
 
         Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around, the
@@ -74,7 +76,7 @@ class CloudFacts:
     def strands_nearer(self, distance: float) -> bool:
         """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
 
-    def strand_of(self, points: Floats) -> Ints:
+    def strand_of(self, points: Floats) -> NDArray[np.int64]:
         """Return the number of the strand that each of the points of the cloud, moved as it may be, is nearest to, (N,).
 
         points : (N, 3) float64 m, in the order of the points of the cloud. The strands lie where the points of the sample were
@@ -105,17 +107,17 @@ class ColorOdds:
         self, color: Array, object: Ints, surround: Ints, shades: Floats, shade_share: float, smoothing: float, least: float
     ) -> None: ...
     @property
-    def log_odds(self) -> Floats:
+    def log_odds(self) -> NDArray[np.float32]:
         """The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last."""
 
     @property
     def separation(self) -> float:
         """The median, nat, of the log-odds over the pixels of the object; 0 without any."""
 
-    def log_odds_at(self, pixels: Ints) -> Floats:
+    def log_odds_at(self, pixels: Ints) -> NDArray[np.float64]:
         """Return the log-odds, (N,) nat, of the colors at pixels (N, 2) int64 (u, v) in the image: positive on the object."""
 
-    def noise_at(self, pixels: Ints) -> Floats:
+    def noise_at(self, pixels: Ints) -> NDArray[np.float64]:
         """Return the standard deviations, (N,) nat, of the log-odds at pixels (N, 2) int64 (u, v) in the image.
 
         They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
@@ -163,13 +165,13 @@ class CrossingStrands:
         margin: float,
         min_angle: float,
     ) -> None: ...
-    def positions(self, offsets: Floats) -> Floats:
+    def positions(self, offsets: Floats) -> NDArray[np.float64]:
         """Return the positions in the view (C * 2 * S * A, 2), at lateral offsets (A,) half-widths from each sample."""
 
-    def readings(self, offsets: Floats, depth: Array, mask: Bools) -> Floats:
+    def readings(self, offsets: Floats, depth: Floats, mask: Bools) -> NDArray[np.float64]:
         """Return the readings (C * 2 * S * A,) m of a depth image (H, W) float32 at `positions`; NaN outside the mask."""
 
-    def depth_log_odds(self, surface: Floats, settings: Floats) -> Floats:
+    def depth_log_odds(self, surface: Floats, settings: Floats) -> NDArray[np.float64]:
         """Return the log odds that the first strand is upper, (C,) nat, by the chains' depth and that of their surfaces.
 
         The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola.
@@ -185,7 +187,7 @@ class CrossingStrands:
             thicknesses, twice that without surfaces; weight of the surfaces beside the chains; thicknesses that count at most
         """
 
-    def color_log_odds(self, image: Array, offsets: Floats, settings: Floats) -> Floats:
+    def color_log_odds(self, image: Array, offsets: Floats, settings: Floats) -> NDArray[np.float64]:
         """Return the log odds that the first strand is upper, (C,) nat, by the colors in the overlap.
 
         The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's median
@@ -217,39 +219,45 @@ class FrameFacts:
         (H, W) float32 m, 0 = no reading; None without depth
     min_pixels
         components and holes of fewer pixels are small
-
-    Attributes
-    ----------
-    selected
-        number of pixels before these steps
-    removed, filled
-        numbers of pixels of small components and of small holes
-    count
-        number N of pixels after them
-    box
-        first row, row after the last, first column and column after the last that hold pixels; else four 0
     """
 
-    selected: int
-    removed: int
-    filled: int
-    count: int
-    box: tuple[int, int, int, int]
+    def __init__(self, mask: Bools, depth: Floats | None = None, min_pixels: int = 0) -> None: ...
+    @property
+    def selected(self) -> int:
+        """Number of pixels before small components are removed and small holes are filled."""
 
-    def __init__(self, mask: Bools, depth: Array | None = None, min_pixels: int = 0) -> None: ...
-    def image(self) -> Bools:
+    @property
+    def removed(self) -> int:
+        """Number of pixels of small components."""
+
+    @property
+    def filled(self) -> int:
+        """Number of pixels of small holes."""
+
+    @property
+    def count(self) -> int:
+        """Number N of pixels after small components are removed and small holes are filled."""
+
+    @property
+    def box(self) -> tuple[int, int, int, int]:
+        """First row, row after the last, first column and column after the last that hold pixels; else four 0."""
+
+    def image(self) -> NDArray[np.bool_]:
         """Return the mask (H, W) bool as a new array."""
 
-    def pixel_list(self) -> Ints:
+    def pixel_list(self) -> NDArray[np.int64]:
         """Return the pixels (N, 2) int64 (u, v), sorted by u and then v."""
 
-    def medial_axis(self) -> tuple[Ints, Ints, Array]:
-        """Return the pixels as far from the outside as their farthest neighbor; see the function `medial_axis`."""
+    def medial_axis(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+        """Return the pixels as far from the outside as their farthest neighbor, as the function `medial_axis` does.
 
-    def skeleton_pixels(self) -> Ints:
+        Returns (K,) int64 rows, (K,) int64 columns and (K,) float32 px, the distances.
+        """
+
+    def skeleton_pixels(self) -> NDArray[np.int64]:
         """Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`."""
 
-    def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> Bools:
+    def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> NDArray[np.bool_]:
         """Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
 
         Parameters
@@ -266,6 +274,17 @@ class FrameFacts:
         (K,) bool, False for a pixel outside the mask
         """
 
+    def middle_pixels(self, pixels: Ints, reach: float) -> NDArray[np.bool_]:
+        """Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, measured as by `near_mask`: (K,)."""
+
+    def depth_summary(self) -> tuple[int, float, float]:
+        """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
+
+        Raises
+        ------
+        ValueError : there is no depth.
+        """
+
     def inverse_depth_deviation(self, pixels: int) -> float:
         """Return the standard deviation of the inverse of the depth readings, 1/m, with that of their rounding.
 
@@ -280,20 +299,9 @@ class FrameFacts:
         ValueError : there is no depth, or pixels is below 1.
         """
 
-    def middle_pixels(self, pixels: Ints, reach: float) -> Bools:
-        """Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, measured as by `near_mask`: (K,)."""
-
-    def depth_summary(self) -> tuple[int, float, float]:
-        """Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
-
-        Raises
-        ------
-        ValueError : there is no depth.
-        """
-
     def agreeing_readings(
         self, low: float, high: float, half_width: int, slope: float, min_agreeing: int
-    ) -> tuple[Ints, Floats, Floats, int]:
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], int]:
         """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
 
         A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
@@ -322,7 +330,7 @@ class FrameFacts:
         ValueError : there is no depth, or `half_width` is negative.
         """
 
-    def depth_holes(self, kept: Ints, reach: int) -> Ints:
+    def depth_holes(self, kept: Ints, reach: int) -> NDArray[np.int64]:
         """Return the pixels in holes of the depth: farther than `reach` px from every kept reading, or as near to such.
 
         Parameters
@@ -358,13 +366,13 @@ class MaskEdge:
     """
 
     def __init__(self, mask: Bools, band_px: float, ring_px: float) -> None: ...
-    def inside(self) -> Ints:
+    def inside(self) -> NDArray[np.int64]:
         """Return the pixels within the edge whose eight neighbors are too; all pixels within the edge if there are none.
 
         Returns (N,) int64, row-major indices in the whole image.
         """
 
-    def around(self, most: int) -> Ints:
+    def around(self, most: int) -> NDArray[np.int64]:
         """Return pixels of the ring: at first those beyond the band, after a move all that do not touch the edge.
 
         most : number of pixels; of twice, three times ... as many only every second, third ... is returned. Returns (N,) int64,
@@ -394,7 +402,7 @@ class MaskEdge:
     def raggedness(self) -> float:
         """Return the number of pixels that the edge moved by more than 1 px, per pixel of the mask's edge; 0 without an edge."""
 
-    def mask(self) -> Bools:
+    def mask(self) -> NDArray[np.bool_]:
         """Return the pixels (H, W) bool within the edge."""
 
 class VoxelCells:
@@ -420,18 +428,18 @@ class VoxelCells:
         """Number of cells of the box; there are no `keys` if it is over the limit."""
 
     @property
-    def keys(self) -> Ints:
+    def keys(self) -> NDArray[np.int64]:
         """Keys of the M occupied cells, (M,) int64, ascending."""
 
     @property
-    def shape(self) -> Ints:
+    def shape(self) -> NDArray[np.int64]:
         """Number of cells of the box along each axis, (D,) int64."""
 
     @property
-    def origin(self) -> Floats:
+    def origin(self) -> NDArray[np.float64]:
         """Lower corner of the box, (D,), in the unit of the points."""
 
-    def closed(self, iterations: int, part: Ints) -> Ints:
+    def closed(self, iterations: int, part: Ints) -> NDArray[np.int64]:
         """Close holes: morphological closing with a cube of 2 iterations + 1 cells.
 
         Parameters
@@ -446,7 +454,9 @@ class VoxelCells:
         (K,) int64 ascending, keys of the occupied cells after closing, with those that hold points among them
         """
 
-    def voxels(self, keys: Ints, min_voxels: int) -> tuple[Ints, Floats, Ints, Ints]:
+    def voxels(
+        self, keys: Ints, min_voxels: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:
         """Return the voxels with given keys, without small components.
 
         Parameters
@@ -465,13 +475,13 @@ class VoxelCells:
         table : (V, 26) int32, as `neighbor_table` returns it; in 2-D for voxels whose third coordinates are equal
         """
 
-def angle_legs(first: Floats, second: Floats) -> tuple[Floats, Floats]:
+def angle_legs(first: Floats, second: Floats) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return |a - b| and |a + b| of the unit vectors a and b of N pairs of vectors: the angle between them is 2 atan2 of the two.
 
     first, second : (N, D) float64, of any length; zero vectors stay zero. Returns (N,) and (N,) float64.
     """
 
-def arc_length(points: Floats) -> Floats:
+def arc_length(points: Floats) -> NDArray[np.float64]:
     """Return the length along a polyline from its first point to each of its points.
 
     8.6 times as fast as np.cumsum of np.linalg.norm of np.diff on 112 points (1.6 us against 13.7 us, 12 times a frame).
@@ -490,13 +500,13 @@ def axes_in_mask(
     share: float,
     surface: Floats,
     camera: Floats,
-    depth: Array,
+    depth: Floats,
     mask: Bools,
     plane: Floats,
     beside: Floats,
     settings: Floats,
     iterations: int,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Estimate the axis and the radius of strands in a mask, and with a camera in depth, from samples on the seen surface.
 
     In each iteration `silhouette` gives the offset across the line of sight and the radius, whose median is that of the path. The
@@ -556,7 +566,7 @@ def axis_depth(
     half: int,
     central_part: float,
     outlier_medians: float,
-) -> tuple[Floats, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Average how far behind each sample the axis of the object lies, over the surface points near it.
 
     A point with the lateral offset u and the depth offset w tells w + sqrt(r^2 - u^2), where r is the radius.
@@ -609,8 +619,8 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     """
 
 def classify_positions(
-    points: Floats, camera: Floats, depth: Array, mask: Bools, margin: float, own_counts: bool, noise: float
-) -> tuple[Ints, Floats, Ints, Ints, Floats]:
+    points: Floats, camera: Floats, depth: Floats, mask: Bools, margin: float, own_counts: bool, noise: float
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """Tell what a depth image says about positions in space, each compared with the reading at the pixel that it projects to.
 
     Parameters
@@ -637,7 +647,7 @@ def classify_positions(
     pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
     """
 
-def close_mask(mask: Bools, half_widths: Ints, distance: float) -> tuple[Bools, int]:
+def close_mask(mask: Bools, half_widths: Ints, distance: float) -> tuple[NDArray[np.bool_], int]:
     """Close the gaps of a mask: dilation and then erosion with a symmetric convex shape; nothing is added at the border.
 
     Parameters
@@ -656,15 +666,8 @@ def close_mask(mask: Bools, half_widths: Ints, distance: float) -> tuple[Bools, 
     """
 
 def color_bands(
-    color: Array,
-    around: Array,
-    deviation: Floats,
-    seeds: Bools,
-    beside: Bools,
-    reach: int,
-    min_pixels: int,
-    limits: Floats,
-) -> tuple[Ints, Ints, Floats, Bools, Ints]:
+    color: Array, around: Floats, deviation: Floats, seeds: Bools, beside: Bools, reach: int, min_pixels: int, limits: Floats
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.int64]]:
     """Return the bands of an image that differ in color from the surface around them, and pixels beside them that do not.
 
     The image, in CIELAB blurred by a Gaussian of 0.8 px, is evaluated in tiles of 8 px, only at the seeds and on from there as
@@ -698,7 +701,7 @@ def color_bands(
         tiles that were not evaluated count as such.
     """
 
-def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> Ints:
+def crossing_numbers(image: Array, rows: Ints, columns: Ints) -> NDArray[np.int64]:
     """Count the lines that leave each pixel of a 2-D skeleton (Rutovitz' crossing number).
 
     Parameters
@@ -717,7 +720,7 @@ def depth_support(
     joints: Floats,
     bounds: Ints,
     radius: Floats,
-    depth: Array,
+    depth: Floats,
     mask: Bools,
     camera: Floats,
     plane: Floats,
@@ -725,7 +728,7 @@ def depth_support(
     lateral: Floats,
     settings: Floats,
     min_readings: int,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Compare the segments of chains with the depth readings in the mask beside them.
 
     Parameters
@@ -761,7 +764,7 @@ def depth_support(
 
 def end_pairs(
     points: Floats, tangents: Floats, curvatures: Floats, radius: float, window: float, kept: float
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return distance, turn and bend of all pairs of chain ends.
 
     Half way to another end, at most half of `window`, an end has the tangent that its curvature leads to: the curvature as far as
@@ -784,7 +787,7 @@ def end_pairs(
         that coincide
     """
 
-def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, Floats]:
+def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the outward tangent and the curvature vector at both ends of every chain.
 
     Parameters
@@ -811,7 +814,7 @@ def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[Floats, F
 
 def equal_segments(
     points: Floats, bounds: Ints, closed: Bools, shifts: Floats, length: float, most_samples: float
-) -> tuple[Floats, Ints]:
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Lay chains of segments of exactly `length` along polylines, each from end to end.
 
     The whole number of segments that fits best is used. A chain is longer or shorter than its polyline by the same length at
@@ -842,7 +845,7 @@ def equal_segments(
         segment
     """
 
-def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: int, tolerance: float) -> Floats:
+def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: int, tolerance: float) -> NDArray[np.float64]:
     """Return joints moved so that neighbors are about `length` apart (Mueller et al., "Position based dynamics", 2007).
 
     Parameters
@@ -864,15 +867,8 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     """
 
 def fill_cells(
-    points: Floats,
-    centers: Floats,
-    reach: float,
-    counts: Ints,
-    origins: Floats,
-    axes: Floats,
-    edge: float,
-    cells: float,
-) -> Bools:
+    points: Floats, centers: Floats, reach: float, counts: Ints, origins: Floats, axes: Floats, edge: float, cells: float
+) -> NDArray[np.bool_]:
     """Tell whether the points within `reach` of each center, projected to a plane, occupy more than so many square cells of it.
 
     Parameters
@@ -895,7 +891,9 @@ def fill_cells(
     (S,) bool
     """
 
-def fit_chains(points: Floats, bounds: Ints, closed: Bools, length: float, min_cosine: float) -> tuple[Floats, Ints, Bools]:
+def fit_chains(
+    points: Floats, bounds: Ints, closed: Bools, length: float, min_cosine: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_]]:
     """Lay chains of segments of equal length along polylines; a sharp turn ends a chain.
 
     It is Algorithm 2 of Keipour et al. (RA-L 2022). After a sharp turn the next chain begins at the tip of the turn: the point
@@ -924,7 +922,7 @@ def fit_chains(points: Floats, bounds: Ints, closed: Bools, length: float, min_c
 
 def fit_circles(
     sample: Ints, lateral: Floats, depth: Floats, path: Ints, radius: Floats, half: int, steps: int, min_points: float
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Fit a circle to the points of each cross-section by least squares (Gauss-Newton, started from the fit of Kasa, 1976).
 
     Parameters
@@ -961,7 +959,15 @@ def fit_lines(
     min_points: Floats,
     candidates: int,
     max_spread_ratio: float,
-) -> tuple[Bools, Floats, Floats, Floats, Floats, Floats, Ints]:
+) -> tuple[
+    NDArray[np.bool_],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.int64],
+]:
     """Fit a straight line to the neighborhood of each of several points, at the least scale at which there is one.
 
     Lines towards some of the neighbors are tried; the best is fitted three times to the neighbors near it. There is a line if it
@@ -998,17 +1004,17 @@ def fit_lines(
     """
 
 def follow_ribbon(
-    score: Array,
+    score: Floats,
     width: Array,
-    color: Array,
+    color: Floats,
     taken: Array,
-    angles: Array,
+    angles: Floats,
     start: Floats,
     widths: Floats,
     turns: Floats,
     shifts: Floats,
     limits: Floats,
-) -> Floats:
+) -> NDArray[np.float64]:
     """Follow a strand along the ribbons of an image from a start in one direction, not counting the start.
 
     Each step takes the turn and the shift sideways with the best mean over three steps of the score less the cost of the color,
@@ -1052,7 +1058,7 @@ def follow_strand(
     tried: tuple[Floats, Floats, Floats, Floats],
     lookahead: int,
     numbers: Floats,
-) -> Floats:
+) -> NDArray[np.float64]:
     """Follow a strand in an image beyond the last joint of its chain, by the colors across the strand.
 
     A stretch that looks different, such as another strand on top, is skipped. The path ends where it runs into the mask, at the
@@ -1089,7 +1095,9 @@ def follow_strand(
     ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
     """
 
-def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> tuple[Floats, Floats, Floats, Floats]:
+def half_shell_spread(
+    sample: Ints, lateral: Floats, path: Ints, half: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Measure how the points of each cross-section spread across the line of sight.
 
     Parameters
@@ -1111,7 +1119,7 @@ def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> t
     fourth : (N,) float64, fourth power of the offset of each point from the middle in standard deviations
     """
 
-def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Ints, joint: Floats) -> Floats:
+def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Ints, joint: Floats) -> NDArray[np.float64]:
     """Interpolate values at the joints of L polylines linearly at positions along them.
 
     Parameters
@@ -1132,7 +1140,7 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
 
 def keep_segments(
     points: Floats, bounds: Ints, closed: Bools, pairs: Ints, certain: Bools, overlap: Callable[[int, int], bool]
-) -> tuple[Floats, Ints, Bools, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64]]:
     """Remove one of each two overlapping segments, that of the chain with fewer segments left, and return the rest as chains.
 
     Of chains of equal length the later one loses its segment. The first and the last segment of a ring share a joint and stay.
@@ -1158,7 +1166,7 @@ def keep_segments(
     removed : (S, 2, D) float64, the joints of the removed segments, in the order of the segments
     """
 
-def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
+def largest_within(values: Floats, wanted: Bools, half: Ints) -> NDArray[np.float32]:
     """Return the largest value in a window around each pixel that is wanted, as a dilation does.
 
     Parameters
@@ -1175,7 +1183,7 @@ def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
     (H, W) float32; 0 where it is not wanted
     """
 
-def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[Floats, float]:
+def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[NDArray[np.float64], float]:
     """Return about `most` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
 
     Parameters
@@ -1193,7 +1201,7 @@ def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[Floats, float
     (K, 2) float64 px, and the number of pixels of the mask that each stands for.
     """
 
-def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
+def lay_equal_chords(points: Floats, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lay chords of exactly `length` along a polyline, the first from its first point.
 
     A chord ends where the polyline first is farther than `length` from the chord's start. The rest of the polyline after the last
@@ -1212,7 +1220,9 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
     """
 
-def line_ends(pixels: Ints, starts: Ints, shape: tuple[int, int], window: int) -> tuple[Ints, Ints, Floats]:
+def line_ends(
+    pixels: Ints, starts: Ints, shape: tuple[int, int], window: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """Return the ends of lines one pixel wide: pixels with one pixel of a line among the eight around them.
 
     Parameters
@@ -1233,13 +1243,15 @@ def line_ends(pixels: Ints, starts: Ints, shape: tuple[int, int], window: int) -
     direction : (E, 2) unit vector (row, column) out of the line; an end at the mean of its line has none and is left out
     """
 
-def long_parts(mask: Bools, extent: int) -> Bools:
+def long_parts(mask: Bools, extent: int) -> NDArray[np.bool_]:
     """Return the 8-connected parts of a mask that extend over so many rows or columns at least.
 
     mask : (H, W) bool. extent : px. Returns (H, W) bool.
     """
 
-def mask_parts(mask: Bools, min_pixels: int, asked: Ints) -> tuple[Ints, Ints, Floats, Bools]:
+def mask_parts(
+    mask: Bools, min_pixels: int, asked: Ints
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
     """Return the 8-connected parts of a mask, with their half-widths.
 
     Parameters
@@ -1259,13 +1271,13 @@ def mask_parts(mask: Bools, min_pixels: int, asked: Ints) -> tuple[Ints, Ints, F
     holds : (K,) bool, the parts with pixels of `asked`.
     """
 
-def mask_pixels(mask: Bools) -> Ints:
+def mask_pixels(mask: Bools) -> NDArray[np.int64]:
     """Return the True pixels of a mask as (u, v) = (column, row), sorted by u and then v.
 
     mask : (H, W) bool. Returns (K, 2) int64 for K True pixels.
     """
 
-def match_by_blossoms(weight: Floats, lowered: Callable[[Ints], tuple[Ints, Floats]] | None = None) -> Ints:
+def match_by_blossoms(weight: Floats, lowered: Callable[[Ints], tuple[Ints, Floats]] | None = None) -> NDArray[np.int64]:
     """Pair E chain ends so that the total weight of the pairs is largest (maximum-weight matching), each end in one pair at most.
 
     It is found by Edmonds' blossom algorithm, on the weights rounded to 2^-50 of the largest. Where weights are lowered, only the
@@ -1289,7 +1301,7 @@ def match_by_blossoms(weight: Floats, lowered: Callable[[Ints], tuple[Ints, Floa
     ValueError : there are more than 5000 ends.
     """
 
-def medial_axis(mask: Bools) -> tuple[Ints, Ints, Array]:
+def medial_axis(mask: Bools) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
     """Return the pixels of a mask that are as far from its edge as their farthest neighbor, and their distances.
 
     Everything outside the image counts as outside the mask. The distance is a chamfer distance, an approximation of the Euclidean
@@ -1312,7 +1324,7 @@ def medial_axis(mask: Bools) -> tuple[Ints, Ints, Array]:
     every machine.
     """
 
-def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[Ints, Bools]:
+def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
 
     A pair is left out if there is a gap between the two along one of the axes of either cuboid. Consecutive segments of a chain,
@@ -1337,7 +1349,7 @@ def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tup
     One axis of a cuboid's cross-section is perpendicular to the coordinate axis that the segment is least along.
     """
 
-def near_mask(mask: Bools, reach: float, inclusive: bool) -> Bools:
+def near_mask(mask: Bools, reach: float, inclusive: bool) -> NDArray[np.bool_]:
     """Return the pixels of an image that are nearer than `reach` px to a pixel of a mask, or as near.
 
     The distance is a chamfer distance by steps on a 5 x 5 neighborhood, as that of `medial_axis`.
@@ -1356,14 +1368,14 @@ def near_mask(mask: Bools, reach: float, inclusive: bool) -> Bools:
     (H, W) bool; the pixels of the mask are near themselves
     """
 
-def near_pixels(pixels: Ints, others: Ints, shape: tuple[int, int], square: int, diamond: int) -> Bools:
+def near_pixels(pixels: Ints, others: Ints, shape: tuple[int, int], square: int, diamond: int) -> NDArray[np.bool_]:
     """Tell which pixels (N,) lie in an octagon around one of the others: a square widened by a diamond.
 
     pixels, others : (N,) and (Q,) row-major indices in an image of a shape. square, diamond : px, half of the width of either.
     Returns (N,) bool.
     """
 
-def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tuple[Floats, Ints]:
+def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Find the nearest target of each point; of several equally near, the one with the lowest index.
 
     Parameters
@@ -1388,7 +1400,7 @@ def nearest(points: Floats, targets: Floats, reach: float, limited: bool) -> tup
     k-d tree on the pixels of masks.
     """
 
-def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds: Ints, reach: float) -> Ints:
+def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds: Ints, reach: float) -> NDArray[np.int64]:
     """Return the index of the target nearest to each point, of the targets of the same path; of equally near ones the first.
 
     Parameters
@@ -1405,7 +1417,7 @@ def nearest_of_own(points: Floats, bounds: Ints, targets: Floats, target_bounds:
     (N,) int64, rows of `targets`. Points that are not finite get the first target of their path.
     """
 
-def nearest_points(points: Floats, positions: Floats, k: int) -> tuple[Floats, Ints]:
+def nearest_points(points: Floats, positions: Floats, k: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Find the `k` points that are nearest to each of a few positions.
 
     Parameters
@@ -1423,7 +1435,7 @@ def nearest_points(points: Floats, positions: Floats, k: int) -> tuple[Floats, I
     index : (S, k) int64, index of each of these points; of equally near ones the first is first
     """
 
-def neighbor_table(coords: Ints) -> Ints:
+def neighbor_table(coords: Ints) -> NDArray[np.int32]:
     """Return the indices of the 26 neighbors of each voxel.
 
     coords : (M, 3) int64 >= 1, index of each of M voxels along the three axes, in lexicographic order. Returns (M, 26) int32:
@@ -1431,7 +1443,9 @@ def neighbor_table(coords: Ints) -> Ints:
     without (0, 0, 0); -1 where there is no voxel.
     """
 
-def neighborhood_spreads(points: Floats, centers: Floats, reach: float) -> tuple[Ints, Floats, Floats]:
+def neighborhood_spreads(
+    points: Floats, centers: Floats, reach: float
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Measure how the points within `reach` of each of several centers spread.
 
     Parameters
@@ -1491,7 +1505,7 @@ def paint_strokes(layer: Array, points: Floats, stops: Ints, colors: Array, blun
         (S,), whether a stroke is cut off at its first and its last point; otherwise its ends are round
     """
 
-def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Floats, Ints]:
+def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """Return the medians of parts of an array, without values that are not finite.
 
     Parameters
@@ -1508,13 +1522,15 @@ def part_medians(values: Floats, first: Ints, last: Ints) -> tuple[Floats, Float
     count : (K,) int64, number of finite values
     """
 
-def percentiles(values: Floats, percents: Floats) -> Floats:
+def percentiles(values: Floats, percents: Floats) -> NDArray[np.float64]:
     """Return percentiles (Q,) of the finite ones of values (N,), interpolated linearly as NumPy does; NaN without any.
 
     percents : (Q,) 0 to 100.
     """
 
-def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats, Floats, Floats]:
+def polyline_crossings(
+    points: Floats, bounds: Ints, closed: Bools
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Find every place where two segments of L polylines in the plane cross. Neighbors, which share a point, do not count.
 
     Parameters
@@ -1533,14 +1549,14 @@ def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Int
     point : (C, 2) float64, position of the crossing
     """
 
-def polyline_lengths(points: Floats, bounds: Ints) -> Floats:
+def polyline_lengths(points: Floats, bounds: Ints) -> NDArray[np.float64]:
     """Return the length of each of C polylines, (C,) float64.
 
     points : (P, D) float64, the points of all, one polyline after the other. bounds : (C + 1,) int64; polyline c is
     points[bounds[c]:bounds[c + 1]], the last entry is P.
     """
 
-def polyline_tangents(points: Floats, bounds: Ints, closed: Bools) -> Floats:
+def polyline_tangents(points: Floats, bounds: Ints, closed: Bools) -> NDArray[np.float64]:
     """Return the unit tangents of C polylines at their points by central differences, pointing onwards: (P, D) float64.
 
     points : (P, D) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. closed : (C,) bool, True if the last point is
@@ -1563,7 +1579,7 @@ def prune_spurs(image: Array, rows: Ints, columns: Ints, min_length: float) -> N
         px; spurs shorter than this are removed. A diagonal step counts as sqrt 2
     """
 
-def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, low: float, high: float) -> Bools:
+def raised_pixels(depth: Floats, along_u: Floats, along_v: Floats, offset: float, low: float, high: float) -> NDArray[np.bool_]:
     """Select the pixels raised from a plane towards the camera: hysteresis threshold of their height.
 
     A pixel of depth z lies offset - z (along_u + along_v) above the plane. Pixels higher than `high` are selected, and pixels
@@ -1585,7 +1601,7 @@ def raised_pixels(depth: Array, along_u: Array, along_v: Array, offset: float, l
     (H, W) bool
     """
 
-def resample(points: Floats, at: Floats) -> Floats:
+def resample(points: Floats, at: Floats) -> NDArray[np.float64]:
     """Return the points of a polyline at given arc lengths, by linear interpolation.
 
     points : (P, D) float64, P >= 1 points. at : (S,) float64, arc lengths from the first point; lengths below 0 or beyond the end
@@ -1593,8 +1609,8 @@ def resample(points: Floats, at: Floats) -> Floats:
     """
 
 def ribbon_scores(
-    image: Array, directions: int, widths: Floats, noise: float, length_widths: float, min_length: int
-) -> tuple[Array, Array]:
+    image: Floats, directions: int, widths: Floats, noise: float, length_widths: float, min_length: int
+) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     """Score how much each pixel looks like the middle of a ribbon in each direction.
 
     The score is the mean squared difference of a side's pixels from the ribbon's mean color, of the side that differs less,
@@ -1621,7 +1637,9 @@ def ribbon_scores(
     width : (D, H, W) uint8, the index of that width.
     """
 
-def sample_across(view: Floats, across: Floats, offsets: Floats, mask: Bools, depth: Array) -> tuple[Ints, Array]:
+def sample_across(
+    view: Floats, across: Floats, offsets: Floats, mask: Bools, depth: Floats
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return the pixels at A lateral offsets of S samples along a strand, and the depth beside it.
 
     Parameters
@@ -1641,7 +1659,7 @@ def sample_across(view: Floats, across: Floats, offsets: Floats, mask: Bools, de
     readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
     """
 
-def sample_gap(arcs: Floats, spacing: float) -> Floats:
+def sample_gap(arcs: Floats, spacing: float) -> NDArray[np.float64]:
     """Return points along a path of an arc, a line and an arc, at most `spacing` apart, from the first end to the second.
 
     Parameters
@@ -1656,7 +1674,9 @@ def sample_gap(arcs: Floats, spacing: float) -> Floats:
     (P, D) float64, P >= 2 points; both ends of the path and both ends of its straight line are among them.
     """
 
-def sample_polylines(points: Floats, bounds: Ints, spacing: Floats, counts: Ints, to_end: Bools) -> tuple[Floats, Ints]:
+def sample_polylines(
+    points: Floats, bounds: Ints, spacing: Floats, counts: Ints, to_end: Bools
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return evenly spaced samples along polylines, from the first point of each.
 
     Parameters
@@ -1685,7 +1705,7 @@ def second_best_rise(
     pairs: Ints,
     allow_closed: bool,
     alternatives: int,
-) -> Floats:
+) -> NDArray[np.float64]:
     """Return, for each connection of a matching of chain ends, by how much the total cost rises at least if it is not made.
 
     The total cost is the sum of the costs of all connections, and `free_cost` / 2 for each end that stays free. Without the
@@ -1723,7 +1743,7 @@ def second_best_rise(
     order of their bounds until the bound exceeds the best rise so far.
     """
 
-def section_axes(positions: Floats, tangents: Floats, viewpoint: Floats) -> tuple[Floats, Floats]:
+def section_axes(positions: Floats, tangents: Floats, viewpoint: Floats) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return two unit axes across the object at each sample: across the line of sight, and away from the sensor.
 
     Parameters
@@ -1743,7 +1763,7 @@ def section_axes(positions: Floats, tangents: Floats, viewpoint: Floats) -> tupl
 
 def section_offsets(
     points: Floats, distance: Floats, index: Ints, positions: Floats, lateral: Floats, depth: Floats, reach: Floats
-) -> tuple[Ints, Floats, Floats]:
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the offsets of points from their nearest samples, across the line of sight and along it.
 
     Parameters
@@ -1775,7 +1795,7 @@ def silhouette(
     half: int,
     step: float,
     min_scale: float,
-) -> tuple[Floats, Floats]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Measure the middle and half the width of a mask at samples along paths, across the paths.
 
     Every pixel belongs to the sample that is nearest in the image. The number of pixels of a sample and of its neighbors over
@@ -1816,7 +1836,7 @@ def skeleton_paths(
     origin: Floats,
     corner_widths: float,
     most_branches: int,
-) -> tuple[Floats, Ints, Bools, Floats, int]:
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64], int]:
     """Return smooth paths along the branches of a skeleton, without spurs and small loops, cut where strands touch.
 
     The branches are those of `trace_branches`; a node is in the middle of the voxels of a junction. Spurs and small loops are
@@ -1861,7 +1881,7 @@ def skeleton_paths(
 
 def smooth_strand_depth(
     inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
-) -> tuple[Floats, float, float, float]:
+) -> tuple[NDArray[np.float64], float, float, float]:
     """Lay a smooth curve through the depth along one strand: a running median, then a robust Whittaker smoother.
 
     Parameters
@@ -1892,7 +1912,7 @@ def smooth_strand_depth(
     ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
     """
 
-def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, Floats]:
+def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -> tuple[bool, NDArray[np.float64]]:
     """Return the arcs of the path across a gap: an arc, a straight line, an arc, tangent to both ends.
 
     Parameters
@@ -1917,7 +1937,7 @@ def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -
         touch or no path was found
     """
 
-def steps(points: Floats, closed: bool = False) -> Floats:
+def steps(points: Floats, closed: bool = False) -> NDArray[np.float64]:
     """Return the distances between consecutive points of a polyline.
 
     points : (P, D) float64. closed : True adds the distance from the last point to the first. Returns (P - 1,) float64, (P,) if
@@ -1931,7 +1951,7 @@ def strand_sides(
     across: Floats,
     reach: Floats,
     radius: float,
-    depth: Array,
+    depth: Floats,
     color: Array,
     mask: Bools,
     core: Floats,
@@ -1979,7 +1999,7 @@ def strands_beside(
     apart: float,
     min_cosine: float,
     max_pairs: float,
-) -> Bools:
+) -> NDArray[np.bool_]:
     """Tell which samples of chains have another strand beside them in the view, nearly parallel.
 
     Parameters
@@ -2007,15 +2027,8 @@ def strands_beside(
     """
 
 def surface_ahead(
-    points: Floats,
-    samples: Floats,
-    ends: Ints,
-    tangents: Floats,
-    reach: Floats,
-    max_offset: Floats,
-    max_gap: Floats,
-    window: int,
-) -> tuple[Floats, Floats, Ints]:
+    points: Floats, samples: Floats, ends: Ints, tangents: Floats, reach: Floats, max_offset: Floats, max_gap: Floats, window: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """Find the surface points ahead of free ends of paths and beside them, up to the first stretch ahead without points.
 
     A point belongs to an end if it lies in a box around the end and near the tangent line there, and if the sample nearest to it
@@ -2054,7 +2067,7 @@ def surface_ahead(
 
 def surface_color(
     color: Array, raised: Bools, window: int, step: int, per_median: float, min_deviation: float, seed: float
-) -> tuple[Array, Floats, Bools]:
+) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_]]:
     """Return the color of the surface around strands, its deviation, and the places that differ from it.
 
     Colors are compared in OpenCV's 8-bit CIELAB, in images scaled down by halves: by 4, and by 8. The surface's color is the
@@ -2085,7 +2098,7 @@ def surface_color(
     seeds : (r, c) bool, the pixels of the larger image that differ.
     """
 
-def thin_pixels(coords: Ints) -> Bools:
+def thin_pixels(coords: Ints) -> NDArray[np.bool_]:
     """Tell which pixels of a mask belong to its skeleton, lines one pixel wide (Zhang-Suen thinning).
 
     Pieces of the mask that were connected stay connected, holes stay holes, and an isolated pixel stays.
@@ -2094,7 +2107,7 @@ def thin_pixels(coords: Ints) -> Bools:
     skeleton.
     """
 
-def thin_voxels(table: Ints) -> Bools:
+def thin_voxels(table: Ints) -> NDArray[np.bool_]:
     """Tell which voxels belong to the curve skeleton, lines one voxel wide (Lee-Kashyap-Chu thinning).
 
     table : (M, 26) int32 as `neighbor_table` returns it: indices of the neighbors of each of M voxels, -1 for none. Returns (M,)
@@ -2105,7 +2118,7 @@ def thin_voxels(table: Ints) -> Bools:
     Deleting in index order would erode a strip from one end, since each deletion would expose the next voxel.
     """
 
-def trace_branches(table: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+def trace_branches(table: Ints) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Trace the branches of a skeleton between its junctions.
 
     A voxel with more than two neighbors is a junction voxel; junction voxels that touch are one junction. Every other voxel
@@ -2124,26 +2137,26 @@ def trace_branches(table: Ints) -> tuple[Ints, Ints, Ints, Ints]:
     nodes : (B, 2) int64, the junctions at the start and at the end of each branch; -1 for a free end, (-2, -2) for a closed loop
     """
 
-def turn_cosines(points: Floats, bounds: Ints, apart: int) -> Floats:
+def turn_cosines(points: Floats, bounds: Ints, apart: int) -> NDArray[np.float64]:
     """Return the cosine of the sharpest turn of each of C polylines in the plane, (C,) float64; 1 for one that is too short.
 
     points : (P, 2) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. apart : number of points over which the steps
     before and after a turn are taken.
     """
 
-def unit(vector: Floats) -> Floats:
+def unit(vector: Floats) -> NDArray[np.float64]:
     """Return a vector (D,) float64 scaled to length 1; a zero vector stays zero.
 
     3.1 times as fast as division by np.linalg.norm (0.6 us against 1.8 us), which differs in the last bit for 8 %.
     """
 
-def unit_rows(vectors: Floats) -> Floats:
+def unit_rows(vectors: Floats) -> NDArray[np.float64]:
     """Return N vectors (N, D) float64, each scaled to length 1; zero vectors stay zero.
 
     4.2 times as fast as division by np.linalg.norm on 613 rows (5.4 us against 22.9 us).
     """
 
-def valley_bottoms(depth: Array, orientation: Array, wanted: Bools, orientations: int) -> Array:
+def valley_bottoms(depth: Floats, orientation: Array, wanted: Bools, orientations: int) -> NDArray[np.uint8]:
     """Return the pixels that are no less deep than the two beside them across the direction of their valley.
 
     Parameters
@@ -2160,7 +2173,9 @@ def valley_bottoms(depth: Array, orientation: Array, wanted: Bools, orientations
     (H, W) uint8, 1 or 0
     """
 
-def valley_depth(image: Array, wanted: Bools, across: float, along: float, orientations: int) -> tuple[Array, Array]:
+def valley_depth(
+    image: Floats, wanted: Bools, across: float, along: float, orientations: int
+) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     """Return the depth of the valleys in an image: the largest response of line detectors, less that to a crest there.
 
     A detector is the second derivative of a Gaussian across a line, averaged along it by another, in a window of two deviations,
@@ -2184,7 +2199,7 @@ def valley_depth(image: Array, wanted: Bools, across: float, along: float, orien
     orientation : (H, W) uint8, number of the orientation that responds most
     """
 
-def values_at_ranks(points: Floats, ranks: Ints) -> Floats:
+def values_at_ranks(points: Floats, ranks: Ints) -> NDArray[np.float64]:
     """Return the coordinates that have the given ranks in ascending order, along each axis by itself.
 
     points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
@@ -2197,7 +2212,7 @@ def visits() -> int:
     searched for the first that is not 0 count eight as one. Equal arguments give equal counts.
     """
 
-def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int) -> Floats:
+def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int) -> NDArray[np.float64]:
     """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003), in time linear in the points.
 
     Parameters
@@ -2217,7 +2232,7 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
     the result, such as all zero.
     """
 
-def wide_readings(depth: Array, stride: int, scale: float, max_depth: float, half_width: float) -> tuple[int, int]:
+def wide_readings(depth: Floats, stride: int, scale: float, max_depth: float, half_width: float) -> tuple[int, int]:
     """Count the readings of a depth image that lie deep inside surfaces, and all readings, in every so many rows and columns.
 
     Gaps of one pixel between readings belong to a surface, and what lies beyond the image to none. The distance to a surface's
@@ -2242,7 +2257,7 @@ def wide_readings(depth: Array, stride: int, scale: float, max_depth: float, hal
     readings : number of readings.
     """
 
-def window_sum(values: Floats, path: Ints, half: int) -> Floats:
+def window_sum(values: Floats, path: Ints, half: int) -> NDArray[np.float64]:
     """Return at each sample the sum of the values at the sample and at its neighbors on the same path.
 
     Parameters

@@ -1,4 +1,3 @@
-// Log-odds of colors: how frequent a color is on an object over how frequent it is around it, from histograms.
 #include "appearance.h"
 
 #include <algorithm>
@@ -105,7 +104,6 @@ void check_pixels(const Vector<std::int64_t>& pixels, const Volume<Byte>& color)
     for (std::size_t i = 0; i < pixels.shape(0); ++i) require(pixels(i) >= 0 && pixels(i) < size, "a pixel lies outside of the image");
 }
 
-// The log-odds of colors that were learned from some pixels of an image, and asked at others.
 class ColorOdds {
    public:
     ColorOdds(Volume<Byte> image, Vector<std::int64_t> object, Vector<std::int64_t> surround, Vector<double> shades, double shade_share,
@@ -154,13 +152,36 @@ class ColorOdds {
 
 }  // namespace
 
-void bind_appearance(nb::module_& m) {
-    nb::class_<ColorOdds>(m, "ColorOdds")
+void bind_appearance(Module& m) {
+    // The log-odds that a color is of an object and not of its surround, from two color histograms of 16 levels per channel.
+    //
+    // Parameters
+    // ----------
+    // color
+    //     (H, W, 3) uint8 RGB; it is not copied, and must not change.
+    // object, surround
+    //     (N,) and (K,) int64, row-major indices of pixels of the object and of its surround.
+    // shades
+    //     (S,) 0 to 1; the surround's colors in each of these shades, truncated to whole values, count too.
+    // shade_share
+    //     the weight of a color in a shade; that of a color as seen is 1.
+    // smoothing
+    //     cells, standard deviation of the Gaussian by which the histograms are smoothed along each axis; cells at the border are
+    //     repeated.
+    // least
+    //     frequency added to that of each cell, so that none is 0.
+    Class<ColorOdds>(m, "ColorOdds")
         .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, double, double>(),
              "color"_a.noconvert(), "object"_a.noconvert(), "surround"_a.noconvert(), "shades"_a.noconvert(), "shade_share"_a,
              "smoothing"_a, "least"_a)
+        // The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last.
         .def_prop_ro("log_odds", &ColorOdds::log_odds, nb::rv_policy::move)
+        // The median, nat, of the log-odds over the pixels of the object; 0 without any.
         .def_ro("separation", &ColorOdds::separation)
+        // Return the log-odds, (N,) nat, of the colors at pixels (N, 2) int64 (u, v) in the image: positive on the object.
         .def("log_odds_at", &ColorOdds::log_odds_at, "pixels"_a.noconvert())
+        // Return the standard deviations, (N,) nat, of the log-odds at pixels (N, 2) int64 (u, v) in the image.
+        //
+        // They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
         .def("noise_at", &ColorOdds::noise_at, "pixels"_a.noconvert());
 }

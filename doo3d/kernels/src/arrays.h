@@ -1,10 +1,11 @@
-// Arrays at the border between Python and the kernels.
+// Arguments are not converted: an array of another data type, number of axes or, for two axes and more, memory order than stated is
+// a TypeError; arrays whose shapes do not fit each other are a ValueError. Arrays with one axis may have any stride; `coords` and
+// the points of one polyline may have any layout; all others are in C order. Results own their memory.
 //
-// Inputs are checked by nanobind: data type, number of axes, and C order of two axes and more; `noconvert()` in the bindings makes a
-// wrong one a TypeError and never a copy. Results own their memory and hand it to NumPy without a copy.
-//
-// Letters of shapes: N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples, J joints, C chains, E = 2 C ends
-// of chains, M voxels, K pixels or voxels of a skeleton, B branches, (H, W) rows and columns of an image.
+// The letters of shapes mean the same in all kernels: N points or pixels, P points of a polyline, D in {2, 3} coordinates, S samples
+// along center lines, J joints, C chains, E = 2 C ends of chains (ends 2 c and 2 c + 1 are the first and the last end of chain c), M
+// voxels, K pixels or voxels of a skeleton, B branches, (H, W) rows and columns of an image. Lengths are in the unit of the
+// coordinates: metres in 3-D, pixels in 2-D.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -18,6 +19,8 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "documented.h"
 
 // A second version of a loop for processors with AVX2, where the compiler and the C library choose at load time.
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)

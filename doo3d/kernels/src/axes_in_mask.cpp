@@ -1,4 +1,3 @@
-// The axis and the radius of strands in a mask, and with a camera in depth, at samples along them.
 #include "cross_sections.h"
 #include "medians.h"
 #include "plane_rise.h"
@@ -279,7 +278,55 @@ auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> clos
 
 }  // namespace
 
-void bind_axes_in_mask(nb::module_& m) {
+void bind_axes_in_mask(Module& m) {
+    // Estimate the axis and the radius of strands in a mask, and with a camera in depth, from samples on the seen surface.
+    //
+    // In each iteration `silhouette` gives the offset across the line of sight and the radius, whose median is that of the path. The
+    // surface points near the samples so moved give the depth, as `axis_depth` does. An axis measured inside a plane is raised to a
+    // radius over it where the plane is seen beside the strand. Each path is smoothed by `whittaker_smooth`.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (S, D) float64 m in the camera's optical frame, in 2-D px, S samples along C paths
+    // bounds
+    //     (C + 1,) int64, row of the first sample of each path, and S; a path has one sample at least
+    // closed, filled
+    //     (C,) bool, True for a ring, and (S,) bool, True for a sample in a gap that was filled
+    // radius
+    //     (S,) float64 m (px in 2-D), radius of the path of each sample so far
+    // half
+    //     number of samples on either side, on the same path, whose pixels and points are pooled
+    // pixels, share
+    //     (N, 2) float64 px, (u, v) of N pixels of the mask, and how many pixels each stands for
+    // surface
+    //     (M, 3) float64 m, M surface points; not used in 2-D
+    // camera
+    //     (4,) float64 px, fx, fy, cx, cy; (0,) in 2-D
+    // depth, mask
+    //     (H, W) float32 m, 0 = no reading, and (H, W) bool, the pixels of the object; both for the plane alone
+    // plane
+    //     (4,) float64, unit normal and height along it, m; (0,) if there is none
+    // beside
+    //     (A,) float64 px beyond both sides of a strand at which the plane is read
+    // settings
+    //     (17,) float64: radii up to which pixels and points belong to a sample; weight in a filled gap; relative difference of the
+    //     radius that weighs 1 / e; weight of the path; radii over which it is smoothed; greatest strength; least weight where
+    //     weights determine nothing, as a share; weight of depth; radii of noise up to which it has that weight; radii from the
+    //     middle that measure depth; median residuals of an outlier; a deviation in median residuals; step along an axis whose
+    //     projection tells its direction, m; least scale, px per m; radii of the plane within which the median of the readings
+    //     beside is of it; radii below the plane down to which an axis is raised; samples by which a ring is continued over its seam
+    // iterations
+    //     number of iterations, 0 to 1000
+    //
+    // Returns
+    // -------
+    // (S, D) float64 m (px in 2-D), the samples on the axes; (S,) radius of their paths; (S,) radius at each.
+    //
+    // Raises
+    // ------
+    // ValueError
+    //     If a sample lies behind the camera.
     m.def("axes_in_mask", &axes_in_mask, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "filled"_a.noconvert(),
           "radius"_a.noconvert(), "half"_a, "pixels"_a.noconvert(), "share"_a, "surface"_a.noconvert(), "camera"_a.noconvert(),
           "depth"_a.noconvert(), "mask"_a.noconvert(), "plane"_a.noconvert(), "beside"_a.noconvert(), "settings"_a.noconvert(),

@@ -1,4 +1,3 @@
-// What the stages ask of the points of a cloud, made once: spacing, neighbors, strands that do not touch, the gap between them.
 #include "point_cells.h"
 
 #include <algorithm>
@@ -40,6 +39,11 @@ struct Grouped {
     }
 };
 
+// Points (K, 3): the array that Python gave, or one made here.
+struct Points : nb::object {
+    NB_OBJECT(Points, nb::object, "numpy.ndarray[dtype=float64, shape=(*, *), order='C']", nb::isinstance<nb::ndarray<>>)
+};
+
 class CloudFacts {
 public:
     CloudFacts(Matrix<double> points, Index sample_points, Index sample_seeds, double strand_spacings, double min_strand_fraction,
@@ -67,7 +71,7 @@ public:
     bool strands_nearer(double distance) const;
     auto strand_of(Matrix<double> points) const;
 
-    // Return the strand of each sampled point, (S,), empty if all touch; found when it is first asked for.
+    // Found when they are first asked for.
     const std::vector<Index>& strands() const {
         nb::gil_scoped_release released;  // before the lock, which another thread may hold
         std::call_once(once_, [this] { find_strands(); });
@@ -89,7 +93,6 @@ private:
     mutable std::vector<Index> strands_;
 };
 
-// The radius of the disc that holds a point's eight nearest neighbors tells how many points there are on an area.
 void CloudFacts::measure_spacing(Index sample_seeds) {
     const Index nearest = std::min<Index>(8, size_ - 1);
     if (nearest < 1) return;
@@ -234,8 +237,8 @@ auto CloudFacts::without_outliers(double cell_spacings, double min_ratio) const 
         }
     }
     const std::size_t size = means.size() / 3;
-    nb::object same = all ? nb::cast(points_) : nb::cast(to_numpy(std::move(kept), size, 3));
-    return std::make_tuple(same, to_numpy(std::move(means), size, 3));
+    const nb::object same = all ? nb::cast(points_) : nb::cast(to_numpy(std::move(kept), size, 3));
+    return std::make_tuple(nb::borrow<Points>(same), to_numpy(std::move(means), size, 3));
 }
 
 bool CloudFacts::strands_nearer(double distance) const {
@@ -402,16 +405,54 @@ auto CloudFacts::strand_of(Matrix<double> points) const {
 
 }  // namespace
 
-void bind_cloud_facts(nb::module_& m) {
-    nb::class_<CloudFacts>(m, "CloudFacts")
+void bind_cloud_facts(Module& m) {
+    // What the stages ask of the points of a cloud, made once from every k-th of its N points, the sample.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64 m, finite; they are not copied, and must not change
+    // sample_points, sample_seeds
+    //     points of the sample at least, if there are so many, and seeds among them, around which the density is measured
+    // strand_spacings
+    //     point spacings; parts of the cloud that are farther apart are strands
+    // min_strand_fraction, min_large_fraction
+    //     fraction of the points that a strand has at least, and that all strands have together
+    Class<CloudFacts>(m, "CloudFacts")
         .def(nb::init<Matrix<double>, Index, Index, double, double, double>(), "points"_a.noconvert(), "sample_points"_a,
              "sample_seeds"_a, "strand_spacings"_a, "min_strand_fraction"_a, "min_large_fraction"_a)
+        // Typical distance between neighboring points of a surface in m, at least 1e-6; 1 mm for fewer than two points.
+        //
+        // It follows from the radius of the disc that holds a point's eight nearest neighbors.
         .def_ro("spacing", &CloudFacts::spacing)
+        // Number, from 0, of the strand of each point of the sample, (S,), read-only; -1 in a small part; empty if all touch.
         .def_prop_ro("strands", [](nb::handle_t<CloudFacts> self) {
             const auto& strands = nb::cast<const CloudFacts&>(self).strands();
             return nb::ndarray<nb::numpy, const Index, nb::ndim<1>>(strands.data(), {strands.size()}, self);
         })
+        // Drop the points with few neighbors, and average each other point and its neighbors.
+        //
+        // Points are sorted into cubic cells. The neighbors of a point are all points in its cell and in the 26 cells around, the
+        // point itself included.
+        //
+        // Parameters
+        // ----------
+        // cell_spacings
+        //     edge of a cell in point spacings
+        // min_ratio
+        //     fraction of the median number of neighbors that a point has at least
+        //
+        // Returns
+        // -------
+        // points : (K, 3) m, the points kept; the array of the cloud itself if all are.
+        // means : (K, 3) m, for each point kept the mean of its neighbors; the points themselves if the cloud is too wide for such
+        //     small cells.
         .def("without_outliers", &CloudFacts::without_outliers, "cell_spacings"_a, "min_ratio"_a)
+        // Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch.
         .def("strands_nearer", &CloudFacts::strands_nearer, "distance"_a)
+        // Return the number of the strand that each of the points of the cloud, moved as it may be, is nearest to, (N,).
+        //
+        // points : (N, 3) float64 m, in the order of the points of the cloud. The strands lie where the points of the sample were
+        // moved to. If all touch, the number is 0.
         .def("strand_of", &CloudFacts::strand_of, "points"_a.noconvert());
 }

@@ -1,4 +1,3 @@
-// Bands that differ in color from the surface around them: evaluated tile by tile, only where a smaller image shows one.
 #include "between_pixels.h"
 #include "mask_runs.h"
 
@@ -357,13 +356,43 @@ auto color_bands(Volume<Byte> color, Volume<float> around, Vector<double> deviat
         surface = bands.like_surface(parts, beside, reach);
         found = measure(parts, height, width, min_pixels, BitImage(height, width));
     }
-    const nb::tuple parts = found.to_python();
-    return nb::make_tuple(parts[0], parts[1], parts[2], parts[3], to_numpy(std::move(surface)));
+    return std::tuple_cat(found.to_python(), std::make_tuple(to_numpy(std::move(surface))));
 }
 
 }  // namespace
 
-void bind_color_bands(nb::module_& m) {
+void bind_color_bands(Module& m) {
+    // Return the bands of an image that differ in color from the surface around them, and pixels beside them that do not.
+    //
+    // The image, in CIELAB blurred by a Gaussian of 0.8 px, is evaluated in tiles of 8 px, only at the seeds and on from there as
+    // far as it differs. A pixel differs whose contrast is above a threshold, and that is no shadow: darker, without another color.
+    //
+    // Parameters
+    // ----------
+    // color
+    //     (H, W, 3) uint8 RGB.
+    // around
+    //     (h, w, 3) float32, the surface's color in OpenCV's 8-bit CIELAB, of a smaller image.
+    // deviation
+    //     (3,) over 0, deviations of the surface's color: the unit of contrast.
+    // seeds
+    //     (r, c) bool, the pixels of a smaller image at which bands are looked for.
+    // beside
+    //     (H, W) bool; tiles with such pixels beside those with bands are evaluated too.
+    // reach
+    //     px from a tile with bands within which pixels of `beside` are looked at.
+    // min_pixels
+    //     pixels of a band below which its widths are not measured.
+    // limits
+    //     (5,) the contrast from which a pixel differs; the one that a band's share of pixels, limits[2], has at least; the share of
+    //     lightness that a shadow leaves at least; the share of the contrast within 2 px that a band's edge has at least.
+    //
+    // Returns
+    // -------
+    // pixels, starts, half_widths, holds : the 8-connected bands without their faint edges, as `mask_parts` returns parts; all of
+    //     `holds` are False.
+    // surface : (N,) row-major indices of the pixels of `beside`, in tiles within `reach` of a band's, that do not differ; those in
+    //     tiles that were not evaluated count as such.
     m.def("color_bands", &color_bands, "color"_a.noconvert(), "around"_a.noconvert(), "deviation"_a.noconvert(), "seeds"_a.noconvert(),
           "beside"_a.noconvert(), "reach"_a, "min_pixels"_a, "limits"_a.noconvert());
 }

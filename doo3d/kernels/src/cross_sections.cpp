@@ -333,14 +333,128 @@ PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double
     return means;
 }
 
-void bind_cross_sections(nb::module_& m) {
+void bind_cross_sections(Module& m) {
+    // Return at each sample the sum of the values at the sample and at its neighbors on the same path.
+    //
+    // Parameters
+    // ----------
+    // values
+    //     (S,) float64, a value at each of S samples
+    // path
+    //     (S,) int64, number of the path that each sample lies on; the samples of one path are consecutive
+    // half
+    //     number of neighbors on either side that are summed; fewer at the first and last samples of a path, also of a ring
+    //
+    // Returns
+    // -------
+    // (S,) float64. The sums are differences of one running total, so they carry its rounding.
     m.def("window_sum", &window_sum, "values"_a.noconvert(), "path"_a.noconvert(), "half"_a);
+    // Return the offsets of points from their nearest samples, across the line of sight and along it.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64 m, N surface points
+    // distance, index
+    //     (N,) float64 and (N,) int64, distance and index of each point's nearest sample, as `nearest` returns them
+    // positions, lateral, depth
+    //     (S, 3) float64, S samples along the object, m, and two unit axes of the cross-section at each
+    // reach
+    //     (S,) float64 m; points that are not nearer than this to their sample are left out
+    //
+    // Returns
+    // -------
+    // sample : (K,) int64, the sample of each of the K points that are left
+    // u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
     m.def("section_offsets", &section_offsets, "points"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
           "positions"_a.noconvert(), "lateral"_a.noconvert(), "depth"_a.noconvert(), "reach"_a.noconvert());
+    // Average how far behind each sample the axis of the object lies, over the surface points near it.
+    //
+    // A point with the lateral offset u and the depth offset w tells w + sqrt(r^2 - u^2), where r is the radius.
+    //
+    // Parameters
+    // ----------
+    // sample
+    //     (N,) int64, index of the sample in whose cross-section each of N points lies
+    // lateral, depth
+    //     (N,) float64 m, offsets of each point from its sample across the line of sight and along it
+    // path
+    //     (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    // radius
+    //     (S,) float64 m, radius of the object at each sample
+    // half
+    //     number of samples on either side, on the same path, whose points are pooled
+    // central_part
+    //     radii from the middle within which points count
+    // outlier_medians
+    //     medians of the absolute residual beyond which a point is left out of the second average
+    //
+    // Returns
+    // -------
+    // mean : (S,) float64 m, positive away from the sensor; 0 where there are no points
+    // count : (S,) float64, number of points in each mean
     m.def("axis_depth", &axis_depth, "sample"_a.noconvert(), "lateral"_a.noconvert(), "depth"_a.noconvert(), "path"_a.noconvert(),
           "radius"_a.noconvert(), "half"_a, "central_part"_a, "outlier_medians"_a);
+    // Return two unit axes across the object at each sample: across the line of sight, and away from the sensor.
+    //
+    // Parameters
+    // ----------
+    // positions
+    //     (S, 3) float64 m
+    // tangents
+    //     (S, 3) float64 unit, along the object
+    // viewpoint
+    //     (3,) float64 m, position of the sensor; (0,) if unknown: the axes then turn as little as they can from sample to sample
+    //
+    // Returns
+    // -------
+    // lateral : (S, 3) float64; arbitrary where the object points at the sensor
+    // depth : (S, 3) float64, tangent x lateral
     m.def("section_axes", &section_axes, "positions"_a.noconvert(), "tangents"_a.noconvert(), "viewpoint"_a.noconvert());
+    // Measure how the points of each cross-section spread across the line of sight.
+    //
+    // Parameters
+    // ----------
+    // sample
+    //     (N,) int64, index of the sample in whose cross-section each of N points lies
+    // lateral
+    //     (N,) float64 m, lateral offset of each point from its sample
+    // path
+    //     (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    // half
+    //     number of samples on either side, on the same path, whose points are pooled
+    //
+    // Returns
+    // -------
+    // middle : (S,) float64 m, mean offset
+    // variance : (S,) float64 m^2
+    // count : (S,) float64, number of points, after pooling
+    // fourth : (N,) float64, fourth power of the offset of each point from the middle in standard deviations
     m.def("half_shell_spread", &half_shell_spread, "sample"_a.noconvert(), "lateral"_a.noconvert(), "path"_a.noconvert(), "half"_a);
+    // Fit a circle to the points of each cross-section by least squares (Gauss-Newton, started from the fit of Kasa, 1976).
+    //
+    // Parameters
+    // ----------
+    // sample
+    //     (N,) int64, index of the sample in whose cross-section each of N points lies
+    // lateral, depth
+    //     (N,) float64 m, offsets of each point from its sample
+    // path
+    //     (S,) int64, number of the path that each of S samples lies on; the samples of one path are consecutive
+    // radius
+    //     (S,) float64 m, fixes the radius of the circles; (0,) fits the radius too
+    // half
+    //     number of samples on either side, on the same path, whose points are pooled
+    // steps
+    //     iterations of Gauss-Newton, 0 to 1000
+    // min_points
+    //     points that a circle is fitted to at least
+    //
+    // Returns
+    // -------
+    // center : (S, 2) float64 m, lateral and depth offset of the circle's center; meaningless where the radius is NaN
+    // radius : (S,) float64 m; NaN where there are too few points
+    // count : (S,) float64, number of points, after pooling
     m.def("fit_circles", &fit_circles, "sample"_a.noconvert(), "lateral"_a.noconvert(), "depth"_a.noconvert(), "path"_a.noconvert(),
           "radius"_a.noconvert(), "half"_a, "steps"_a, "min_points"_a);
 }

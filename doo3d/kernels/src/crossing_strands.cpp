@@ -91,7 +91,6 @@ void color_at(const Volume<Byte>& image, const double* position, double* color) 
     }
 }
 
-// Samples along both strands of each crossing: half of them before the place where they overlap in the view, half after.
 class CrossingStrands {
    public:
     CrossingStrands(Matrix<double> joints, Vector<Index> bounds, Vector<bool> closed, Matrix<Index> chain, Matrix<Index> segment,
@@ -284,15 +283,68 @@ class CrossingStrands {
 
 }  // namespace
 
-void bind_crossing_strands(nb::module_& m) {
-    nb::class_<CrossingStrands>(m, "CrossingStrands")
+void bind_crossing_strands(Module& m) {
+    // Samples of the two strands at each of C crossings: S per strand, before and after the place where they overlap in the view.
+    //
+    // Positions and lengths in the view are in its unit: px for a camera and in 2-D, tangents of angles for a cloud with a
+    // viewpoint, m otherwise. Samples beyond the ends of a strand are NaN.
+    //
+    // Parameters
+    // ----------
+    // joints, bounds
+    //     (J, 3) joints of the chains as (u, v, distance): position in the view and distance along the viewing direction, and bounds
+    //     of the chains as for `polyline_lengths`
+    // closed
+    //     (L,) bool, True for a ring, whose last joint repeats its first
+    // chain, segment, t, angle, point
+    //     the crossings: (C, 2) int64 chain and segment of both strands, (C, 2) position along the segments from 0 to 1, (C,) rad
+    //     between them in the view, (C, 2) position in the view
+    // radius, half_width
+    //     (C, 2) radius of the strands, m (px in 2-D), and half their width in the view
+    // distances
+    //     (S / 2,) half-widths beyond the overlap of the samples on one side
+    // margin
+    //     half-lengths of the overlap that are left out
+    // min_angle
+    //     rad; strands that cross at less are taken to cross at this
+    Class<CrossingStrands>(m, "CrossingStrands")
         .def(nb::init<Matrix<double>, Vector<Index>, Vector<bool>, Matrix<Index>, Matrix<Index>, Matrix<double>, Vector<double>, Matrix<double>,
                       Matrix<double>, Matrix<double>, Vector<double>, double, double>(),
              "joints"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "chain"_a.noconvert(), "segment"_a.noconvert(),
              "t"_a.noconvert(), "angle"_a.noconvert(), "point"_a.noconvert(), "radius"_a.noconvert(), "half_width"_a.noconvert(),
              "distances"_a.noconvert(), "margin"_a, "min_angle"_a)
+        // Return the positions in the view (C * 2 * S * A, 2), at lateral offsets (A,) half-widths from each sample.
         .def("positions", &CrossingStrands::positions, "offsets"_a.noconvert())
+        // Return the readings (C * 2 * S * A,) m of a depth image (H, W) float32 at `positions`; NaN outside the mask.
         .def("readings", &CrossingStrands::readings, "offsets"_a.noconvert(), "depth"_a.noconvert(), "mask"_a.noconvert())
+        // Return the log odds that the first strand is upper, (C,) nat, by the chains' depth and that of their surfaces.
+        //
+        // The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola.
+        // Readings on a strand that differ by more than its thickness from its others belong to something else and are left out, and
+        // so are outliers of the parabola, once.
+        //
+        // Parameters
+        // ----------
+        // surface
+        //     (C * 2 * S * A,) m, distance of the object's surface at `positions`; NaN without a reading
+        // settings
+        //     (5,): deviations of an outlier; readings of a surface at least; standard deviation of a difference in depth in
+        //     thicknesses, twice that without surfaces; weight of the surfaces beside the chains; thicknesses that count at most
         .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_a.noconvert(), "settings"_a.noconvert())
+        // Return the log odds that the first strand is upper, (C,) nat, by the colors in the overlap.
+        //
+        // The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's median
+        // colors on both sides are compared with the colors inside. With normally distributed errors of unknown size, the logarithm
+        // of the likelihood ratio of n independent colors is n / 2 times that of the ratio of the mean squared errors.
+        //
+        // Parameters
+        // ----------
+        // image
+        //     (H, W, 3) uint8 RGB, looked up bilinearly
+        // offsets
+        //     (A,) lateral offsets in half-widths
+        // settings
+        //     (5,): samples on each side at least that are in the image, or the result is 0; deviation of colors; number of
+        //     independent colors; logarithm of the ratio that tells nothing, and that counts at most
         .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_a.noconvert(), "offsets"_a.noconvert(), "settings"_a.noconvert());
 }

@@ -104,8 +104,40 @@ auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<b
 
 }  // namespace
 
-void bind_crossings(nb::module_& m) {
+void bind_crossings(Module& m) {
+    // Find every place where two segments of L polylines in the plane cross. Neighbors, which share a point, do not count.
+    //
+    // Parameters
+    // ----------
+    // points, bounds
+    //     the points of the polylines, (J, 2), as for `polyline_lengths`; segments with a point that is not finite are left out
+    // closed
+    //     (L,) bool, True if the last point of a polyline repeats its first
+    //
+    // Returns
+    // -------
+    // line, segment : (C, 2) int64, polyline and segment of both segments at each of C crossings, in order of the first segment,
+    //     then of the second
+    // t : (C, 2) float64, position of the crossing along each, from 0 to 1
+    // angle : (C,) float64 rad between the two, 0 to pi / 2
+    // point : (C, 2) float64, position of the crossing
     m.def("polyline_crossings", &polyline_crossings, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert());
+    // Interpolate values at the joints of L polylines linearly at positions along them.
+    //
+    // Parameters
+    // ----------
+    // values
+    //     (J, K) float64, K values at each joint, one polyline after the other
+    // bounds
+    //     (L + 1,) int64; polyline l has values[bounds[l]:bounds[l + 1]], the last entry is J
+    // closed
+    //     (L,) bool, True for a ring, whose last joint repeats the first; positions on it wrap around
+    // line, joint
+    //     (N,) int64 and (N,) float64, the polyline of each position, and the position in joints: 2.5 is half way from joint 2 to 3
+    //
+    // Returns
+    // -------
+    // (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
     m.def("interpolate_polylines", &interpolate_polylines, "values"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
           "line"_a.noconvert(), "joint"_a.noconvert());
 }

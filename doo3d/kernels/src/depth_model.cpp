@@ -1,4 +1,3 @@
-// What a depth image says about positions in space.
 #include "arrays.h"
 
 #include <algorithm>
@@ -25,7 +24,6 @@ Odds odds_of(double z, double reading, bool on, double margin, bool own_counts, 
     return {-std::max(before, free), before, free};
 }
 
-// The reading at the pixel to which each position projects is compared with the position.
 auto classify_positions(StridedMatrix<double> points, Vector<double> camera, Matrix<float> depth, Matrix<bool> mask, double margin,
                         bool own_counts, double noise) {
     require(points.shape(1) == 3 && camera.shape(0) == 4, "points or camera are not (N, 3), (4,)");
@@ -63,7 +61,31 @@ auto classify_positions(StridedMatrix<double> points, Vector<double> camera, Mat
 
 }  // namespace
 
-void bind_depth_model(nb::module_& m) {
+void bind_depth_model(Module& m) {
+    // Tell what a depth image says about positions in space, each compared with the reading at the pixel that it projects to.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64 m in the camera's optical frame
+    // camera
+    //     (4,) float64, the intrinsics fx, fy, cx, cy in px
+    // depth, mask
+    //     (H, W) float32 m, 0 = no reading, and (H, W) bool, the object
+    // margin
+    //     m by which a reading is behind a position to show that it is free, or in front of it to hide it
+    // own_counts
+    //     True if a reading in the mask also shows that a position in front of it is free
+    // noise
+    //     1/m, standard deviation of the readings in inverse depth, above 0
+    //
+    // Returns
+    // -------
+    // class : (N,) int64: 0 outside the image, 1 no reading outside the mask, 2 no reading in the mask, 3 surface of the object,
+    //     4 hidden, 5 free
+    // log_odds : (N, 3) nat, of the last three; minus infinity where the mask excludes one, 0 where there is no reading
+    // behind : (K,) int64, the hidden positions outside the mask whose reading is not nearer by the margin
+    // pixels, readings : (K, 2) int64, the pixel (u, v) of each of these, and (K,) float64 m, the reading there
     m.def("classify_positions", &classify_positions, "points"_a.noconvert(), "camera"_a.noconvert(), "depth"_a.noconvert(),
           "mask"_a.noconvert(), "margin"_a, "own_counts"_a, "noise"_a);
 }

@@ -1,4 +1,3 @@
-// How well the depth readings of a frame support the segments of chains.
 #include "arrays.h"
 #include "medians.h"
 
@@ -106,7 +105,38 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
 
 }  // namespace
 
-void bind_depth_support(nb::module_& m) {
+void bind_depth_support(Module& m) {
+    // Compare the segments of chains with the depth readings in the mask beside them.
+    //
+    // Parameters
+    // ----------
+    // joints
+    //     (J, 3) float64 m in the camera's optical frame, the joints of C chains, one chain after the other
+    // bounds
+    //     (C + 1,) int64; the joints of chain c are joints[bounds[c]:bounds[c + 1]], the last entry is J
+    // radius
+    //     (C,) float64 m, radius of each chain
+    // depth, mask
+    //     (H, W) float32 m, 0 = no reading, and (H, W) bool
+    // camera
+    //     (4,) float64, the intrinsics fx, fy, cx, cy in px
+    // plane
+    //     (4,) float64, unit normal and height along it, m, of the plane that chains may lie on; (0,) without one. A reading between
+    //     a segment on it and the plane does not differ
+    // positions, lateral
+    //     (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
+    // settings
+    //     (5,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
+    //     the surface and agree; factor of the median difference of a chain's readings that may differ, between the two; radii over
+    //     the plane below which an axis lies on it
+    // min_readings
+    //     readings of a segment that make a median
+    //
+    // Returns
+    // -------
+    // supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
+    //     and by less than the chain's readings may; 0 for a segment behind the camera
+    // residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     m.def("depth_support", &depth_support, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(), "depth"_a.noconvert(),
           "mask"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), "settings"_a.noconvert(),
           "min_readings"_a);

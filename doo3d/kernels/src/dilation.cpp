@@ -145,7 +145,37 @@ auto largest_within(Matrix<float> values, Matrix<bool> wanted, Vector<Index> hal
 
 }  // namespace
 
-void bind_dilation(nb::module_& m) {
+void bind_dilation(Module& m) {
+    // Return the pixels of an image that are nearer than `reach` px to a pixel of a mask, or as near.
+    //
+    // The distance is a chamfer distance by steps on a 5 x 5 neighborhood, as that of `medial_axis`.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool
+    // reach
+    //     px
+    // inclusive
+    //     whether a pixel at the distance `reach` is near
+    //
+    // Returns
+    // -------
+    // (H, W) bool; the pixels of the mask are near themselves
     m.def("near_mask", &near_mask, "mask"_a.noconvert(), "reach"_a, "inclusive"_a);
+    // Return the largest value in a window around each pixel that is wanted, as a dilation does.
+    //
+    // Parameters
+    // ----------
+    // values
+    //     (H, W) float32
+    // wanted
+    //     (H, W) bool, the pixels whose windows are searched
+    // half
+    //     (R + 1,) int64, half the widths of the window's rows: of the middle row, and of those 1 to R above and below it
+    //
+    // Returns
+    // -------
+    // (H, W) float32; 0 where it is not wanted
     m.def("largest_within", &largest_within, "values"_a.noconvert(), "wanted"_a.noconvert(), "half"_a.noconvert());
 }

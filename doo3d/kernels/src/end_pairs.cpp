@@ -1,4 +1,3 @@
-// Distance, turn and bend of all pairs of chain ends.
 #include "arrays.h"
 
 namespace {
@@ -84,13 +83,33 @@ auto end_pairs(Matrix<double> points, Matrix<double> tangents, Matrix<double> cu
             }
         }
     }
-    return nb::make_tuple(to_numpy(std::move(distances), count, count), to_numpy(std::move(turns), count, count),
-                          to_numpy(std::move(bends), count, count));
+    return std::make_tuple(to_numpy(std::move(distances), count, count), to_numpy(std::move(turns), count, count),
+                           to_numpy(std::move(bends), count, count));
 }
 
 }  // namespace
 
-void bind_end_pairs(nb::module_& m) {
+void bind_end_pairs(Module& m) {
+    // Return distance, turn and bend of all pairs of chain ends.
+    //
+    // Half way to another end, at most half of `window`, an end has the tangent that its curvature leads to: the curvature as far as
+    // no bend is sharper than two radii, times `kept`.
+    //
+    // Parameters
+    // ----------
+    // points, tangents, curvatures
+    //     (E, D) float64, D = 2 or 3: positions of the ends, unit tangents out of their chains, curvature vectors
+    // radius, window
+    //     radius of the object, and the distance up to which an end keeps bending, in the unit of the points
+    // kept
+    //     share of its curvature that an end keeps
+    //
+    // Returns
+    // -------
+    // distance : (E, E) float64, in the unit of the points, symmetric as all three
+    // turn : (E, E) float64 radians, between the tangent of one end half way and that of the other reversed
+    // bend : (E, E) float64 radians, the larger of the angles between the tangents half way and the straight connection; 0 for ends
+    //     that coincide
     m.def("end_pairs", &end_pairs, "points"_a.noconvert(), "tangents"_a.noconvert(), "curvatures"_a.noconvert(), "radius"_a, "window"_a,
           "kept"_a);
 }

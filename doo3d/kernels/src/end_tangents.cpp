@@ -1,4 +1,3 @@
-// Tangents and curvatures at the ends of chains.
 #include "arrays.h"
 
 namespace {
@@ -87,6 +86,28 @@ auto end_tangents(Matrix<double> joints, Vector<Index> bounds, double window) {
 
 }  // namespace
 
-void bind_end_tangents(nb::module_& m) {
+void bind_end_tangents(Module& m) {
+    // Return the outward tangent and the curvature vector at both ends of every chain.
+    //
+    // Parameters
+    // ----------
+    // joints
+    //     (J, D) float64, the joints of all C chains, one chain after the other; each chain has at least two
+    // bounds
+    //     (C + 1,) int64; chain c is joints[bounds[c]:bounds[c + 1]], the last entry is J
+    // window
+    //     length of chain at each end that is fitted, in the unit of the joints
+    //
+    // Returns
+    // -------
+    // tangents : (2 C, D) float64 unit vectors out of the chain; rows 2 c and 2 c + 1 are the first and the last end of chain c
+    // curvatures : (2 C, D) float64 in the same order, perpendicular to the tangents. Each points to the center of the bend; its
+    //     length is 1 / radius of the bend. Zero if fewer than four joints were fitted
+    //
+    // Notes
+    // -----
+    // They are those of a parabola over arc length, fitted by least squares to the joints within `window` of the end; with fewer
+    // than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
+    // length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     m.def("end_tangents", &end_tangents, "joints"_a.noconvert(), "bounds"_a.noconvert(), "window"_a);
 }

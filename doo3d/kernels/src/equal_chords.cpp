@@ -209,8 +209,52 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
 
 }  // namespace
 
-void bind_equal_chords(nb::module_& m) {
+void bind_equal_chords(Module& m) {
+    // Lay chords of exactly `length` along a polyline, the first from its first point.
+    //
+    // A chord ends where the polyline first is farther than `length` from the chord's start. The rest of the polyline after the last
+    // whole chord has no joint.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (P, D) float64, P >= 1
+    // length
+    //     length of a chord, in the unit of the points
+    //
+    // Returns
+    // -------
+    // joints : (J, D) float64, the J >= 1 joints of the J - 1 chords; only the first point if the polyline is too short for a chord
+    // arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
     m.def("lay_equal_chords", &lay_equal_chords, "points"_a.noconvert(), "length"_a);
+    // Lay chains of segments of exactly `length` along polylines, each from end to end.
+    //
+    // The whole number of segments that fits best is used. A chain is longer or shorter than its polyline by the same length at
+    // both ends; where it is longer, it continues straight.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (P, D) float64, the points of L polylines, one polyline after the other
+    // bounds
+    //     (L + 1,) int64, row of the first point of each polyline; the last entry is P
+    // closed
+    //     (L,) bool, True for a ring, along which no chain is laid
+    // shifts
+    //     (2 L,) float64, length by which each polyline is lengthened straight ahead at its first and at its last point first;
+    //     negative shortens it, the segment at the other end always stays
+    // length
+    //     length of a segment, in the unit of the points
+    // most_samples
+    //     0 lays chords on the polyline itself, inside of its bends. Otherwise the points, evenly spaced, are moved outwards first:
+    //     by length^2 / 12 R at a bend of radius R, two thirds of the sagitta of a chord, at most length / 24. Where more points
+    //     than this lie on a chord, bends are taken from points a quarter of a chord apart
+    //
+    // Returns
+    // -------
+    // joints : (J, D) float64, the joints of all chains, one chain after the other
+    // bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
+    //     segment
     m.def("equal_segments", &equal_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
           "shifts"_a.noconvert(), "length"_a, "most_samples"_a);
 }

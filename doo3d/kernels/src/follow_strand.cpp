@@ -1,4 +1,3 @@
-// A strand followed in an image beyond its end, by the colors across it.
 #include "arrays.h"
 
 #include <algorithm>
@@ -225,7 +224,41 @@ auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints,
 
 }  // namespace
 
-void bind_follow_strand(nb::module_& m) {
+void bind_follow_strand(Module& m) {
+    // Follow a strand in an image beyond the last joint of its chain, by the colors across the strand.
+    //
+    // A stretch that looks different, such as another strand on top, is skipped. The path ends where it runs into the mask, at the
+    // border of the image, after `max_length` radii, or where the colors no longer match. Colors are those of the nearest pixels,
+    // blurred by the weights 1, 2, 1 along rows and columns; only pixels that are asked for are blurred.
+    //
+    // Parameters
+    // ----------
+    // image
+    //     (H, W, 3) uint8 RGB
+    // mask
+    //     (H, W) bool, the pixels already known to be of the object
+    // joints
+    //     (N, 2) px (u, v), N >= 2, the joints of the chain, in C order; the strand is followed beyond the last one
+    // radius, max_length
+    //     px, radius of the strand; radii, length of the path at most
+    // tried
+    //     (I,) radii across the strand at which its colors are read, and an even number of them for the background on both sides;
+    //     (T,) radians, turns tried at a step, the largest one last; (S,) px, lateral shifts tried
+    // lookahead
+    //     steps ahead that a step is judged by: the mean over them
+    // numbers
+    //     (11,): radii of a step, 0.01 or more; radii before the end over which the strand's colors are measured, and over which its
+    //     direction is; radii after which a path ends in the mask; radii of the strand that may look different; grey levels by which
+    //     the colors of one strand differ anyway; squared color distance of the strand at most, in variances, and by how much that
+    //     of the background exceeds it at least; share of the colors ahead taken over at a step; weights of contrast and turns
+    //
+    // Returns
+    // -------
+    // (P, 2) px, P points along the strand, beginning with the last joint; P = 1 if the strand does not continue
+    //
+    // Raises
+    // ------
+    // ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
     m.def("follow_strand", &follow_strand, "image"_a.noconvert(), "mask"_a.noconvert(), "joints"_a.noconvert(), "radius"_a, "max_length"_a,
           "tried"_a, "lookahead"_a, "numbers"_a.noconvert());
 }

@@ -169,25 +169,148 @@ auto mask_pixels(Matrix<bool> mask) { return pixels(FrameFacts(bytes_of(mask), m
 
 }  // namespace
 
-void bind_frame_facts(nb::module_& m) {
-    nb::class_<Facts>(m, "FrameFacts")
-        .def("__init__", &make, "mask"_a.noconvert(), "depth"_a.noconvert() = nb::none(), "min_pixels"_a = 0)
+void bind_frame_facts(Module& m) {
+    // A mask as runs of pixels, without its small components and with its small holes filled, and the depth in it.
+    //
+    // Components are 8-connected, and the pixels of their holes count for their size too; holes are 4-connected, and the background
+    // that reaches the border of the image is none.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool
+    // depth
+    //     (H, W) float32 m, 0 = no reading; None without depth
+    // min_pixels
+    //     components and holes of fewer pixels are small
+    Class<Facts>(m, "FrameFacts")
+        .def_init(&make, "mask"_a.noconvert(), "depth"_a.noconvert() = nb::none(), "min_pixels"_a = 0)
+        // Number of pixels before small components are removed and small holes are filled.
         .def_prop_ro("selected", [](const Facts& facts) { return facts.selected(); })
+        // Number of pixels of small components.
         .def_prop_ro("removed", [](const Facts& facts) { return facts.removed(); })
+        // Number of pixels of small holes.
         .def_prop_ro("filled", [](const Facts& facts) { return facts.filled(); })
+        // Number N of pixels after small components are removed and small holes are filled.
         .def_prop_ro("count", [](const Facts& facts) { return facts.count(); })
+        // First row, row after the last, first column and column after the last that hold pixels; else four 0.
         .def_prop_ro("box", [](const Facts& facts) { return box_tuple(facts); })
+        // Return the mask (H, W) bool as a new array.
         .def("image", [](const Facts& facts) { return mask_image(facts); })
+        // Return the pixels (N, 2) int64 (u, v), sorted by u and then v.
         .def("pixel_list", [](const Facts& facts) { return pixels(facts); })
+        // Return the pixels as far from the outside as their farthest neighbor, as the function `medial_axis` does.
+        //
+        // Returns (K,) int64 rows, (K,) int64 columns and (K,) float32 px, the distances.
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
+        // Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`.
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
+        // Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
+        //
+        // Parameters
+        // ----------
+        // pixels
+        //     (K, 2) int64, pixels (u, v)
+        // reach
+        //     px, half-width of the square in which the largest distance is taken
+        // fraction, margin
+        //     a pixel is in the core if its distance is at least `fraction` of the largest, or at most `margin` px less
+        //
+        // Returns
+        // -------
+        // (K,) bool, False for a pixel outside the mask
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
+        // Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, measured as by `near_mask`: (K,).
         .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
+        // Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
+        //
+        // Raises
+        // ------
+        // ValueError : there is no depth.
         .def("depth_summary", &depth_summary)
+        // Return the standard deviation of the inverse of the depth readings, 1/m, with that of their rounding.
+        //
+        // It is the larger noise of first and second differences along rows, whose larger quarter is left out, and the noise of
+        // rounding by the lower quartile of the steps between neighbors that differ: 1 / sqrt(12) of it. 0 if no two neighbors in a
+        // row differ.
+        //
+        // pixels : number of pixels, evenly drawn, that it is estimated from at least, where the mask has so many.
+        //
+        // Raises
+        // ------
+        // ValueError : there is no depth, or pixels is below 1.
         .def("inverse_depth_deviation", &depth_deviation, "pixels"_a)
+        // Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
+        //
+        // A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
+        // differences in row and column.
+        //
+        // Parameters
+        // ----------
+        // low, high
+        //     m, the range of the readings that are tested; neighbors may lie outside
+        // half_width
+        //     px; the window of neighbors has 2 half_width + 1 rows and columns
+        // slope
+        //     m per pixel of distance
+        // min_agreeing
+        //     neighbors that must agree, or half of those with a reading if that is less
+        //
+        // Returns
+        // -------
+        // pixels : (K, 2) int64 (u, v) of the K readings kept, in row-major order
+        // depth : (K,) m
+        // mean : (K,) m, of the reading and its neighbors that agree
+        // dropped : number of readings between `low` and `high` that were not kept
+        //
+        // Raises
+        // ------
+        // ValueError : there is no depth, or `half_width` is negative.
         .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a)
+        // Return the pixels in holes of the depth: farther than `reach` px from every kept reading, or as near to such.
+        //
+        // Parameters
+        // ----------
+        // kept
+        //     (K, 2) int64, the pixels (u, v) whose readings were kept
+        // reach
+        //     px, in rows or columns
+        //
+        // Returns
+        // -------
+        // (Q, 2) int64 (u, v), in row-major order; all are pixels of the mask without a reading
+        //
+        // Raises
+        // ------
+        // ValueError : there is no depth, or `reach` is negative.
         .def("depth_holes", &holes, "kept"_a.noconvert(), "reach"_a);
+    // Return the pixels of a mask that are as far from its edge as their farthest neighbor, and their distances.
+    //
+    // Everything outside the image counts as outside the mask. The distance is a chamfer distance, an approximation of the Euclidean
+    // distance by steps on a 5 x 5 neighborhood.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool
+    //
+    // Returns
+    // -------
+    // rows, columns : (K,) int64, the K pixels of the medial axis, from the bottom row of the image to the top
+    // distance : (K,) float32 px, from the center of the pixel to that of the nearest pixel outside the mask
+    //
+    // Notes
+    // -----
+    // 1.6 times as fast as cv2.distanceTransform with cv2.dilate on the masks of rendered 1280x720 frames (median 0.24 ms against
+    // 0.38 ms, at most 0.8 ms against 1.6 ms), whose distances also differ with and without Intel's IPP: these are the same on
+    // every machine.
     m.def("medial_axis", &medial_axis, "mask"_a.noconvert());
+    // Return the first row, the row after the last, the first column and the column after the last that hold True; else four 0.
+    //
+    // mask : (H, W) bool.
     m.def("bounding_box", &bounding_box, "mask"_a.noconvert());
+    // Return the True pixels of a mask as (u, v) = (column, row), sorted by u and then v.
+    //
+    // mask : (H, W) bool. Returns (K, 2) int64 for K True pixels.
     m.def("mask_pixels", &mask_pixels, "mask"_a.noconvert());
 }

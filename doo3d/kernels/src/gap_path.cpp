@@ -324,7 +324,41 @@ auto sample_gap(Matrix<double> arcs, double spacing) {
 
 }  // namespace
 
-void bind_gap_path(nb::module_& m) {
+void bind_gap_path(Module& m) {
+    // Return the arcs of the path across a gap: an arc, a straight line, an arc, tangent to both ends.
+    //
+    // Parameters
+    // ----------
+    // ends
+    //     (4, D) float64, rows: first end, its outward direction, second end, its outward direction
+    // radius
+    //     radius of the arcs, in the unit of the ends, if the end lines do not meet ahead of both ends; 0 chooses the largest, up
+    //     to half the gap, that keeps `max_deviation`. If the lines meet (skew ones where they are closest), the radius is that of
+    //     the largest circle that touches both ahead of the ends. A radius without a path is made smaller until there is one
+    // max_deviation
+    //     rad, greatest angle between the straight line and the direct connection of the ends; applies only if the radius is chosen
+    // inside
+    //     applies if both ends point away from each other: True leads the path through the inside of the gap, False around it
+    //
+    // Returns
+    // -------
+    // touch : True if the ends are at the same position
+    // arcs : (2, 3 D + 2) float64, one arc per row, at the first and at the second end; each starts at its end and runs into the
+    //     gap, and the straight line joins the points where the arcs end. Columns: start (D,), unit direction at the start (D,),
+    //     unit normal from the start towards the center of the circle (D,), angle in radians, radius. (0, 3 D + 2) if the ends
+    //     touch or no path was found
     m.def("solve_gap", &solve_gap, "ends"_a.noconvert(), "radius"_a, "max_deviation"_a, "inside"_a);
+    // Return points along a path of an arc, a line and an arc, at most `spacing` apart, from the first end to the second.
+    //
+    // Parameters
+    // ----------
+    // arcs
+    //     (2, 3 D + 2) float64, the arcs at the two ends, as `solve_gap` returns them
+    // spacing
+    //     greatest distance between neighboring points along the path, in the unit of the arcs
+    //
+    // Returns
+    // -------
+    // (P, D) float64, P >= 2 points; both ends of the path and both ends of its straight line are among them.
     m.def("sample_gap", &sample_gap, "arcs"_a.noconvert(), "spacing"_a);
 }

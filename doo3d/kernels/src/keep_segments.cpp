@@ -1,9 +1,10 @@
-// The segments that pruning keeps, and the runs of them as chains.
 #include "arrays.h"
 
 #include <algorithm>
 
 namespace {
+
+using Overlap = nb::typed<nb::callable, bool(Index, Index)>;
 
 struct Chains {
     std::vector<double> points;
@@ -12,7 +13,7 @@ struct Chains {
 };
 
 // Tell which segments stay: of two that overlap, that of the longer chain, of chains of equal length that of the earlier one.
-std::vector<Byte> kept_segments(Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs, Vector<bool> certain, nb::callable overlap) {
+std::vector<Byte> kept_segments(Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs, Vector<bool> certain, Overlap overlap) {
     const Index chains = closed.shape(0), segments = bounds(chains) - chains;
     std::vector<Index> owner, size;
     for (Index c = 0; c < chains; ++c) {
@@ -57,7 +58,7 @@ Chains runs_of(const std::vector<Byte>& kept, Matrix<double> points, Vector<Inde
 }
 
 auto keep_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs, Vector<bool> certain,
-                   nb::callable overlap) {
+                   Overlap overlap) {
     const Index dim = points.shape(1), chains = closed.shape(0);
     require(dim > 0, "points have no coordinates");
     check_bounds(bounds, points.shape(0));
@@ -74,13 +75,36 @@ auto keep_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> clo
         }
     }
     const std::size_t joints = runs.points.size() / dim, lost = removed.size() / (2 * dim);
-    return nb::make_tuple(to_numpy(std::move(runs.points), joints, dim), to_numpy(std::move(runs.bounds)), to_numpy_bool(runs.closed),
-                          to_numpy(std::move(removed), lost, 2, dim));
+    return std::make_tuple(to_numpy(std::move(runs.points), joints, dim), to_numpy(std::move(runs.bounds)), to_numpy_bool(runs.closed),
+                           to_numpy(std::move(removed), lost, 2, dim));
 }
 
 }  // namespace
 
-void bind_keep_segments(nb::module_& m) {
+void bind_keep_segments(Module& m) {
+    // Remove one of each two overlapping segments, that of the chain with fewer segments left, and return the rest as chains.
+    //
+    // Of chains of equal length the later one loses its segment. The first and the last segment of a ring share a joint and stay.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (J, D) float64, the joints of all C chains, one chain after the other
+    // bounds
+    //     (C + 1,) int64; chain c is points[bounds[c]:bounds[c + 1]], the last entry is J
+    // closed
+    //     (C,) bool, True for a ring
+    // pairs
+    //     (K, 2) int64, segments i < j that may overlap, in the order in which they are judged
+    // certain
+    //     (K,) bool, the pairs that overlap for certain
+    // overlap
+    //     tells whether the segments i and j of another pair overlap; called only if both are left
+    //
+    // Returns
+    // -------
+    // points, bounds, closed : the runs of segments that are left, as chains; a ring that lost a segment is open
+    // removed : (S, 2, D) float64, the joints of the removed segments, in the order of the segments
     m.def("keep_segments", &keep_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "pairs"_a.noconvert(),
           "certain"_a.noconvert(), "overlap"_a);
 }

@@ -1,4 +1,3 @@
-// A part of the True pixels of a mask, evenly distributed.
 #include "runs.h"
 
 namespace {
@@ -48,6 +47,21 @@ auto lattice_pixels(Matrix<bool> mask, Index most, double golden) {
 
 }  // namespace
 
-void bind_lattice_pixels(nb::module_& m) {
+void bind_lattice_pixels(Module& m) {
+    // Return about `most` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool
+    // most
+    //     number of pixels, about; all are returned if there are not more
+    // golden
+    //     the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
+    //     step / golden
+    //
+    // Returns
+    // -------
+    // (K, 2) float64 px, and the number of pixels of the mask that each stands for.
     m.def("lattice_pixels", &lattice_pixels, "mask"_a.noconvert(), "most"_a, "golden"_a);
 }

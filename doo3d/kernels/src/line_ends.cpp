@@ -1,4 +1,3 @@
-// The ends of lines one pixel wide, from the lists of their pixels.
 #include "bit_image.h"
 
 #include <cstdlib>
@@ -62,6 +61,24 @@ auto line_ends(Vector<Index> pixels, Vector<Index> starts, std::pair<Index, Inde
 
 }  // namespace
 
-void bind_line_ends(nb::module_& m) {
+void bind_line_ends(Module& m) {
+    // Return the ends of lines one pixel wide: pixels with one pixel of a line among the eight around them.
+    //
+    // Parameters
+    // ----------
+    // pixels
+    //     (N,) row-major indices of the lines' pixels, line by line, ascending in each
+    // starts
+    //     (B + 1,) start of each line in `pixels`, and N
+    // shape
+    //     (H, W) of the image
+    // window
+    //     px; the direction of an end is that from the mean of its line's pixels within so many rows and columns
+    //
+    // Returns
+    // -------
+    // line : (E,) number of each end's line; in row-major order of the ends
+    // position : (E, 2) (row, column)
+    // direction : (E, 2) unit vector (row, column) out of the line; an end at the mean of its line has none and is left out
     m.def("line_ends", &line_ends, "pixels"_a.noconvert(), "starts"_a.noconvert(), "shape"_a, "window"_a);
 }

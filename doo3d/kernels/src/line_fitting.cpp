@@ -206,7 +206,40 @@ auto fit_lines(Matrix<double> points, Matrix<double> at, Matrix<double> distance
 
 }  // namespace
 
-void bind_line_fitting(nb::module_& m) {
+void bind_line_fitting(Module& m) {
+    // Fit a straight line to the neighborhood of each of several points, at the least scale at which there is one.
+    //
+    // Lines towards some of the neighbors are tried; the best is fitted three times to the neighbors near it. There is a line if it
+    // has enough points, they spread little across it, and the point itself lies near it.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64 m
+    // at
+    //     (S, 3) float64 m, points of these
+    // distance, index
+    //     (S, K), K >= 2 nearest points of each, by ascending distance
+    // scales
+    //     (L,) float64 m, ascending; half lengths of a line
+    // widths
+    //     (L,) float64 m, distance from a line within which points belong to it, for each scale
+    // min_points
+    //     (L,) float64, points that a line has at least, for each scale
+    // candidates
+    //     neighbors towards which a line is tried
+    // max_spread_ratio
+    //     variance across a line at most, as a fraction of that along it
+    //
+    // Returns
+    // -------
+    // found : (S,) bool
+    // center : (S, 3) float64 m, mean of the points of the line; the point itself without a line
+    // direction : (S, 3) float64 unit; 0 without a line, as all that follow
+    // across : (S,) float64 m, root mean square distance of the points from the line
+    // spacing : (S,) float64 m, mean distance of the points along the line
+    // scale : (S,) float64 m
+    // count : (S,) int64, number of points of the line
     m.def("fit_lines", &fit_lines, "points"_a.noconvert(), "at"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
           "scales"_a.noconvert(), "widths"_a.noconvert(), "min_points"_a.noconvert(), "candidates"_a, "max_spread_ratio"_a);
 }

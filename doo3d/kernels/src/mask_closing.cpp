@@ -54,7 +54,25 @@ auto long_parts(Matrix<bool> mask, Index extent) {
 
 }  // namespace
 
-void bind_mask_closing(nb::module_& m) {
+void bind_mask_closing(Module& m) {
+    // Close the gaps of a mask: dilation and then erosion with a symmetric convex shape; nothing is added at the border.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool
+    // half_widths
+    //     (R,) half the widths of the shape, px, in its middle row and in the rows above and below; they do not increase
+    // distance
+    //     px
+    //
+    // Returns
+    // -------
+    // closed : (H, W) bool
+    // deep : number of its pixels farther than `distance` from its outside, by the chamfer distance of `medial_axis`
     m.def("close_mask", &close_mask, "mask"_a.noconvert(), "half_widths"_a.noconvert(), "distance"_a);
+    // Return the 8-connected parts of a mask that extend over so many rows or columns at least.
+    //
+    // mask : (H, W) bool. extent : px. Returns (H, W) bool.
     m.def("long_parts", &long_parts, "mask"_a.noconvert(), "extent"_a);
 }

@@ -123,8 +123,8 @@ Index mirrored(Index i, Index size) {
     return size > 1 ? i : 0;
 }
 
-// The edge of a mask that moves within a band around it. All is in the box of the mask and its ring: distances are dilations of
-// bits, samples are steps through runs, and log-odds are looked up and smoothed in the rows near the band, seven at a time.
+// All is in the box of the mask and its ring: distances are dilations of bits, samples are steps through runs, and log-odds are
+// looked up and smoothed in the rows near the band, seven at a time.
 class MaskEdge {
    public:
     MaskEdge(Matrix<bool> mask, double band_px, double ring_px) : height(mask.shape(0)), width(mask.shape(1)) {
@@ -272,14 +272,68 @@ class MaskEdge {
 
 }  // namespace
 
-void bind_mask_edge(nb::module_& m) {
+void bind_mask_edge(Module& m) {
+    // Return the share of the edge of a mask at which the largest step of color across it lies elsewhere.
+    //
+    // Every (2 reach + 1)-th pixel of the edge is looked at, since nearer ones have the same colors across. The line across it leads
+    // away from the mask's pixels in a window of (2 reach + 1)^2, and has steps between neighboring pixels up to `reach` px to
+    // either side. The largest one lies elsewhere if it begins 2 px or more from the edge.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool.
+    // color
+    //     (H, W, 3) uint8 RGB.
+    // reach
+    //     px, 1 or more. Pixels nearer than twice this to the border of the image are left out.
+    //
+    // Returns
+    // -------
+    // 0 to 1; 0 if no pixel is looked at.
     m.def("off_edge_share", &off_edge_share, "mask"_a.noconvert(), "color"_a.noconvert(), "reach"_a);
-    nb::class_<MaskEdge>(m, "MaskEdge")
+    // The edge of a mask that moves, within a band around the mask, to where the colors of an image say that it is.
+    //
+    // Distances are chamfer distances of OpenCV (DIST_L2, 3 x 3). Work and memory follow the pixels of the bounding box of mask and
+    // ring at 1 bit each, and the colors of the band. Ten times as fast as OpenCV on arrays of the box (2.5 ms against 30 ms
+    // for three moves in a frame of 1280 x 720).
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool.
+    // band_px, ring_px
+    //     px, distances from the mask; the edge moves up to the first, and the surround is sampled up to the second, but not farther
+    //     than this from the mask's bounding box along rows and columns.
+    Class<MaskEdge>(m, "MaskEdge")
         .def(nb::init<Matrix<bool>, double, double>(), "mask"_a.noconvert(), "band_px"_a, "ring_px"_a)
+        // Return the pixels within the edge whose eight neighbors are too; all pixels within the edge if there are none.
+        //
+        // Returns (N,) int64, row-major indices in the whole image.
         .def("inside", &MaskEdge::inside)
+        // Return pixels of the ring: at first those beyond the band, after a move all that do not touch the edge.
+        //
+        // most : number of pixels; of twice, three times ... as many only every second, third ... is returned. Returns (N,) int64,
+        // ascending row-major indices in the whole image.
         .def("around", &MaskEdge::around, "most"_a)
+        // Move the edge to where the smoothed log-odds of the colors are 0: pixels of the band above 0 are within.
+        //
+        // Parameters
+        // ----------
+        // color
+        //     (H, W, 3) uint8 RGB.
+        // log_odds
+        //     (4096,) float32, of each cell of colors, as `ColorOdds.log_odds` has them.
+        // kernel
+        //     (2 R + 1,) float32, symmetric weights by which the log-odds are smoothed along rows and columns; at the border of the
+        //     image they are mirrored.
         .def("move", &MaskEdge::move, "color"_a.noconvert(), "log_odds"_a.noconvert(), "kernel"_a.noconvert())
+        // Restore the connected parts of the mask, now beyond the edge, that are as thick and long as a cable.
+        //
+        // min_thickness : px, half-width that such a part exceeds. min_elongation : area that it exceeds, in squares of that.
         .def("restore_parts", &MaskEdge::restore_parts, "min_thickness"_a, "min_elongation"_a)
+        // Return the number of pixels that the edge moved by more than 1 px, per pixel of the mask's edge; 0 without an edge.
         .def("raggedness", &MaskEdge::raggedness)
+        // Return the pixels (H, W) bool within the edge.
         .def("mask", &MaskEdge::mask);
 }

@@ -32,7 +32,6 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_
     return found.to_python();
 }
 
-// The octagon around a pixel is a square of half-width `square` widened by a diamond of half-width `diamond`.
 auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::pair<Index, Index> shape, Index square, Index diamond) {
     const Index height = shape.first, width = shape.second, reach = square + diamond;
     require(height >= 0 && width >= 0 && square >= 0 && diamond >= 0, "shape, square or diamond is below 0");
@@ -146,7 +145,28 @@ MeasuredParts measure(const std::vector<Part>& parts, Index height, Index width,
     return found;
 }
 
-void bind_mask_parts(nb::module_& m) {
+void bind_mask_parts(Module& m) {
+    // Return the 8-connected parts of a mask, with their half-widths.
+    //
+    // Parameters
+    // ----------
+    // mask
+    //     (H, W) bool.
+    // min_pixels
+    //     pixels of a part below which its widths are not measured.
+    // asked
+    //     (Q,) row-major indices of pixels; parts with one of them are not measured either.
+    //
+    // Returns
+    // -------
+    // pixels : (N,) row-major indices of the mask's pixels, part by part, ascending in each.
+    // starts : (K + 1,) where each of the K parts begins in `pixels`, and N.
+    // half_widths : (K, 2) px, distance from the middle to the edge, in the median and at the 85th percentile; 0 if not measured.
+    // holds : (K,) bool, the parts with pixels of `asked`.
     m.def("mask_parts", &mask_parts, "mask"_a.noconvert(), "min_pixels"_a, "asked"_a.noconvert());
+    // Tell which pixels (N,) lie in an octagon around one of the others: a square widened by a diamond.
+    //
+    // pixels, others : (N,) and (Q,) row-major indices in an image of a shape. square, diamond : px, half of the width of either.
+    // Returns (N,) bool.
     m.def("near_pixels", &near_pixels, "pixels"_a.noconvert(), "others"_a.noconvert(), "shape"_a, "square"_a, "diamond"_a);
 }

@@ -10,9 +10,9 @@ struct MeasuredParts {
     std::vector<double> half;
     std::vector<Byte> holds;
 
-    nb::tuple to_python() {
-        return nb::make_tuple(to_numpy(std::move(pixels)), to_numpy(std::move(starts)), to_numpy(std::move(half), holds.size(), 2),
-                              to_numpy_bool(holds));
+    auto to_python() {
+        return std::make_tuple(to_numpy(std::move(pixels)), to_numpy(std::move(starts)), to_numpy(std::move(half), holds.size(), 2),
+                               to_numpy_bool(holds));
     }
 };
 

@@ -1,8 +1,11 @@
 // Maximum-weight matching by Edmonds' blossoms.
 #include "arrays.h"
 
+#include <nanobind/stl/optional.h>
+
 #include <algorithm>
 #include <deque>
+#include <optional>
 
 namespace {
 
@@ -373,14 +376,17 @@ auto partners(const Blossoms& blossoms, Index count) {
     return to_numpy(std::move(partner));
 }
 
-auto match_by_blossoms(Matrix<double> weight, nb::object lowered) {
+using Pairs = std::pair<Matrix<Index>, Vector<double>>;
+using Lowered = nb::typed<nb::callable, Pairs(VectorResult<Index>)>;
+
+auto match_by_blossoms(Matrix<double> weight, std::optional<Lowered> lowered) {
     const Index count = weight.shape(0);
     const IntegerWeights integers(weight);
     Blossoms blossoms(count, integers);
     for (;;) {
         blossoms.solve();
-        if (lowered.is_none()) return partners(blossoms, count);
-        const auto [pairs, weights] = nb::cast<std::pair<Matrix<Index>, Vector<double>>>(lowered(partners(blossoms, count)));
+        if (!lowered) return partners(blossoms, count);
+        const auto [pairs, weights] = nb::cast<Pairs>((*lowered)(partners(blossoms, count)));
         require(pairs.shape(1) == 2 && pairs.shape(0) == weights.shape(0), "the lowered weights are not one per pair");
         if (pairs.shape(0) == 0) return partners(blossoms, count);
         for (std::size_t k = 0; k < pairs.shape(0); ++k) {
@@ -394,6 +400,27 @@ auto match_by_blossoms(Matrix<double> weight, nb::object lowered) {
 
 }  // namespace
 
-void bind_matching(nb::module_& m) {
-    m.def("match_by_blossoms", &match_by_blossoms, "weight"_a.noconvert(), "lowered"_a.none() = nb::none());
+void bind_matching(Module& m) {
+    // Pair E chain ends so that the total weight of the pairs is largest (maximum-weight matching), each end in one pair at most.
+    //
+    // It is found by Edmonds' blossom algorithm, on the weights rounded to 2^-50 of the largest. Where weights are lowered, only the
+    // part of the matching that this changes is searched anew.
+    //
+    // Parameters
+    // ----------
+    // weight
+    //     (E, E) float64, symmetric, the weight of pairing two ends; 0 for two ends that may not be paired
+    // lowered
+    //     is called with the matching (E,), and returns pairs (K, 2) int64 of ends and their new weights (K,) float64; weights
+    //     larger than before are ignored. The ends are then matched again, until it returns no pairs. None accepts the first
+    //     matching
+    //
+    // Returns
+    // -------
+    // (E,) int64, the end that each is paired with; -1 for none.
+    //
+    // Raises
+    // ------
+    // ValueError : there are more than 5000 ends.
+    m.def("match_by_blossoms", &match_by_blossoms, "weight"_a.noconvert(), "lowered"_a = nb::none());
 }

@@ -46,7 +46,24 @@ auto percentiles(Vector<double> values, Vector<double> percents) {
 
 }  // namespace
 
-void bind_medians(nb::module_& m) {
+void bind_medians(Module& m) {
+    // Return the medians of parts of an array, without values that are not finite.
+    //
+    // Parameters
+    // ----------
+    // values
+    //     (N,) float64
+    // first, last
+    //     (K,) int64; part k is values[first[k]:last[k]]
+    //
+    // Returns
+    // -------
+    // median, deviation : (K,) float64, the median of each part, and the median of the absolute differences from it; NaN without
+    //     values
+    // count : (K,) int64, number of finite values
     m.def("part_medians", &part_medians, "values"_a.noconvert(), "first"_a.noconvert(), "last"_a.noconvert());
+    // Return percentiles (Q,) of the finite ones of values (N,), interpolated linearly as NumPy does; NaN without any.
+    //
+    // percents : (Q,) 0 to 100.
     m.def("percentiles", &percentiles, "values"_a.noconvert(), "percents"_a.noconvert());
 }

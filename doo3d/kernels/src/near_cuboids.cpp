@@ -1,4 +1,3 @@
-// Pairs of segments that intersect or may, each taken as a cuboid with a square cross-section.
 #include "cells.h"
 
 namespace {
@@ -108,11 +107,33 @@ auto near_cuboids(Matrix<double> starts, Matrix<double> ends, Vector<Index> chai
         }
     }
     const std::size_t found = pairs.size() / 2;
-    return nb::make_tuple(to_numpy(std::move(pairs), found, 2), to_numpy_bool(overlap));
+    return std::make_tuple(to_numpy(std::move(pairs), found, 2), to_numpy_bool(overlap));
 }
 
 }  // namespace
 
-void bind_near_cuboids(nb::module_& m) {
+void bind_near_cuboids(Module& m) {
+    // Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
+    //
+    // A pair is left out if there is a gap between the two along one of the axes of either cuboid. Consecutive segments of a chain,
+    // which share a joint, are left out too. In 2-D the cuboids lie in the plane z = 0.
+    //
+    // Parameters
+    // ----------
+    // starts, ends
+    //     (S, D) float64, the two joints of each of S segments, D = 2 or 3
+    // chain
+    //     (S,) int64, number of the chain of each segment
+    // width
+    //     edge of the cross-section, in the unit of the joints
+    //
+    // Returns
+    // -------
+    // pairs : (K, 2) int64, indices (i, j) with i < j, in lexicographic order.
+    // overlap : (K,) bool, the pairs that intersect for certain: by more than rounding along each axis that could part them.
+    //
+    // Notes
+    // -----
+    // One axis of a cuboid's cross-section is perpendicular to the coordinate axis that the segment is least along.
     m.def("near_cuboids", &near_cuboids, "starts"_a.noconvert(), "ends"_a.noconvert(), "chain"_a.noconvert(), "width"_a);
 }

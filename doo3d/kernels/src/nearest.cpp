@@ -153,11 +153,83 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
 
 }  // namespace
 
-void bind_nearest(nb::module_& m) {
+void bind_nearest(Module& m) {
+    // Find the nearest target of each point; of several equally near, the one with the lowest index.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, D) float64, N points
+    // targets
+    //     (S, D) float64, S targets, finite, in the unit of the points
+    // reach
+    //     distance within which the search is quick, in the unit of the points, over 0
+    // limited
+    //     True leaves out points without a target within `reach`; False compares them with all targets, which is slow
+    //
+    // Returns
+    // -------
+    // distance : (N,) float64; infinite for a point that was left out, and for all points if there are no targets
+    // index : (N,) int64, index of the nearest target; 0 where the distance is infinite
+    //
+    // Notes
+    // -----
+    // The points are sorted into cells, and each target competes for the points in the cells around it. Twenty times as fast as a
+    // k-d tree on the pixels of masks.
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a, "limited"_a);
+    // Return the index of the target nearest to each point, of the targets of the same path; of equally near ones the first.
+    //
+    // Parameters
+    // ----------
+    // points, targets
+    //     (N, D) and (S, D) float64, points and targets of P paths, one path after the other
+    // bounds, target_bounds
+    //     (P + 1,) int64; path p has points[bounds[p]:bounds[p + 1]], the last entry is N, and so for the targets
+    // reach
+    //     distance within which most targets are found; it only sets the time taken
+    //
+    // Returns
+    // -------
+    // (N,) int64, rows of `targets`. Points that are not finite get the first target of their path.
     m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
           "target_bounds"_a.noconvert(), "reach"_a);
+    // Measure how the points within `reach` of each of several centers spread.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64; points that are not finite are near nothing
+    // centers
+    //     (S, 3) float64, finite, in the unit of the points
+    // reach
+    //     greatest distance, in the unit of the points, over 0
+    //
+    // Returns
+    // -------
+    // counts : (S,) int64, number of points within reach of each center
+    // means : (S, 3) float64, their mean offset from the center; 0 where there are none
+    // covariances : (S, 9) float64, their covariance matrix, row by row; 0 where there are none
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
+    // Tell whether the points within `reach` of each center, projected to a plane, occupy more than so many square cells of it.
+    //
+    // Parameters
+    // ----------
+    // points, centers, reach
+    //     as for `neighborhood_spreads`
+    // counts
+    //     (S,) int64, number of points within reach of each center
+    // origins
+    //     (S, 3) float64, offset from each center to a corner of the cells, at most 10 times `reach` along each axis
+    // axes
+    //     (S, 6) float64, two perpendicular unit vectors that span each plane, one after the other
+    // edge
+    //     edge of a cell, in the unit of the points, over 0
+    // cells
+    //     number of cells, not negative
+    //
+    // Returns
+    // -------
+    // (S,) bool
     m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "counts"_a.noconvert(), "origins"_a.noconvert(),
           "axes"_a.noconvert(), "edge"_a, "cells"_a);
 }

@@ -85,9 +85,32 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
 
 }  // namespace
 
-void bind_plane(nb::module_& m) {
+void bind_plane(Module& m) {
+    // Return the index of the plane that has the most points nearer than `distance`, the first of several.
+    //
+    // points : (N, 3) float64 m. normals : (Q, 3) float64 unit, normals of Q planes, at least one. offsets : (Q,) float64 m; points
+    // p on a plane have normal @ p = offset. distance : m.
     m.def("best_plane", &best_plane, "points"_a.noconvert(), "normals"_a.noconvert(), "offsets"_a.noconvert(),
           "distance"_a);
+    // Select the pixels raised from a plane towards the camera: hysteresis threshold of their height.
+    //
+    // A pixel of depth z lies offset - z (along_u + along_v) above the plane. Pixels higher than `high` are selected, and pixels
+    // higher than `low` that are connected to these by pixels higher than `low`, along rows, columns or diagonals.
+    //
+    // Parameters
+    // ----------
+    // depth
+    //     (H, W) float32 m, 0 = no reading, which is never selected
+    // along_u, along_v
+    //     (W,) and (H,) float32; their sum is the product of the plane's normal with the ray through the pixel, scaled to z = 1
+    // offset
+    //     m; points p on the plane have normal @ p = offset, and the normal points away from the camera
+    // low, high
+    //     m, the thresholds, low <= high
+    //
+    // Returns
+    // -------
+    // (H, W) bool
     m.def("raised_pixels", &raised_pixels, "depth"_a.noconvert(), "along_u"_a.noconvert(), "along_v"_a.noconvert(), "offset"_a,
           "low"_a, "high"_a);
 }

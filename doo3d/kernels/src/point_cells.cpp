@@ -280,7 +280,25 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
 
 }  // namespace
 
-void bind_point_cells(nb::module_& m) {
+void bind_point_cells(Module& m) {
+    // Return the coordinates that have the given ranks in ascending order, along each axis by itself.
+    //
+    // points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
     m.def("values_at_ranks", &values_at_ranks, "points"_a.noconvert(), "ranks"_a.noconvert());
+    // Find the `k` points that are nearest to each of a few positions.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64, finite
+    // positions
+    //     (S, 3) float64, finite, in the unit of the points
+    // k
+    //     1 to N
+    //
+    // Returns
+    // -------
+    // distance : (S, k) float64, ascending
+    // index : (S, k) int64, index of each of these points; of equally near ones the first is first
     m.def("nearest_points", &nearest_points, "points"_a.noconvert(), "positions"_a.noconvert(), "k"_a);
 }

@@ -1,4 +1,3 @@
-// A strand followed step by step along the ribbons of an image.
 #include "arrays.h"
 
 #include <algorithm>
@@ -172,7 +171,39 @@ auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color,
 
 }  // namespace
 
-void bind_ribbon_tracing(nb::module_& m) {
+void bind_ribbon_tracing(Module& m) {
+    // Follow a strand along the ribbons of an image from a start in one direction, not counting the start.
+    //
+    // Each step takes the turn and the shift sideways with the best mean over three steps of the score less the cost of the color,
+    // less their own costs. Where the score is too low it goes straight on, up to a longest gap. The strand ends at the border,
+    // after a gap, and where it follows an earlier strand.
+    //
+    // Parameters
+    // ----------
+    // score
+    //     (D, H, W) float32, in D directions over half a turn.
+    // width
+    //     (D, H, W) uint8, the index in `widths` of the width with that score.
+    // color
+    //     (H, W, 3) float32, CIELAB.
+    // taken, angles
+    //     (H, W) uint8 and float32, non-zero on earlier strands, and their directions in radians.
+    // start
+    //     (3,) x and y in px, within the image, and the direction in radians from x to y.
+    // widths
+    //     (K,) px.
+    // turns, shifts
+    //     radians and px that are tried at each step, the largest turn last.
+    // limits
+    //     (14,) px of a step; costs of a px sideways, and of a change of the turn by the largest turn; difference of colors that
+    //     costs the next but one number, and times that it costs at most; that cost; share that the strand's color keeps at a step;
+    //     highest and lowest score; widths and px of a gap at most; radians below which an earlier strand is followed; samples on
+    //     one at most; samples at most.
+    //
+    // Returns
+    // -------
+    // (P, 5) x, y, direction, running mean of the width, and score less the cost of the color, NaN where the strand is not seen; the
+    // last sample is seen.
     m.def("follow_ribbon", &follow_ribbon, "score"_a.noconvert(), "width"_a.noconvert(), "color"_a.noconvert(), "taken"_a.noconvert(),
           "angles"_a.noconvert(), "start"_a.noconvert(), "widths"_a.noconvert(), "turns"_a.noconvert(), "shifts"_a.noconvert(),
           "limits"_a.noconvert());

@@ -1,5 +1,4 @@
-// How much a pixel looks like the middle of a ribbon in each direction: uniform along its length, and unlike both sides. The image
-// is turned so that the direction is horizontal, strip by strip, and the scores are turned back.
+// Scores of ribbons: the image is turned so that a direction is horizontal, strip by strip, and the scores are turned back.
 #include "arrays.h"
 
 #include <algorithm>
@@ -387,12 +386,36 @@ auto ribbon_scores(Volume<float> image, Index directions, Vector<double> widths,
             turned.turn_back(score.data(), which.data(), scores.data() + direction * size, best.data() + direction * size);
         }
     }
-    return nb::make_tuple(to_numpy(std::move(scores), count, height, width), to_numpy(std::move(best), count, height, width));
+    return std::make_tuple(to_numpy(std::move(scores), count, height, width), to_numpy(std::move(best), count, height, width));
 }
 
 }  // namespace
 
-void bind_ribbons(nb::module_& m) {
+void bind_ribbons(Module& m) {
+    // Score how much each pixel looks like the middle of a ribbon in each direction.
+    //
+    // The score is the mean squared difference of a side's pixels from the ribbon's mean color, of the side that differs less,
+    // divided by the variance along the ribbon plus `noise`. The middle 0.7 of a ribbon's width counts as inside; a side begins a
+    // pixel beyond its edge and is a quarter as wide, 2 px at least. Pixels beyond the border repeat the outermost ones. Pixels and
+    // scores are interpolated between those of the image turned so that the ribbon is horizontal.
+    //
+    // Parameters
+    // ----------
+    // image
+    //     (H, W, 3) float32, at least one pixel.
+    // directions
+    //     number of directions D over half a turn, the first horizontal, the others from x to y.
+    // widths
+    //     (K,) px, widths of ribbons, K from 1 to 255.
+    // noise
+    //     squared unit of the image, over 0; variance that is noise.
+    // length_widths, min_length
+    //     length of the window along a ribbon, in its widths, and in px at least.
+    //
+    // Returns
+    // -------
+    // score : (D, H, W) float32, of the width that scores most.
+    // width : (D, H, W) uint8, the index of that width.
     m.def("ribbon_scores", &ribbon_scores, "image"_a.noconvert(), "directions"_a, "widths"_a.noconvert(), "noise"_a, "length_widths"_a,
           "min_length"_a);
 }

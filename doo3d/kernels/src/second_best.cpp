@@ -222,7 +222,42 @@ auto second_best_rise(Matrix<double> cost, Vector<Index> partner, double free_co
 
 }  // namespace
 
-void bind_second_best(nb::module_& m) {
+void bind_second_best(Module& m) {
+    // Return, for each connection of a matching of chain ends, by how much the total cost rises at least if it is not made.
+    //
+    // The total cost is the sum of the costs of all connections, and `free_cost` / 2 for each end that stays free. Without the
+    // connection of ends a and b, each of the two stays free or is connected to another end; the former partners of those other
+    // ends stay free, are connected to a free end, or to each other.
+    //
+    // Parameters
+    // ----------
+    // cost
+    //     (E, E) float64, symmetric, cost of connecting any two of E ends; infinite where that is not allowed. Ends 2 c and 2 c + 1
+    //     belong to chain c
+    // partner
+    //     (E,) int64, the end that each is connected to; -1 for none
+    // free_cost
+    //     cost of leaving two ends free
+    // free_partner
+    //     (E,) int64, the free end to which each end would be connected at the least cost; -1 if none costs less than `free_cost`
+    // release
+    //     (E,) float64, by how much the total rises at least when each end gives up its connection, or is no longer free
+    // pairs
+    //     (K, 2) int64, the two ends of each of K connections
+    // allow_closed
+    //     True if an exchange of connections may close a chain to a ring
+    // alternatives
+    //     number of other ends at most that each of the two ends is tried with, those with the least estimate of the cost; all E of
+    //     them give the least rise
+    //
+    // Returns
+    // -------
+    // (K,) float64, at most `free_cost` less the cost of the connection; negative if the matching was not the best one.
+    //
+    // Notes
+    // -----
+    // A lower bound of the rise is computed for each pair of ends to which a and b may be connected; the exchanges are tried in
+    // order of their bounds until the bound exceeds the best rise so far.
     m.def("second_best_rise", &second_best_rise, "cost"_a.noconvert(), "partner"_a.noconvert(), "free_cost"_a, "free_partner"_a.noconvert(),
           "release"_a.noconvert(), "pairs"_a.noconvert(), "allow_closed"_a, "alternatives"_a);
 }

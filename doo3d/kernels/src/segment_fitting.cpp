@@ -1,4 +1,3 @@
-// Chains of segments along ordered points: the paper's Algorithm 2 (Keipour et al.).
 #include "arrays.h"
 
 #include <algorithm>
@@ -105,6 +104,30 @@ auto fit_chains(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed
 
 }  // namespace
 
-void bind_segment_fitting(nb::module_& m) {
+void bind_segment_fitting(Module& m) {
+    // Lay chains of segments of equal length along polylines; a sharp turn ends a chain.
+    //
+    // It is Algorithm 2 of Keipour et al. (RA-L 2022). After a sharp turn the next chain begins at the tip of the turn: the point
+    // that was farthest from the end of the last segment. Points farther apart than a segment get points in between first.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (P, D) float64, the points of L polylines, one polyline after the other
+    // bounds
+    //     (L + 1,) int64, row of the first point of each polyline; the last entry is P
+    // closed
+    //     (L,) bool, True for a ring, which is followed back to its first point
+    // length
+    //     length of a segment, in the unit of the points
+    // min_cosine
+    //     cosine of the greatest turn allowed between two segments of a chain
+    //
+    // Returns
+    // -------
+    // joints : (J, D) float64, the J joints of all C chains, one chain after the other
+    // bounds : (C + 1,) int64, row of the first joint of each chain; the last entry is J. Each chain has at least two joints; there
+    //     is none where the points do not reach over one segment
+    // closed : (C,) bool, True for the only chain of a ring
     m.def("fit_chains", &fit_chains, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "length"_a, "min_cosine"_a);
 }

@@ -1,4 +1,3 @@
-// The segments of a chain brought to one length (Mueller et al., "Position based dynamics", 2007).
 #include "arrays.h"
 
 namespace {
@@ -34,7 +33,25 @@ auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobil
 
 }  // namespace
 
-void bind_segment_lengths(nb::module_& m) {
+void bind_segment_lengths(Module& m) {
+    // Return joints moved so that neighbors are about `length` apart (Mueller et al., "Position based dynamics", 2007).
+    //
+    // Parameters
+    // ----------
+    // joints
+    //     (J, D) float64, m
+    // length
+    //     distance that neighbors are to have, m
+    // mobility
+    //     (J,) float64, how far each joint gives way, relative to the others; 0 for a joint that stays
+    // rounds
+    //     times at most that all segments are brought to their length
+    // tolerance
+    //     share of `length` by which the worst segment may differ from it
+    //
+    // Returns
+    // -------
+    // (J, D) float64, m.
     m.def("equalize_lengths", &equalize_lengths, "joints"_a.noconvert(), "length"_a, "mobility"_a.noconvert(), "rounds"_a,
           "tolerance"_a);
 }

@@ -115,7 +115,34 @@ Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Ind
     return found;
 }
 
-void bind_silhouette(nb::module_& m) {
+void bind_silhouette(Module& m) {
+    // Measure the middle and half the width of a mask at samples along paths, across the paths.
+    //
+    // Every pixel belongs to the sample that is nearest in the image. The number of pixels of a sample and of its neighbors over
+    // their length in the image is the width; the mean of the pixels' lateral offsets is the middle.
+    //
+    // Parameters
+    // ----------
+    // positions, tangents, lateral
+    //     (S, 3) float64, S samples m in the camera's optical frame, and two unit axes at each: along the path, and across it;
+    //     (S, 2) px without a camera
+    // path
+    //     (S,) int64, number of the path of each sample; the samples of a path are consecutive
+    // pixels, share
+    //     (N, 2) float64 px (u, v), and the number of pixels of the mask that each stands for
+    // camera
+    //     (4,) float64, the intrinsics fx, fy, cx, cy in px; (0,) if positions are px
+    // reach
+    //     (S,) float64 m (px without a camera); pixels that are not nearer than this to their sample are left out
+    // half
+    //     number of samples on either side, on the same path, whose pixels are pooled with those of a sample
+    // step, min_scale
+    //     m along an axis whose projection tells the axis's direction and scale in the image; px per m of an axis at least
+    //
+    // Returns
+    // -------
+    // offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
+    // radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
     m.def("silhouette", &silhouette, "positions"_a.noconvert(), "tangents"_a.noconvert(), "lateral"_a.noconvert(), "path"_a.noconvert(),
           "pixels"_a.noconvert(), "share"_a, "camera"_a.noconvert(), "reach"_a.noconvert(), "half"_a, "step"_a, "min_scale"_a);
 }

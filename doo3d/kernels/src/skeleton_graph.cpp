@@ -330,8 +330,49 @@ void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device
 
 }  // namespace
 
-void bind_skeleton_graph(nb::module_& m) {
+void bind_skeleton_graph(Module& m) {
+    // Trace the branches of a skeleton between its junctions.
+    //
+    // A voxel with more than two neighbors is a junction voxel; junction voxels that touch are one junction. Every other voxel
+    // belongs to exactly one branch.
+    //
+    // Parameters
+    // ----------
+    // table
+    //     (K, 26) int32 as `neighbor_table` returns it: indices of the neighbors of each of K voxels, -1 for none
+    //
+    // Returns
+    // -------
+    // junction : (K,) int64, number of the junction that each voxel belongs to, -1 for none
+    // order : (V,) int64, the V voxels that are not junction voxels, in order along each of B branches, one branch after the other
+    // bounds : (B + 1,) int64; branch b is order[bounds[b]:bounds[b + 1]], the last entry is V
+    // nodes : (B, 2) int64, the junctions at the start and at the end of each branch; -1 for a free end, (-2, -2) for a closed loop
     m.def("trace_branches", &trace_branches, "table"_a.noconvert());
+    // Count the lines that leave each pixel of a 2-D skeleton (Rutovitz' crossing number).
+    //
+    // Parameters
+    // ----------
+    // image
+    //     (H, W) uint8, 1 on the skeleton; its outermost rows and columns are 0
+    // rows, columns
+    //     (K,) int64, the K pixels to count at
+    //
+    // Returns
+    // -------
+    // (K,) int64: 1 at a tip, 2 along a line, 3 and more at a junction; 0 for an isolated pixel, and where the image is 0.
     m.def("crossing_numbers", &crossing_numbers, "image"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert());
+    // Remove the spurs of a 2-D skeleton in place, the shortest first.
+    //
+    // A spur is a line from a tip to a junction. A line between two tips stays, however short it is. Without a spur its junction
+    // may be part of a longer line, so after each removal the spurs around it are measured anew.
+    //
+    // Parameters
+    // ----------
+    // image
+    //     (H, W) uint8, 1 on the skeleton; its outermost rows and columns are 0. Changed in place
+    // rows, columns
+    //     (K,) int64, the K pixels of the skeleton
+    // min_length
+    //     px; spurs shorter than this are removed. A diagonal step counts as sqrt 2
     m.def("prune_spurs", &prune_spurs, "image"_a.noconvert(), "rows"_a.noconvert(), "columns"_a.noconvert(), "min_length"_a);
 }

@@ -1,4 +1,3 @@
-// Paths along a skeleton: its branches without what junctions and corners bend, smoothed.
 #include "branch_graph.h"
 #include "clearance.h"
 #include "polyline.h"
@@ -217,7 +216,47 @@ auto skeleton_paths(Matrix<std::int32_t> table, Matrix<double> points, Index win
 
 }  // namespace
 
-void bind_skeleton_paths(nb::module_& m) {
+void bind_skeleton_paths(Module& m) {
+    // Return smooth paths along the branches of a skeleton, without spurs and small loops, cut where strands touch.
+    //
+    // The branches are those of `trace_branches`; a node is in the middle of the voxels of a junction. Spurs and small loops are
+    // removed, the shortest first; a node left with fewer than three branches becomes a point of one branch. Last, a short branch
+    // between two forks is contracted: thinning makes such a pair of a crossing. A free end is cut by a length; so is an end at a
+    // node, and on until it is clear of every other branch there.
+    //
+    // Parameters
+    // ----------
+    // table
+    //     (K, 26) int32 as `neighbor_table` returns it
+    // points
+    //     (K, D) float64, D = 2 or 3, position of each voxel
+    // window_half
+    //     number of points on either side that are averaged with each point of a path; fewer near the ends of an open path
+    // least
+    //     (3,) float64 lengths: shorter branches with one free end are spurs; loops of less perimeter are small; shorter branches
+    //     between two nodes are contracted
+    // trim
+    //     (3,) float64: length cut at least; length at most within which an end at a node becomes clear of the others; distance from
+    //     which on it is
+    // shares
+    //     (2,) float64, share of the length of a branch that is cut at most at a free end, and at a node unless the least length is
+    //     more
+    // half_widths
+    //     (H, W) float32, distance of each pixel to the edge of the object, in 2-D; (0, 0) if spurs into corners are kept
+    // origin
+    //     (2,) float64, position of the first pixel of `half_widths`
+    // corner_widths
+    //     half-widths of the region around a node that a spur must be long to stay
+    // most_branches
+    //     number of branches that become paths at most, the longest
+    //
+    // Returns
+    // -------
+    // points : (P, D) float64, the points of all L paths: first the loops without a junction, whose first point is not repeated
+    // bounds : (L + 1,) int64, row of the first point of each path; the last entry is P
+    // closed : (L,) bool, True for a loop
+    // lengths : (3,) float64, lengths of the spurs and of the small loops removed, and length cut from the ends
+    // count : number of branches, those too that are beyond `most_branches`
     m.def("skeleton_paths", &skeleton_paths, "table"_a.noconvert(), "points"_a.noconvert(), "window_half"_a, "least"_a.noconvert(),
           "trim"_a.noconvert(), "shares"_a.noconvert(), "half_widths"_a.noconvert(), "origin"_a.noconvert(), "corner_widths"_a,
           "most_branches"_a);

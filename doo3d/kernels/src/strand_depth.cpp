@@ -172,7 +172,35 @@ auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double r
 
 }  // namespace
 
-void bind_strand_depth(nb::module_& m) {
+void bind_strand_depth(Module& m) {
+    // Lay a smooth curve through the depth along one strand: a running median, then a robust Whittaker smoother.
+    //
+    // Parameters
+    // ----------
+    // inverse
+    //     (S,) 1/m, inverse depth at each of S >= 4 samples one pixel apart
+    // measured
+    //     (S,) bool, at least one; elsewhere the inverse depth is interpolated
+    // radius
+    //     m, radius of the strand
+    // focal
+    //     px
+    // numbers
+    //     (7,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
+    //     curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
+    //     reading; standard deviation per median absolute deviation
+    // smoothings
+    //     times the curve is smoothed, each time without what the last curve says are outliers
+    //
+    // Returns
+    // -------
+    // depth : (S,) m, of the curve
+    // waves : m, standard deviation of the readings behind the curve, averaged over a radius on either side
+    // in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind
+    //
+    // Raises
+    // ------
+    // ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
     m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_a.noconvert(), "measured"_a.noconvert(), "radius"_a, "focal"_a,
           "numbers"_a.noconvert(), "smoothings"_a);
 }

@@ -159,9 +159,53 @@ auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vect
 
 }  // namespace
 
-void bind_strand_sides(nb::module_& m) {
+void bind_strand_sides(Module& m) {
+    // Return the pixels at A lateral offsets of S samples along a strand, and the depth beside it.
+    //
+    // Parameters
+    // ----------
+    // view, across
+    //     (S, 2) px and (S, 2) unit: position of a sample in the view, and direction across the strand.
+    // offsets
+    //     (S, A) px from the position along `across`. The nearest pixel is taken.
+    // mask
+    //     (H, W) bool, the pixels that are not beside the strand, since they are of the object.
+    // depth
+    //     (H, W) float32 m, 0 = no reading.
+    //
+    // Returns
+    // -------
+    // pixels : (S, A) row-major indices, also in the mask; -1 outside the image
+    // readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
     m.def("sample_across", &sample_across, "view"_a.noconvert(), "across"_a.noconvert(), "offsets"_a.noconvert(), "mask"_a.noconvert(),
           "depth"_a.noconvert());
+    // Compare a strand with what lies on both of its sides, at S samples along it.
+    //
+    // Parameters
+    // ----------
+    // view, across, reach
+    //     (S, 2) px, (S, 2) unit and (S,) px: position of a sample in the view, direction across the strand, and radius there.
+    // radius
+    //     m, radius of the strand.
+    // depth
+    //     (H, W) float32 m, 0 = no reading; (0, 0) for none.
+    // color
+    //     (H, W, 3) uint8 RGB; (0, 0, 3) for none.
+    // mask
+    //     (H, W) bool; its pixels are no sides.
+    // core, sides, color_sides
+    //     radii from the axis at which the strand itself is looked at, and the depth and the color of a side.
+    // limits
+    //     (8,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
+    //     radii by which a strand rises at least; standard deviation in radii above which depth tells nothing; standard deviations
+    //     per median absolute deviation; difference of colors that is noise; the ratio of colors at most.
+    //
+    // Returns
+    // -------
+    // flat : by how much more than half of the windows the strand does not rise from both sides, 0 to 1. The rise is the median in a
+    //     window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
+    // edge : difference of the mean 8-bit CIELAB colors of the sides over that of the strand to the nearer one plus noise, in the
+    //     median of the samples; 0 without color.
     m.def("strand_sides", &strand_sides, "view"_a.noconvert(), "across"_a.noconvert(), "reach"_a.noconvert(), "radius"_a,
           "depth"_a.noconvert(), "color"_a.noconvert(), "mask"_a.noconvert(), "core"_a.noconvert(), "sides"_a.noconvert(),
           "color_sides"_a.noconvert(), "limits"_a.noconvert());

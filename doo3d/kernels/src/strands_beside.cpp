@@ -1,4 +1,3 @@
-// Strands that run beside each other in the view.
 #include "cells.h"
 
 namespace {
@@ -62,7 +61,31 @@ auto strands_beside(Matrix<double> view, Matrix<double> tangents, Vector<Index> 
 
 }  // namespace
 
-void bind_strands_beside(nb::module_& m) {
+void bind_strands_beside(Module& m) {
+    // Tell which samples of chains have another strand beside them in the view, nearly parallel.
+    //
+    // Parameters
+    // ----------
+    // view, tangents
+    //     (S, 2) float64, position in the view of S samples, of C chains one after the other, and the unit tangent there
+    // bounds
+    //     (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
+    // reach, along
+    //     (S,) float64, radius of the strand in the view, and position along the chain
+    // around
+    //     (C,) float64, length of a closed chain, in the unit of `along`; infinite for an open one
+    // reaches
+    //     two strands are beside each other if they are nearer than this many of the larger `reach`
+    // apart
+    //     difference of `along` from which on two samples of one chain are of two strands
+    // min_cosine
+    //     cosine of the angle between the two strands at least
+    // max_pairs
+    //     pairs of samples that are compared at most, or one of two samples, of four and so on is taken for its neighbors
+    //
+    // Returns
+    // -------
+    // (S,) bool
     m.def("strands_beside", &strands_beside, "view"_a.noconvert(), "tangents"_a.noconvert(), "bounds"_a.noconvert(), "reach"_a.noconvert(), "along"_a.noconvert(),
           "around"_a.noconvert(), "reaches"_a, "apart"_a, "min_cosine"_a, "max_pairs"_a);
 }

@@ -132,8 +132,33 @@ void blend_layer(Pixels picture, Volume<Byte> layer) {
 
 }  // namespace
 
-void bind_strokes(nb::module_& m) {
+void bind_strokes(Module& m) {
+    // Blend a transparent layer over a picture in place.
+    //
+    // Parameters
+    // ----------
+    // picture
+    //     (H, W, 3) uint8 RGB. Changed in place
+    // layer
+    //     (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity
     m.def("blend_layer", &blend_layer, "picture"_a.noconvert(), "layer"_a.noconvert());
+    // Draw antialiased strokes on a transparent layer in place, one after the other; each replaces what is below it.
+    //
+    // A stroke is a polyline with a half-width at each point, which changes linearly from one to the next; a single point is a disc.
+    // Pixel (column, row) has its center at (x, y) = (column, row), and is covered by the part of it that the stroke reaches across.
+    //
+    // Parameters
+    // ----------
+    // layer
+    //     (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity. Changed in place
+    // points
+    //     (P, 3) px, the points of all strokes: x, y and half-width
+    // stops
+    //     (S,) int64, the end of each of S strokes in `points`, exclusive; the first begins at 0, others where the last one ended
+    // colors
+    //     (S, 4) uint8, the color of each stroke, premultiplied RGBA
+    // blunt
+    //     (S,), whether a stroke is cut off at its first and its last point; otherwise its ends are round
     m.def("paint_strokes", &paint_strokes, "layer"_a.noconvert(), "points"_a.noconvert(), "stops"_a.noconvert(), "colors"_a.noconvert(),
           "blunt"_a.noconvert());
 }

@@ -1,4 +1,3 @@
-// Surface points ahead of the free ends of paths.
 #include "cells.h"
 
 namespace {
@@ -192,7 +191,41 @@ auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> 
 
 }  // namespace
 
-void bind_surface_ahead(nb::module_& m) {
+void bind_surface_ahead(Module& m) {
+    // Find the surface points ahead of free ends of paths and beside them, up to the first stretch ahead without points.
+    //
+    // A point belongs to an end if it lies in a box around the end and near the tangent line there, and if the sample nearest to it
+    // is at most `window` samples from the end.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, D) float64, N surface points, D = 2 or 3; those that are not finite are left out
+    // samples
+    //     (S, D) float64, samples along all paths
+    // ends
+    //     (E,) int64, the sample at each of E free ends
+    // tangents
+    //     (E, D) float64 unit, tangent at each end, pointing out of its path
+    // reach
+    //     (E,) float64, half the edge of the box around each end, whose edges are along the axes of the coordinates
+    // max_offset
+    //     (E,) float64; points at this distance from the tangent line or farther are left out
+    // max_gap
+    //     (E,) float64; a stretch along the tangent without points that is longer than this ends the points ahead
+    // window
+    //     number of samples, those of other paths too, by which the index of the nearest sample may differ from that of the end
+    //
+    // Returns
+    // -------
+    // axial : (K,) float64, position of each point along the tangent, ascending for each end: 0 at the end, positive outside
+    // lateral : (K,) float64, distance of each point from the tangent line
+    // bounds : (E + 1,) int64; the points of end e are [bounds[e]:bounds[e + 1]], the last entry is K
+    //
+    // Notes
+    // -----
+    // The points are compared with the ends whose boxes reach into their cell, so that the time grows with the number of points and
+    // not with that of ends.
     m.def("surface_ahead", &surface_ahead, "points"_a.noconvert(), "samples"_a.noconvert(), "ends"_a.noconvert(),
           "tangents"_a.noconvert(), "reach"_a.noconvert(), "max_offset"_a.noconvert(), "max_gap"_a.noconvert(), "window"_a);
 }

@@ -1,4 +1,3 @@
-// The color of the surface around strands, and the places that differ from it, on images scaled down by 4 and by 8.
 #include "between_pixels.h"
 #include "lab.h"
 #include "mask_runs.h"
@@ -316,12 +315,40 @@ auto surface_color(Volume<Byte> color, Matrix<bool> raised, Index window, Index 
     nb::capsule owner;
     float* data = release(std::move(around), owner);
     const nb::ndarray<nb::numpy, float, nb::ndim<3>, nb::c_contig> result(data, {std::size_t(height), std::size_t(width), 3}, owner);
-    return nb::make_tuple(result, to_numpy(std::move(deviation)), to_numpy_bool(seeds, rows, columns));
+    return std::make_tuple(result, to_numpy(std::move(deviation)), to_numpy_bool(seeds, rows, columns));
 }
 
 }  // namespace
 
-void bind_surface_color(nb::module_& m) {
+void bind_surface_color(Module& m) {
+    // Return the color of the surface around strands, its deviation, and the places that differ from it.
+    //
+    // Colors are compared in OpenCV's 8-bit CIELAB, in images scaled down by halves: by 4, and by 8. The surface's color is the
+    // median in a window of the smaller one. There, pixels mostly within 2 px of raised ones are replaced by the mean of the others
+    // in the window, so that a coil is none.
+    //
+    // Parameters
+    // ----------
+    // color
+    //     (H, W, 3) uint8 RGB, H and W over 4.
+    // raised
+    //     (H, W) bool.
+    // window
+    //     px of the smaller image, odd and at most 15.
+    // step
+    //     px between the samples of the image along a row, and a quarter of that between rows.
+    // per_median
+    //     standard deviations per median absolute deviation.
+    // min_deviation
+    //     deviation at least.
+    // seed
+    //     deviations from which on a pixel of the larger image differs.
+    //
+    // Returns
+    // -------
+    // around : (h, w, 3) float32, the surface's color in the smaller image.
+    // deviation : (3,), robust standard deviation of the image, blurred by a Gaussian of 0.8 px, from the surface's color.
+    // seeds : (r, c) bool, the pixels of the larger image that differ.
     m.def("surface_color", &surface_color, "color"_a.noconvert(), "raised"_a.noconvert(), "window"_a, "step"_a, "per_median"_a,
           "min_deviation"_a, "seed"_a);
 }

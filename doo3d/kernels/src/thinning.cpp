@@ -218,7 +218,20 @@ auto thin_voxels(Matrix<std::int32_t> table) {
 
 }  // namespace
 
-void bind_thinning(nb::module_& m) {
+void bind_thinning(Module& m) {
+    // Return the indices of the 26 neighbors of each voxel.
+    //
+    // coords : (M, 3) int64 >= 1, index of each of M voxels along the three axes, in lexicographic order. Returns (M, 26) int32:
+    // for each voxel, the row in `coords` of its neighbor at each offset from (-1, -1, -1) to (1, 1, 1) in lexicographic order
+    // without (0, 0, 0); -1 where there is no voxel.
     m.def("neighbor_table", &neighbor_table, "coords"_a.noconvert());
+    // Tell which voxels belong to the curve skeleton, lines one voxel wide (Lee-Kashyap-Chu thinning).
+    //
+    // table : (M, 26) int32 as `neighbor_table` returns it: indices of the neighbors of each of M voxels, -1 for none. Returns (M,)
+    // bool, True on the skeleton. The numbers of components, loops and cavities stay.
+    //
+    // Each of six directions takes its turn: the voxels exposed in that direction are collected and then deleted in 8 interleaved
+    // sub-grids, so that no two neighbors are tested one right after the other. Each is tested again just before it is deleted.
+    // Deleting in index order would erode a strip from one end, since each deletion would expose the next voxel.
     m.def("thin_voxels", &thin_voxels, "table"_a.noconvert());
 }

@@ -195,7 +195,42 @@ auto valley_bottoms(Matrix<float> depth, Matrix<Byte> orientation, Matrix<bool> 
 
 }  // namespace
 
-void bind_valleys(nb::module_& m) {
+void bind_valleys(Module& m) {
+    // Return the depth of the valleys in an image: the largest response of line detectors, less that to a crest there.
+    //
+    // A detector is the second derivative of a Gaussian across a line, averaged along it by another, in a window of two deviations,
+    // with mean 0 and absolute sum 2. Border pixels are repeated. Beside OpenCV's filters of the whole image, 6 to 26 times as fast
+    // on the wide stretches of masks (2.9 ms against 76 ms on 12,800 of 230,000 pixels).
+    //
+    // Parameters
+    // ----------
+    // image
+    //     (H, W) float32
+    // wanted
+    //     (H, W) bool, the pixels that are measured
+    // across, along
+    //     px, standard deviations across and along a line
+    // orientations
+    //     even number of orientations, from along the rows on by equal angles over a half turn
+    //
+    // Returns
+    // -------
+    // depth : (H, W) float32, in the unit of the image; 0 where it is not wanted
+    // orientation : (H, W) uint8, number of the orientation that responds most
     m.def("valley_depth", &valley_depth, "image"_a.noconvert(), "wanted"_a.noconvert(), "across"_a, "along"_a, "orientations"_a);
+    // Return the pixels that are no less deep than the two beside them across the direction of their valley.
+    //
+    // Parameters
+    // ----------
+    // depth, orientation
+    //     (H, W) float32 and (H, W) uint8, as `valley_depth` returns them
+    // wanted
+    //     (H, W) bool, the pixels that are tested
+    // orientations
+    //     number of orientations, a multiple of 8
+    //
+    // Returns
+    // -------
+    // (H, W) uint8, 1 or 0
     m.def("valley_bottoms", &valley_bottoms, "depth"_a.noconvert(), "orientation"_a.noconvert(), "wanted"_a.noconvert(), "orientations"_a);
 }

@@ -196,13 +196,59 @@ auto VoxelCells::voxels(Vector<Index> keys, Index min_voxels) const {
 
 }  // namespace
 
-void bind_voxel_cells(nb::module_& m) {
-    nb::class_<VoxelCells>(m, "VoxelCells")
+void bind_voxel_cells(Module& m) {
+    // The cells of a sparse grid that N points occupy, of which the voxels are made.
+    //
+    // The key of a cell is its row-major index in the box, which ends `margin` cells before the first and beyond the last point.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, D) float64, D = 2 or 3, finite; they are not copied, and must not change
+    // size
+    //     edge of a cell, in the unit of the points
+    // margin
+    //     number of empty cells beside the points along each axis
+    // limit
+    //     number of cells of the box at most, 9e18 at most
+    Class<VoxelCells>(m, "VoxelCells")
         .def(nb::init<Matrix<double>, double, Index, double>(), "points"_a.noconvert(), "size"_a, "margin"_a, "limit"_a)
+        // Number of cells of the box; there are no `keys` if it is over the limit.
         .def_prop_ro("total", &VoxelCells::total)
+        // Keys of the M occupied cells, (M,) int64, ascending.
         .def_prop_ro("keys", &VoxelCells::keys)
+        // Number of cells of the box along each axis, (D,) int64.
         .def_prop_ro("shape", &VoxelCells::shape)
+        // Lower corner of the box, (D,), in the unit of the points.
         .def_prop_ro("origin", &VoxelCells::origin)
+        // Close holes: morphological closing with a cube of 2 iterations + 1 cells.
+        //
+        // Parameters
+        // ----------
+        // iterations
+        //     dilations along each axis, followed by as many erosions, 0 to 1000 and less than the margin
+        // part
+        //     (N,) int64 >= 0, number of the part of each point; each part is closed by itself. Empty closes all at once
+        //
+        // Returns
+        // -------
+        // (K,) int64 ascending, keys of the occupied cells after closing, with those that hold points among them
         .def("closed", &VoxelCells::closed, "iterations"_a, "part"_a.noconvert())
+        // Return the voxels with given keys, without small components.
+        //
+        // Parameters
+        // ----------
+        // keys
+        //     (K,) int64 ascending, keys of the voxels, with those of all occupied cells among them
+        // min_voxels
+        //     26-connected components of fewer voxels are left out
+        //
+        // Returns
+        // -------
+        // coords : (V, D) int64, index of each voxel along each axis, in lexicographic order
+        // centroids : (V, D) float64, mean of the points in each voxel, added in their order; of voxels without points the mean
+        //     centroid of their neighbors that hold points, or the center where none does
+        // counts : (V,) int64, number of points in each voxel
+        // table : (V, 26) int32, as `neighbor_table` returns it; in 2-D for voxels whose third coordinates are equal
         .def("voxels", &VoxelCells::voxels, "keys"_a.noconvert(), "min_voxels"_a);
 }

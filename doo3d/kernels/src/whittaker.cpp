@@ -81,6 +81,23 @@ auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double stre
 
 }  // namespace
 
-void bind_whittaker(nb::module_& m) {
+void bind_whittaker(Module& m) {
+    // Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003), in time linear in the points.
+    //
+    // Parameters
+    // ----------
+    // values
+    //     (P, D) float64, the P points
+    // weights
+    //     (P, D, D) float64, weight matrix of each point, symmetric and positive semidefinite
+    // strength
+    //     weight of smoothness, in the unit of the weights; 0 leaves the points as they are
+    // order
+    //     order of the differences that are kept small, 1 to 8
+    //
+    // Returns
+    // -------
+    // (P, D) float64; the given points if there are no more than `order`. A ValueError says if the weights are too few to determine
+    // the result, such as all zero.
     m.def("whittaker_smooth", &whittaker_smooth, "values"_a.noconvert(), "weights"_a.noconvert(), "strength"_a, "order"_a);
 }

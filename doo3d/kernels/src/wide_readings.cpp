@@ -1,4 +1,3 @@
-// The readings of a depth image that lie on surfaces, wider than an object is.
 #include "runs.h"
 
 #include <algorithm>
@@ -79,6 +78,28 @@ auto wide_readings(Matrix<float> depth, Index stride, double scale, double max_d
 
 }  // namespace
 
-void bind_wide_readings(nb::module_& m) {
+void bind_wide_readings(Module& m) {
+    // Count the readings of a depth image that lie deep inside surfaces, and all readings, in every so many rows and columns.
+    //
+    // Gaps of one pixel between readings belong to a surface, and what lies beyond the image to none. The distance to a surface's
+    // edge is OpenCV's of steps on a 3 x 3 neighborhood.
+    //
+    // Parameters
+    // ----------
+    // depth
+    //     (H, W) float32 m, 0 = no reading.
+    // stride
+    //     px between the rows, and columns, that are looked at.
+    // scale
+    //     sides of such a pixel per m of depth.
+    // max_depth
+    //     m; a pixel that is farther away has the size of one there.
+    // half_width
+    //     m from a surface's edge beyond which a reading lies deep inside.
+    //
+    // Returns
+    // -------
+    // wide : number of readings deep inside surfaces.
+    // readings : number of readings.
     m.def("wide_readings", &wide_readings, "depth"_a.noconvert(), "stride"_a, "scale"_a, "max_depth"_a, "half_width"_a);
 }

@@ -110,4 +110,12 @@ auto thin_pixels(StridedMatrix<Index> coords) {
 
 }  // namespace
 
-void bind_zhang_suen(nb::module_& m) { m.def("thin_pixels", &thin_pixels, "coords"_a.noconvert()); }
+void bind_zhang_suen(Module& m) {
+    // Tell which pixels of a mask belong to its skeleton, lines one pixel wide (Zhang-Suen thinning).
+    //
+    // Pieces of the mask that were connected stay connected, holes stay holes, and an isolated pixel stays.
+    //
+    // coords : (N, 2) int64 >= 1, row and column of each of N pixels, in lexicographic order. Returns (N,) bool, True on the
+    // skeleton.
+    m.def("thin_pixels", &thin_pixels, "coords"_a.noconvert());
+}

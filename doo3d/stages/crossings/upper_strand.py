@@ -85,7 +85,7 @@ def upper_strand_log_odds(
     log_odds = np.zeros(len(depth))
     if foreground.depth is not None and foreground.mask is not None and foreground.points.shape[1] == 3:
         image = np.ascontiguousarray(foreground.depth, dtype=np.float32)
-        surface = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
+        surface: Floats = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
         log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
     elif foreground.points.shape[1] == 3:
         positions = strands.positions(CORE_OFFSETS).reshape(len(depth), -1, 2)

@@ -226,7 +226,7 @@ def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame
     if 2 * len(known) < len(line):
         return None
     medians = np.nanmedian(readings[known], axis=1)
-    surface = np.interp(np.arange(len(line)), known, medians)
+    surface: Floats = np.interp(np.arange(len(line)), known, medians)
     weight, smooth = np.ones(len(line)), np.asarray(surface)
     for _ in range(SMOOTHINGS):
         smooth = whittaker_smooth(surface[:, None], weight[:, None, None], SURFACE_SMOOTHING_PX**4)[:, 0]
