@@ -213,9 +213,10 @@ def _with_directions(junction: Junction, backwards: Sequence[bool]) -> Junction:
 
 def _best_pairs(gain: Floats) -> list[tuple[int, int]]:
     """Return the (row, column) pairs of largest total gain, each row and column at most once (Hungarian method)."""
-    if gain.size < 2:
-        return [(0, 0)] * gain.size
-    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, for nothing where there is one chain
+    is_gain = gain > 0
+    if (is_gain.sum(axis=0) <= 1).all() and (is_gain.sum(axis=1) <= 1).all():
+        return [(int(row), int(column)) for row, column in np.argwhere(is_gain)]
+    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, for nothing where no chain is near two others
 
     return [(int(row), int(column)) for row, column in zip(*linear_sum_assignment(-gain), strict=True)]
 
