@@ -1803,6 +1803,23 @@ def section_offsets(
     u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
     """
 
+def shift_costs(first: Floats, second: Floats, counts: tuple[int, int], limit: float) -> tuple[float, float]:
+    """Return the cost of matching a polyline with another at the best shift along it, and with the other turned around.
+
+    The polylines are compared at evenly spaced points, which are shifted by whole points against each other and overlap by at
+    least half of the fewer. The cost is the mean of their distances over `limit`; a point without a counterpart counts 1/2.
+
+    Parameters
+    ----------
+    first, second
+        (P, D) and (Q, D) float64, P, Q >= 2, of any layout
+    counts
+        number of points at which each of the two is compared, 2 to 10000
+    limit
+        greatest distance, in the unit of the points; both costs are infinite if a gap between the boxes around the polylines is
+        larger
+    """
+
 def silhouette(
     positions: Floats,
     tangents: Floats,

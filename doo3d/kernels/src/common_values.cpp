@@ -82,6 +82,7 @@ auto hue_modes(Vector<Index> hue, Vector<float> weight, Index bins, double devia
     require(hue.shape(0) == weight.shape(0), "weights are not one per hue");
     require(bins > 0 && bins <= 4096 && deviation > 0, "bins are not from 1 to 4096, or the deviation is not positive");
     count_visits(Index(hue.shape(0)) + bins * bins);
+    ReleasedGil released;
     std::vector<double> count(bins);
     for (std::size_t k = 0; k < hue.shape(0); ++k) {
         require(hue(k) >= 0 && hue(k) < bins && weight(k) >= 0, "a hue is no bin, or its weight is negative");
@@ -96,6 +97,7 @@ auto hue_modes(Vector<Index> hue, Vector<float> weight, Index bins, double devia
             if (number[k] == 0) number[k] = std::max<Index>(Index(cuts.size()), 1);
         }
     }
+    released.end();
     return to_numpy(std::move(number));
 }
 

@@ -31,6 +31,7 @@ auto classify_positions(StridedMatrix<double> points, Vector<double> camera, Mat
     require(points.shape(1) == 3 && camera.shape(0) == 4, "points or camera are not (N, 3), (4,)");
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
     require(noise > 0, "noise is not above 0");
+    ReleasedGil released;
     const Index count = points.shape(0);
     const double height = double(mask.shape(0)), width = double(mask.shape(1));
     std::vector<Index> result(count, 0), behind, pixels;
@@ -57,6 +58,7 @@ auto classify_positions(StridedMatrix<double> points, Vector<double> camera, Mat
         }
     }
     const std::size_t number = behind.size();
+    released.end();
     return std::make_tuple(to_numpy(std::move(result)), to_numpy(std::move(log_odds), std::size_t(count), 3), to_numpy(std::move(behind)),
                            to_numpy(std::move(pixels), number, 2), to_numpy(std::move(readings)));
 }

@@ -62,10 +62,12 @@ void check_length(const std::vector<double>& points, Index count, Index dim, dou
 
 auto lay_equal_chords(StridedMatrix<double> polyline, double length) {
     const Index count = polyline.shape(0), dim = polyline.shape(1);
+    ReleasedGil released;
     const std::vector<double> points = finite_points(polyline);
     check_length(points, count, dim, length);
     Chords chords = lay(points.data(), count, dim, length);
     const Index size = chords.size();
+    released.end();
     return std::make_tuple(to_numpy(std::move(chords.joints), size, dim), to_numpy(std::move(chords.arc_lengths)));
 }
 
@@ -186,6 +188,7 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
     check_bounds(bounds, points.shape(0));
     require(Index(bounds.shape(0)) == lines + 1 && Index(shifts.shape(0)) == 2 * lines, "bounds, closed and shifts do not fit each other");
     require(dim > 0 && length > 0, "points have no coordinates, or length is not positive");
+    ReleasedGil released;
     std::vector<double> joints;
     std::vector<Index> starts{0};
     for (Index c = 0; c < lines; ++c) {
@@ -204,6 +207,7 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
         starts.push_back(Index(joints.size()) / dim);
     }
     const Index size = starts.back();
+    released.end();
     return std::make_tuple(to_numpy(std::move(joints), size, dim), to_numpy(std::move(starts)));
 }
 

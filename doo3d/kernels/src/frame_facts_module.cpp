@@ -159,7 +159,9 @@ auto holes(const Facts& facts, Matrix<Index> kept, Index reach) {
 
 // Pixels of an axis relative to the mask's first row and column are those of the image.
 auto medial_axis(Matrix<bool> mask) {
+    ReleasedGil released;
     FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
+    released.end();
     return axis(facts);
 }
 

@@ -375,10 +375,15 @@ auto partners(const Blossoms& blossoms, Index count) {
 
 auto match_by_blossoms(Matrix<double> weight, nb::object lowered) {
     const Index count = weight.shape(0);
+    ReleasedGil released;
     const IntegerWeights integers(weight);
     Blossoms blossoms(count, integers);
+    released.end();
     for (;;) {
-        blossoms.solve();
+        {
+            nb::gil_scoped_release solving;
+            blossoms.solve();
+        }
         if (lowered.is_none()) return partners(blossoms, count);
         const auto [pairs, weights] = nb::cast<std::pair<Matrix<Index>, Vector<double>>>(lowered(partners(blossoms, count)));
         require(pairs.shape(1) == 2 && pairs.shape(0) == weights.shape(0), "the lowered weights are not one per pair");

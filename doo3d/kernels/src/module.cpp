@@ -38,6 +38,7 @@ void bind_ribbons(nb::module_&);
 void bind_second_best(nb::module_&);
 void bind_segment_fitting(nb::module_&);
 void bind_segment_lengths(nb::module_&);
+void bind_shift_costs(nb::module_&);
 void bind_silhouette(nb::module_&);
 void bind_skeleton_graph(nb::module_&);
 void bind_skeleton_paths(nb::module_&);
@@ -93,6 +94,7 @@ NB_MODULE(_native, m) {
     bind_second_best(m);
     bind_segment_fitting(m);
     bind_segment_lengths(m);
+    bind_shift_costs(m);
     bind_silhouette(m);
     bind_skeleton_graph(m);
     bind_skeleton_paths(m);

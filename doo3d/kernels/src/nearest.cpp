@@ -32,6 +32,7 @@ auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> 
     const Index dim = points.shape(1), paths = Index(bounds.shape(0)) - 1;
     std::vector<double> distance(points.shape(0));
     std::vector<Index> index(points.shape(0));
+    ReleasedGil released;
     for (Index p = 0; p < paths; ++p) {
         const Index first = bounds(p), target = target_bounds(p), size = target_bounds(p + 1) - target;
         require(size > 0 || bounds(p + 1) == first, "a path has points but no targets");
@@ -39,6 +40,7 @@ auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> 
         find_nearest(search, points.data() + first * dim, bounds(p + 1) - first, reach, false);
         for (Index n = first; n < bounds(p + 1); ++n) index[n] += target;
     }
+    released.end();
     return to_numpy(std::move(index));
 }
 
@@ -71,6 +73,7 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
     const Index size = centers.shape(0);
     std::vector<Index> counts(size);
     std::vector<double> means(3 * size), covariances(9 * size);
+    ReleasedGil released;
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (Index k = 0; k < 3 * size; ++k) {
         low[k % 3] = std::min(low[k % 3], centers.data()[k] - 1.01 * reach);
@@ -103,6 +106,7 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
             }
         }
     }
+    released.end();
     return std::make_tuple(to_numpy(std::move(counts)), to_numpy(std::move(means), size, 3), to_numpy(std::move(covariances), size, 9));
 }
 
@@ -119,6 +123,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
     require(edge > 0 && reach / edge < 1e9, "edge is not positive, or too small for the reach");
     for (std::size_t k = 0; k < origins.size(); ++k) require(std::fabs(origins.data()[k]) <= 10 * reach, "an origin is far away");
     for (std::size_t k = 0; k < axes.size(); ++k) require(std::fabs(axes.data()[k]) <= 1.001, "an axis is not a unit vector");
+    ReleasedGil released;
     std::vector<Index> table;
     std::vector<Byte> is_filled(size);
     const Index empty = INT64_MIN;  // no key
@@ -148,6 +153,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
         });
         is_filled[s] = occupied > wanted;
     }
+    released.end();
     return to_numpy_bool(is_filled);
 }
 

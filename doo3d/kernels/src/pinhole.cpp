@@ -7,12 +7,14 @@ auto project_pinhole(StridedMatrix<double> points, double fx, double fy, double 
     const std::size_t size = points.shape(0);
     require(points.shape(1) == 3, "points are not (N, 3)");
     count_visits(Index(size));
+    ReleasedGil released;
     std::vector<double> pixels(2 * size);
     for (std::size_t n = 0; n < size; ++n) {
         const double z = points(n, 2) > 0 ? points(n, 2) : NAN;
         pixels[2 * n] = fx * points(n, 0) / z + cx;
         pixels[2 * n + 1] = fy * points(n, 1) / z + cy;
     }
+    released.end();
     return to_numpy(std::move(pixels), size, 2);
 }
 
@@ -20,6 +22,7 @@ auto unproject_pinhole(StridedMatrix<double> pixels, Vector<double> depth, doubl
     const std::size_t size = pixels.shape(0);
     require(pixels.shape(1) == 2 && depth.shape(0) == size, "pixels are not (N, 2), or depth is not (N,)");
     count_visits(Index(size));
+    ReleasedGil released;
     std::vector<double> points(3 * size);
     for (std::size_t n = 0; n < size; ++n) {
         const double z = depth(n);
@@ -27,6 +30,7 @@ auto unproject_pinhole(StridedMatrix<double> pixels, Vector<double> depth, doubl
         points[3 * n + 1] = (pixels(n, 1) - cy) * z / fy;
         points[3 * n + 2] = z;
     }
+    released.end();
     return to_numpy(std::move(points), size, 3);
 }
 

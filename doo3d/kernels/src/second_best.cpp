@@ -211,12 +211,14 @@ auto second_best_rise(Matrix<double> cost, Vector<Index> partner, double free_co
     require(ends % 2 == 0, "the number of ends is odd");
     require(pairs.shape(1) == 2, "pairs are not (K, 2)");
     require(alternatives >= 0, "alternatives are negative");
+    ReleasedGil released;
     Matching matching(cost, partner, free_cost, free_partner, release, alternatives);
     std::vector<double> rises(pairs.shape(0));
     for (std::size_t k = 0; k < rises.size(); ++k) {
         require(pairs(k, 0) >= 0 && pairs(k, 0) < ends && pairs(k, 1) >= 0 && pairs(k, 1) < ends, "a pair holds no end");
         rises[k] = matching.rise_without(pairs(k, 0), pairs(k, 1), allow_closed);
     }
+    released.end();
     return to_numpy(std::move(rises));
 }
 
