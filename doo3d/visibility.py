@@ -9,6 +9,7 @@ import numpy as np
 
 from .config import VisibilityConfig
 from .evidence.depth_model import DepthModel, MultiViewDepthModel, PointVisibility
+from .geometry.curves import Curves
 from .geometry.polyline import unit
 from .geometry.radii import STEP_RADII
 from .kernels import gap_lengths
@@ -45,12 +46,13 @@ class Visibility:
         model = DepthModel.of(foreground, config, radius)
         return None if model is None else Visibility(model)
 
-    def with_support(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> Visibility:
-        """Return a copy that tells bare surface from holes in the mask, as measured beside chains.
+    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> Visibility:
+        """Return a copy that tells bare surface from holes in the mask, as measured beside chains; itself where none is seen.
 
         chains, radius, foreground : as for `DepthModel.with_support`.
         """
-        return Visibility(self.model.with_support(chains, radius, foreground))
+        model = self.model.with_support(chains, radius, foreground)
+        return self if model is self.model else Visibility(model)
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Tell which chain ends would be outside the image if they went straight on by `reach`: cut off there, and not `tips`.

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..config import VisibilityConfig
 from ..facts.frame_facts import FrameFacts, facts_of
+from ..geometry.curves import Curves
 from ..kernels import classify_positions
 from ..types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 from .support import Support
@@ -242,10 +243,10 @@ class DepthModel:
         beside[inside] = shown
         return beside
 
-    def with_support(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> DepthModel:
+    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> DepthModel:
         """Return a copy that tells bare surface from holes in the mask, as measured beside chains; itself in 2-D.
 
-        chains : joints of each chain, (N, D) m (px in 2-D). radius : of the object, m. foreground : the one of the model.
+        chains : the joints of chains, m (px in 2-D). radius : of the object, m. foreground : the one of the model.
         """
         support = Support.beside(chains, radius, foreground)
         return self if support is None else replace(self, support=support)
@@ -314,7 +315,7 @@ class MultiViewDepthModel:
         """Tell at which positions more views look past the object than see it: (N, 3) m in the cloud's frame -> (N,) bool."""
         return np.asarray(self.classify(points) == PointVisibility.FREE)
 
-    def with_support(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> MultiViewDepthModel:
+    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> MultiViewDepthModel:
         """Return the model itself: of a fused cloud no single depth image shows the surface beside its chains."""
         return self
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.curves import Curves
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import ColorOdds, surface_beside, surface_log_odds
 from ..types import Array, Bools, Camera, Floats, Foreground, Ints, Plane
@@ -60,7 +60,7 @@ class Support:
     plane: tuple[Plane, Camera, float] | None = None
 
     @staticmethod
-    def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> Support | None:
+    def beside(chains: Curves, radius: float, foreground: Foreground) -> Support | None:
         """Measure the surface beside chains; return None for a cloud and in 2-D.
 
         Parameters
@@ -73,16 +73,15 @@ class Support:
             mask, depth, camera and color of the frame.
         """
         depth, mask, camera = foreground.depth, foreground.mask, foreground.camera
-        if depth is None or mask is None or camera is None or not chains:
+        if depth is None or mask is None or camera is None or not len(chains):
             return None
-        joints, bounds = np.concatenate(chains), np.cumsum([0, *map(len, chains)])
         limits = MAX_RISE_RADII * radius, RISE_WINDOW_RADII * radius, MIN_RISE_READINGS, MIN_RISE_NOISE_RATIO, MAD_TO_DEVIATION
         inside, around, rise, noise = surface_beside(
-            joints, bounds, _intrinsics(camera), radius, LATERAL_RADII, mask, depth, np.array(limits)
+            chains.points, chains.bounds, _intrinsics(camera), radius, LATERAL_RADII, mask, depth, np.array(limits)
         )
         colors = None if foreground.color is None else _colors(foreground.color, inside, around)
         plane = None if foreground.plane is None else (foreground.plane, camera, radius)
-        return Support(joints[np.column_stack((bounds[:-1], bounds[1:] - 1)).ravel()], rise, noise, colors, plane)
+        return Support(chains.points[chains.tips], rise, noise, colors, plane)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.

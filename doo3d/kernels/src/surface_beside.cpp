@@ -55,7 +55,7 @@ void add_rise(const double* behind, Index count, const Limits& limits, std::vect
 
 // Return the joints within the window from an end of a chain, [first, last).
 std::pair<Index, Index> near_end(const double* joints, Index first, Index last, bool at_last, double window) {
-    const double spacing = std::sqrt(squared_distance(joints + 3 * (first + 1), joints + 3 * first, 3));
+    const double spacing = std::sqrt(squared_distance(joints + 3 * std::min(first + 1, last - 1), joints + 3 * first, 3));
     const Index count = std::max<Index>(2, Index(std::min(window / std::max(spacing, 1e-9), 1e9)));
     return at_last ? std::make_pair(std::max(last - count, first), last) : std::make_pair(first, std::min(first + count, last));
 }
@@ -66,7 +66,7 @@ auto surface_beside(Matrix<double> joints, Vector<Index> bounds, Vector<double> 
     check_bounds(bounds, count);
     require(joints.shape(1) == 3 && camera.shape(0) == 4 && limits.shape(0) == 5, "joints, camera or limits are not (N, 3), (4,), (5,)");
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask differ in size");
-    for (std::size_t c = 0; c + 1 < bounds.shape(0); ++c) require(bounds(c + 1) - bounds(c) >= 2, "a chain has fewer than two joints");
+    for (std::size_t c = 0; c + 1 < bounds.shape(0); ++c) require(bounds(c + 1) > bounds(c), "a chain has no joints");
     const Image image{mask, depth, camera(0), camera(1), camera(2), camera(3)};
     const Limits limit{limits(0), limits(1), limits(2), limits(3), limits(4)};
     std::vector<double> seen, behind(count * sides, NONE), rise, noise;

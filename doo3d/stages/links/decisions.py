@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...types import Floats, Ints
+from ...types import Floats
 from .. import Assembly
-from .candidates import End, Link, Pair
+from .candidates import Link, Pair, ends_of
 from .terms.gap_path import GapCost, GapPaths
 
 TOO_MANY = "too many chains"
@@ -148,28 +148,24 @@ def record_decisions(
     gap_paths
         the gap paths of all pairs of ends, with their costs.
     """
-    if not links:
-        return ()
-    order = sorted(range(len(links)), key=lambda i: links[i].cost)
-    pairs = np.array([(links[i].first.row, links[i].second.row) for i in order])
-    others, number = np.minimum(alternatives, alternatives.T)[pairs], np.arange(len(pairs))
-    others[number[:, None], (0, 1), pairs[:, ::-1]] = np.inf
-    others = others.reshape(len(pairs), -1)
-    cheapest = others.argmin(axis=1)
-    other = np.column_stack((pairs[number, cheapest // len(alternatives)], cheapest % len(alternatives)))
-    chosen = _candidates(pairs, terms, gap_paths)
-    runners_up = _candidates(np.sort(other, axis=1), terms, gap_paths)
-    is_allowed = np.isfinite(others[number, cheapest]).tolist()
-    return tuple(
-        MergeDecision(chosen[k], runners_up[k] if is_allowed[k] else None, confidence[i], kept[i]) for k, i in enumerate(order)
-    )
+    symmetric = np.minimum(alternatives, alternatives.T)
+    points, names = gap_paths.ends.points, ends_of(len(alternatives) // 2)
 
+    def candidate(a: int, b: int) -> Candidate:
+        a, b = min(a, b), max(a, b)
+        costs = {name: float(term[a, b]) for name, term in terms.items()}
+        return Candidate((names[a], names[b]), points[[a, b]], costs, gap_paths)
 
-def _candidates(pairs: Ints, terms: dict[str, Floats], gap_paths: GapPaths) -> list[Candidate]:
-    """Return a record of each pair of ends, given by their rows (K, 2), the lower first."""
-    costs = {name: term[pairs[:, 0], pairs[:, 1]].tolist() for name, term in terms.items()}
-    ends = [(End(*divmod(a, 2)), End(*divmod(b, 2))) for a, b in pairs.tolist()]
-    points = gap_paths.ends.points[pairs]
-    return [
-        Candidate(each, points[k], {name: values[k] for name, values in costs.items()}, gap_paths) for k, each in enumerate(ends)
-    ]
+    records = []
+    for i in sorted(range(len(links)), key=lambda i: links[i].cost):
+        a, b = links[i].first.row, links[i].second.row
+        others = symmetric[[a, b]]
+        others[0, b] = others[1, a] = np.inf
+        cheapest = int(np.argmin(others))
+        runner_up = (
+            candidate((a, b)[cheapest // len(symmetric)], cheapest % len(symmetric))
+            if np.isfinite(others.flat[cheapest])
+            else None
+        )
+        records.append(MergeDecision(candidate(a, b), runner_up, confidence[i], kept[i]))
+    return tuple(records)
