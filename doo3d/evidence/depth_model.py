@@ -179,7 +179,7 @@ class DepthModel:
 
     def is_outside(self, points: Floats) -> Bools:
         """Tell which positions (N, D) are outside the image: (N,) bool."""
-        return np.asarray(self._ask(points, 1.0)[0] == PointVisibility.OUTSIDE)
+        return np.asarray(self._ask(points, 1.0)[0] == int(PointVisibility.OUTSIDE))
 
     @cached_property
     def _view(self) -> tuple[Floats, Array, Bools]:
@@ -305,7 +305,7 @@ class MultiViewDepthModel:
 
     def is_outside(self, points: Floats) -> Bools:
         """Tell which positions (N, 3) m in the frame of the cloud are outside the images of all views: (N,) bool."""
-        return np.asarray((self._in_each_view(points) == PointVisibility.OUTSIDE).all(axis=0))
+        return np.asarray((self._in_each_view(points) == int(PointVisibility.OUTSIDE)).all(axis=0))
 
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position, in the view where it is the smallest, m."""
