@@ -105,7 +105,8 @@ class Support:
         -------
         (N,) nat; 0 where neither color nor depth tells.
         """
-        camera, plane = np.zeros(0), np.zeros(0)
+        camera: Floats = np.zeros(0)
+        plane: Floats = np.zeros(0)
         if self.plane is not None:
             camera, plane = _intrinsics(self.plane[1]), np.array((*self.plane[0].normal, self.plane[0].height, self.plane[2]))
         rises = self.ends, self.rise, self.rise_noise
@@ -124,7 +125,7 @@ def _intrinsics(camera: Camera) -> Floats:
 
 
 def _colors(color: Array, inside: Ints, around: Ints) -> ColorOdds | None:
-    """Return the colors on the object against those beside it, at row-major indices (N,) of pixels; None if either are too few."""
+    """Return the colors of pixels on the object against those beside it, by row-major indices; None if either are too few."""
     if min(len(inside), len(around)) < MIN_RISE_READINGS:
         return None
     shades = np.array(SHADES), SHADOW_SHARE

@@ -1105,14 +1105,14 @@ def follow_strand(
     """
 
 def gap_lengths(points: Floats, bounds: Ints, classes: Ints) -> Floats:
-    """Return how much of each polyline runs through free space or out of the image, through unknown space, and over bare surface.
+    """Return how much of each polyline runs through free space or outside the image, unknown space, and over bare surface.
 
     Parameters
     ----------
     points, bounds
         (N, D) float64, the points of K polylines one after the other, and (K + 1,) int64, the first of each, and N
     classes
-        (N - 1,) int64, the class of the middle between each point and the next, as of `classify_positions`, and 6 for bare surface
+        (N - 1,) int64, the class of the middle between each point and the next, as of `classify_positions`, or 6, bare surface
 
     Returns
     -------
@@ -1316,9 +1316,11 @@ def limit_pairs(
     Parameters
     ----------
     cost, distance, turns
-        (E, E) float64, of each pair; one above `max_cost`, `max_distance` or `max_turn` is not allowed
+        (E, E) float64, of each pair
     closed, exiting
         (E,) bool, ends of rings, which are not joined, and ends that leave the view, of which no two are joined
+    max_distance, max_cost, max_turn
+        values above which a join is not allowed
     allow_closed
         True if the two ends of one chain, 2 c and 2 c + 1, may be joined
 
@@ -2053,8 +2055,8 @@ def straight_gap_costs(
     first, second
         (K,) int64, the ends of each pair
     classes
-        (K S,) int64, class of each of S samples along each pair, as of `straight_gaps`: 0 outside the image, 1 unknown, 5 free and
-        6 bare surface count
+        (K S,) int64, class of each of S samples along each pair, as of `straight_gaps`; 0 outside the image, 1 unknown, 5 free
+        and 6 bare surface count
     near
         distance of two ends below which unknown samples count only if any is open
     unit_cost
@@ -2237,8 +2239,8 @@ def surface_beside(
     mask, depth
         (H, W) bool, the object, and (H, W) float32 m, 0 = no reading
     limits
-        (5,) float64: m behind a joint up to which a reading counts; m of chain near an end; readings at least; the ratio of the rise
-        to its noise that is exceeded; standard deviations per median absolute deviation
+        (5,) float64: m behind a joint up to which a reading counts; m of chain near an end; readings at least; the ratio of the
+        rise to its noise that is exceeded; standard deviations per median absolute deviation
 
     Returns
     -------
@@ -2296,7 +2298,8 @@ def surface_log_odds(
     """Return the log-odds, by depth, that readings are of the surface beside an object, and not of the object at positions.
 
     They are the distance by which the reading is farther than the position and half the rise at the nearest end, in standard
-    deviations of both; where the rise is not known, the distance by which the reading is lower over the plane than half the object.
+    deviations of both; where the rise is not known, the distance by which the reading is lower over the plane than half
+    the object.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def test_pixels_and_rises_are_those_of_a_plain_computation(seed):
     rng = np.random.default_rng(seed)
     mask = rng.random((40, 60)) < 0.2
     depth = np.where(rng.random((40, 60)) < 0.7, rng.normal(0.64, 0.01 * seed, (40, 60)), 0).astype(np.float32)
-    chains = [np.linspace(*(rng.normal(0, 0.15, (2, 3)) + (0, 0, 0.6)), rng.integers(2, 20)) for _ in range(5)]
+    chains = [np.linspace(*(rng.normal(0, 0.15, (2, 3)) + np.array((0, 0, 0.6))), rng.integers(2, 20)) for _ in range(5)]
     bounds = np.cumsum([0, *map(len, chains)])
     found = surface_beside(np.concatenate(chains), bounds, INTRINSICS, 0.01, LATERAL, mask, depth, LIMITS)
     for values, expected in zip(found, slow_surface(chains, 0.01, mask, depth), strict=True):
@@ -76,7 +76,7 @@ def slow_log_odds(points, pixels, readings, noise, ends, rise, rise_noise, plane
 @pytest.mark.parametrize("plane", [np.zeros(0), np.array((0.0, 0.6, -0.8, -0.5, 0.01))])
 def test_log_odds_are_those_of_a_plain_computation(plane):
     rng = np.random.default_rng(0)
-    points, ends = rng.normal(0, 0.1, (300, 3)) + (0, 0, 0.6), rng.normal(0, 0.1, (8, 3)) + (0, 0, 0.6)
+    points, ends = rng.normal(0, 0.1, (300, 3)) + np.array((0, 0, 0.6)), rng.normal(0, 0.1, (8, 3)) + np.array((0, 0, 0.6))
     pixels, readings = rng.integers(0, 40, (300, 2)), rng.normal(0.65, 0.05, 300)
     rise = np.where(rng.random(8) < 0.5, np.nan, 0.02)
     rise_noise = np.where(rng.random(8) < 0.2, np.nan, 0.003)
