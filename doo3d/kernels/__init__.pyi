@@ -609,11 +609,11 @@ def classify_positions(
     Parameters
     ----------
     points
-        (N, 3) float64 m in the camera's optical frame
+        (N, 3) float64 m in the camera's optical frame, or (N, 2) px in 2-D
     camera
-        (4,) float64, the intrinsics fx, fy, cx, cy in px
+        (4,) float64, the intrinsics fx, fy, cx, cy in px; (0,) in 2-D, where positions in the mask are 3, and others 5
     depth, mask
-        (H, W) float32 m, 0 = no reading, and (H, W) bool, the object
+        (H, W) float32 m, 0 = no reading, not used in 2-D, and (H, W) bool, the object
     margin
         m by which a reading is behind a position to show that it is free, or in front of it to hide it
     own_counts
@@ -1104,6 +1104,60 @@ def follow_strand(
     ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
     """
 
+def gap_lengths(points: Floats, bounds: Ints, classes: Ints) -> Floats:
+    """Return how much of each polyline runs through free space or outside the image, unknown space, and over bare surface.
+
+    Parameters
+    ----------
+    points, bounds
+        (N, D) float64, the points of K polylines one after the other, and (K + 1,) int64, the first of each, and N
+    classes
+        (N - 1,) int64, the class of the middle between each point and the next, as of `classify_positions`, or 6, bare surface
+
+    Returns
+    -------
+    (K, 3) float64, lengths in the unit of the points
+    """
+
+def gaps_along_lines(
+    points: Floats,
+    tangents: Floats,
+    joints: Floats,
+    bounds: Ints,
+    closed: Bools,
+    camera: Floats,
+    radius: float,
+    lines: Floats,
+    line_bounds: Ints,
+    reach: float,
+) -> tuple[Ints, Floats, Ints]:
+    """Find the gaps between ends of chains along lines in the image.
+
+    Two ends of different open chains that follow each other on one line are a gap if they are at least `reach` apart along it, if
+    both point along it towards each other over that length, and if no other chain is within `reach` of the line between them.
+
+    Parameters
+    ----------
+    points, tangents
+        (2 C, 3) float64 m in the camera's optical frame, the ends of C chains, and unit vectors out of the chains
+    joints, bounds, closed
+        (N, 3) float64 m, the joints of the chains one after the other; (C + 1,) int64, the first of each, and N; (C,) bool, rings
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    radius
+        m, of the object
+    lines, line_bounds
+        (L, 2) float64 px, (u, v), points of lines one after the other, and int64, the first of each, and L
+    reach
+        px within which an end or a chain is on a line
+
+    Returns
+    -------
+    pairs : (K, 2) int64, the two ends of each gap, in the order of the line
+    points : (P, 3) float64 m, from the first end along the line to the second; inverse depth is interpolated
+    bounds : (K + 1,) int64, the first point of each gap, and P
+    """
+
 def half_shell_spread(sample: Ints, lateral: Floats, path: Ints, half: int) -> tuple[Floats, Floats, Floats, Floats]:
     """Measure how the points of each cross-section spread across the line of sight.
 
@@ -1244,6 +1298,35 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:
     -------
     joints : (J, D) float64, the J >= 1 joints of the J - 1 chords; only the first point if the polyline is too short for a chord
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
+    """
+
+def limit_pairs(
+    cost: Floats,
+    distance: Floats,
+    turns: Floats,
+    closed: Bools,
+    exiting: Bools,
+    max_distance: float,
+    max_cost: float,
+    max_turn: float,
+    allow_closed: bool,
+) -> Floats:
+    """Return the cost of joining ends i < j of chains, infinite elsewhere and where a join is not allowed.
+
+    Parameters
+    ----------
+    cost, distance, turns
+        (E, E) float64, of each pair
+    closed, exiting
+        (E,) bool, ends of rings, which are not joined, and ends that leave the view, of which no two are joined
+    max_distance, max_cost, max_turn
+        values above which a join is not allowed
+    allow_closed
+        True if the two ends of one chain, 2 c and 2 c + 1, may be joined
+
+    Returns
+    -------
+    (E, E) float64
     """
 
 def line_ends(pixels: Ints, starts: Ints, shape: tuple[int, int], window: int) -> tuple[Ints, Ints, Floats]:
@@ -1717,14 +1800,7 @@ def sample_polylines(points: Floats, bounds: Ints, spacing: Floats, counts: Ints
     """
 
 def second_best_rise(
-    cost: Floats,
-    partner: Ints,
-    free_cost: float,
-    free_partner: Ints,
-    release: Floats,
-    pairs: Ints,
-    allow_closed: bool,
-    alternatives: int,
+    cost: Floats, joined: Ints, joined_costs: Floats, free_cost: float, allow_closed: bool, alternatives: int
 ) -> Floats:
     """Return, for each connection of a matching of chain ends, by how much the total cost rises at least if it is not made.
 
@@ -1735,18 +1811,12 @@ def second_best_rise(
     Parameters
     ----------
     cost
-        (E, E) float64, symmetric, cost of connecting any two of E ends; infinite where that is not allowed. Ends 2 c and 2 c + 1
-        belong to chain c
-    partner
-        (E,) int64, the end that each is connected to; -1 for none
+        (E, E) float64, cost of connecting any two of E ends; the lower of [i, j] and [j, i] counts, infinite where that is not
+        allowed. Costs above `free_cost` are not allowed. Ends 2 c and 2 c + 1 belong to chain c
+    joined, joined_costs
+        (K, 2) int64 and (K,) float64, the two ends of each of K connections, and what it costs
     free_cost
         cost of leaving two ends free
-    free_partner
-        (E,) int64, the free end to which each end would be connected at the least cost; -1 if none costs less than `free_cost`
-    release
-        (E,) float64, by how much the total rises at least when each end gives up its connection, or is no longer free
-    pairs
-        (K, 2) int64, the two ends of each of K connections
     allow_closed
         True if an exchange of connections may close a chain to a ring
     alternatives
@@ -1983,6 +2053,56 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     7 times as fast as np.linalg.norm of np.diff on the 61 points of a usual path (1.2 us against 8.2 us, 28 times a frame).
     """
 
+def straight_gap_costs(
+    points: Floats,
+    first: Ints,
+    second: Ints,
+    classes: Ints,
+    near: float,
+    unit_cost: float,
+    open_weight: float,
+    unknown_weight: float,
+) -> Floats:
+    """Return the cost of the straight gap between the ends of each pair: its length times the weighted shares of its samples.
+
+    Parameters
+    ----------
+    points
+        (E, D) float64, positions of the ends
+    first, second
+        (K,) int64, the ends of each pair
+    classes
+        (K S,) int64, class of each of S samples along each pair, as of `straight_gaps`; 0 outside the image, 1 unknown, 5 free
+        and 6 bare surface count
+    near
+        distance of two ends below which unknown samples count only if any is open
+    unit_cost
+        cost per unit of length
+    open_weight, unknown_weight
+        factors of the share of samples that are outside, free or bare, and of the share that are unknown
+
+    Returns
+    -------
+    (K,) float64
+    """
+
+def straight_gaps(points: Floats, first: Ints, second: Ints, shares: Floats) -> Floats:
+    """Return positions on the straight connections of pairs of ends.
+
+    Parameters
+    ----------
+    points
+        (E, D) float64, positions of the ends
+    first, second
+        (K,) int64, the ends of each pair
+    shares
+        (S,) float64, fractions of the connection, from 0 at the first end
+
+    Returns
+    -------
+    (K S, D) float64, pair by pair
+    """
+
 def strand_sides(
     view: Floats,
     across: Floats,
@@ -2109,6 +2229,44 @@ def surface_ahead(
     not with that of ends.
     """
 
+def surface_beside(
+    joints: Floats,
+    bounds: Ints,
+    camera: Floats,
+    radius: float,
+    lateral: Floats,
+    mask: Bools,
+    depth: Array,
+    limits: Floats,
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """Measure the surface beside chains in a depth image.
+
+    The rise at an end is the median distance by which readings beside the joints near the end lie behind the joints.
+
+    Parameters
+    ----------
+    joints, bounds
+        (N, 3) float64 m in the camera's optical frame, the joints of C chains one after the other; (C + 1,) int64, first of each
+    camera
+        (4,) float64, the intrinsics fx, fy, cx, cy in px
+    radius
+        m, of the object
+    lateral
+        (S,) float64 radii, offsets across the chain in the image at which the surface is read
+    mask, depth
+        (H, W) bool, the object, and (H, W) float32 m, 0 = no reading
+    limits
+        (5,) float64: m behind a joint up to which a reading counts; m of chain near an end; readings at least; the ratio of the
+        rise to its noise that is exceeded; standard deviations per median absolute deviation
+
+    Returns
+    -------
+    inside : (I,) int64, row-major indices of the pixels of the joints that are in the mask
+    around : (A,) int64, of the pixels at the offsets that are outside the mask
+    rise : (2 C,) float64 m, at the first and the last joint of each chain; NaN where it is not told from zero
+    noise : (2 C,) float64 m, the standard deviation of single readings there; NaN without any
+    """
+
 def surface_color(
     color: Array, raised: Bools, window: int, step: int, per_median: float, min_deviation: float, seed: float
 ) -> tuple[Array, Floats, Bools]:
@@ -2140,6 +2298,43 @@ def surface_color(
     around : (h, w, 3) float32, the surface's color in the smaller image.
     deviation : (3,), robust standard deviation of the image, blurred by a Gaussian of 0.8 px, from the surface's color.
     seeds : (r, c) bool, the pixels of the larger image that differ.
+    """
+
+def surface_log_odds(
+    points: Floats,
+    pixels: Ints,
+    readings: Floats,
+    noise: float,
+    ends: Floats,
+    rise: Floats,
+    rise_noise: Floats,
+    reach: float,
+    camera: Floats,
+    plane: Floats,
+) -> Floats:
+    """Return the log-odds, by depth, that readings are of the surface beside an object, and not of the object at positions.
+
+    They are the distance by which the reading is farther than the position and half the rise at the nearest end, in standard
+    deviations of both; where the rise is not known, the distance by which the reading is lower over the plane than half
+    the object.
+
+    Parameters
+    ----------
+    points, pixels, readings
+        (N, 3) float64 m in the camera's optical frame; (N, 2) int64, the pixel (u, v) of each; (N,) float64 m, the reading there
+    noise
+        1/m, standard deviation of readings in inverse depth
+    ends, rise, rise_noise
+        (E, 3) float64 m, E > 0 ends of chains, and (E,) float64 m, as `surface_beside` measures them there
+    reach
+        m within which the nearest end is found quickly
+    camera, plane
+        (4,) float64 intrinsics fx, fy, cx, cy in px, and (5,) float64: normal and height of the plane, and half the height of the
+        object over it, m; (0,) each without a plane
+
+    Returns
+    -------
+    (N,) float64 nat; 0 where it is not known
     """
 
 def thin_pixels(coords: Ints) -> Bools:

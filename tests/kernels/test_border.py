@@ -68,6 +68,11 @@ CALLS = {
         (np.zeros(1), np.array([-2.0, 2.0]), np.ones(1), np.zeros(1)), 2, np.full(11, 0.5),
     ),
     "FrameFacts": (np.ones((3, 3), bool),),
+    "gap_lengths": (POINTS, np.array([0, 2, 6]), np.array([5, 1, 6, 0, 3])),
+    "gaps_along_lines": (
+        POINTS[[0, 1, 4, 5]], np.eye(4, 3), POINTS, np.array([0, 2, 6]), np.zeros(2, bool), np.ones(4), 0.01,
+        np.ones((3, 2)), np.array([0, 3]), 1.0,
+    ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
@@ -77,6 +82,9 @@ CALLS = {
         POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
     ),
     "lay_equal_chords": (POINTS, 0.01),
+    "limit_pairs": (
+        np.ones((4, 4)), np.ones((4, 4)), np.ones((4, 4)), np.zeros(4, bool), np.zeros(4, bool), 1.0, 1.0, 1.0, False,
+    ),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
@@ -113,9 +121,7 @@ CALLS = {
     ),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
-    "second_best_rise": (
-        np.ones((2, 2)), np.array([1, 0]), 1.0, np.array([-1, -1]), np.zeros(2), np.array([[0, 1]]), False, 2,
-    ),
+    "second_best_rise": (np.ones((2, 2)), np.array([[0, 1]]), np.ones(1), 1.0, False, 2),
     "section_axes": (POINTS, POINTS, np.zeros(3)),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "shift_costs": (POINTS, POINTS + 0.01, (5, 7), 0.1),
@@ -129,6 +135,8 @@ CALLS = {
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
+    "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
+    "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
@@ -138,7 +146,13 @@ CALLS = {
         POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
     ),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
+    "surface_beside": (
+        POINTS, np.array([0, 2, 6]), np.ones(4), 0.01, np.ones(2), np.ones((3, 3), bool), np.ones((3, 3), np.float32), np.ones(5),
+    ),
     "surface_color": (np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8), bool), 3, 1, 1.5, 1.0, 3.5),
+    "surface_log_odds": (
+        POINTS, np.ones((6, 2), int), np.ones(6), 0.1, POINTS, np.ones(6), np.ones(6), 0.1, np.ones(4), np.ones(5),
+    ),
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
