@@ -249,6 +249,16 @@ class FrameFacts:
     def skeleton_pixels(self) -> Ints:
         """Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`."""
 
+    def closed_core(self, half_widths: Ints, distance: float) -> int:
+        """Return the number of pixels farther than a distance from the outside once gaps are closed; see `close_mask`.
+
+        half_widths : (K,) int64, half the widths of a symmetric shape, from its middle row on. distance : px.
+
+        Raises
+        ------
+        ValueError : half_widths is empty or increases, or a value is negative or more than the image is large.
+        """
+
     def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> Bools:
         """Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
 

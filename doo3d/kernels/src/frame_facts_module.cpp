@@ -1,5 +1,6 @@
 // FrameFacts and the functions of a mask alone, as Python sees them.
 #include "depth_facts.h"
+#include "mask_closing.h"
 
 #include <nanobind/stl/optional.h>
 
@@ -114,6 +115,12 @@ auto middle_pixels(Facts& facts, Matrix<Index> pixels, double reach) {
     return to_numpy_bool(middle);
 }
 
+Index closed_core(const Facts& facts, Vector<Index> half_widths, double distance) {
+    const std::vector<Index> shape = checked_shape(half_widths, distance, facts.height(), facts.width());
+    nb::gil_scoped_release released;
+    return closed_mask(facts, shape, distance).deep;
+}
+
 auto depth_summary(const Facts& facts) {
     const float* depth = facts.readings();
     DepthSummary found;
@@ -181,6 +188,7 @@ void bind_frame_facts(nb::module_& m) {
         .def("pixel_list", [](const Facts& facts) { return pixels(facts); })
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
+        .def("closed_core", &closed_core, "half_widths"_a.noconvert(), "distance"_a)
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
         .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
         .def("depth_summary", &depth_summary)
