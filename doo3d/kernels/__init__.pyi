@@ -259,6 +259,22 @@ class FrameFacts:
         ValueError : half_widths is empty or increases, or a value is negative or more than the image is large.
         """
 
+    def lattice_pixels(self, most: int, golden: float) -> tuple[Floats, float]:
+        """Return about `most` pixels of the mask, evenly distributed, as (u, v), sorted by u and then v.
+
+        Parameters
+        ----------
+        most
+            number of pixels, about; all are returned if there are not more
+        golden
+            the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
+            step / golden
+
+        Returns
+        -------
+        (K, 2) float64 px, and the number of pixels of the mask that each stands for.
+        """
+
     def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> Bools:
         """Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
 
@@ -1183,24 +1199,6 @@ def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
     Returns
     -------
     (H, W) float32; 0 where it is not wanted
-    """
-
-def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[Floats, float]:
-    """Return about `most` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool
-    most
-        number of pixels, about; all are returned if there are not more
-    golden
-        the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
-        step / golden
-
-    Returns
-    -------
-    (K, 2) float64 px, and the number of pixels of the mask that each stands for.
     """
 
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:

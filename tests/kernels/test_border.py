@@ -71,7 +71,6 @@ CALLS = {
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
-    "lattice_pixels": (np.ones((3, 3), bool), 5, 1.6),
     "keep_segments": (
         POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
     ),
