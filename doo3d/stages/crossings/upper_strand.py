@@ -83,15 +83,24 @@ def upper_strand_log_odds(
     overlap = (SAMPLE_DISTANCES, OVERLAP_MARGIN, MIN_ANGLE)
     strands = CrossingStrands(chains.points, chains.bounds, chains.closed, *crossings, radius, half_width, *overlap)
     log_odds = np.zeros(len(depth))
-    if foreground.depth is not None and foreground.mask is not None and foreground.points.shape[1] == 3:
+    if foreground.points.shape[1] == 3:
+        log_odds += depth_log_odds(strands, half_width, foreground, view)
+    return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
+
+
+def depth_log_odds(strands: CrossingStrands, half_width: Floats, foreground: Foreground, view: Projection) -> Floats:
+    """Return the log odds (C,) that the first strand of each crossing is upper, by the depth of the surfaces beside the overlap.
+
+    half_width : (C, 2), half the width of each strand at the crossing, in the unit of the view. In a cloud, the surface is at the
+    nearest to the sensor of the points within half of the greatest.
+    """
+    if foreground.depth is not None and foreground.mask is not None:
         image = np.ascontiguousarray(foreground.depth, dtype=np.float32)
         surface = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
-        log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
-    elif foreground.points.shape[1] == 3:
-        positions = strands.positions(CORE_OFFSETS).reshape(len(depth), -1, 2)
+    else:
+        positions = strands.positions(CORE_OFFSETS).reshape(len(half_width), -1, 2)
         surface = _nearest_in_cloud(positions, foreground.points, view, 0.5 * float(half_width.max()))
-        log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
-    return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
+    return strands.depth_log_odds(surface, DEPTH_SETTINGS)
 
 
 def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:

@@ -141,14 +141,13 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     radius = facts.radius(frame.camera.fx)
     readings, slope, outliers = filter_readings(facts, config)
     measured = len(readings.pixels)
-    bridges, smoothed = None, 0
+    smoothed = 0
     if method != "everything":
-        readings, bridges, smoothed = filter_along_strands(readings, facts, radius, frame)
+        readings, smoothed = filter_along_strands(readings, facts, radius, frame)
         readings = inpaint_readings(readings, facts, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
         filtered=frame.camera.unproject(readings.pixels, readings.filtered),
-        bridges=bridges,
         pixels=readings.pixels,
         mask=facts.mask,
         facts=facts,
