@@ -31,7 +31,7 @@ LatticePixels lattice_of(const std::vector<Run>& runs, Index width, Index most, 
     for_each_kept([&](Index u, Index) { ++next[u + 1]; });
     for (Index u = 0; u < width; ++u) next[u + 1] += next[u];
     found.pixels.resize(2 * next[width]);
-    count_visits(Index(found.pixels.size()));
+    count_visits(next[width]);
     for_each_kept([&](Index u, Index row) {
         double* pixel = found.pixels.data() + 2 * next[u]++;
         pixel[0] = double(u);
