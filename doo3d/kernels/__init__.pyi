@@ -249,6 +249,32 @@ class FrameFacts:
     def skeleton_pixels(self) -> Ints:
         """Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`."""
 
+    def closed_core(self, half_widths: Ints, distance: float) -> int:
+        """Return the number of pixels farther than a distance from the outside once gaps are closed; see `close_mask`.
+
+        half_widths : (K,) int64, half the widths of a symmetric shape, from its middle row on. distance : px.
+
+        Raises
+        ------
+        ValueError : half_widths is empty or increases, or a value is negative or more than the image is large.
+        """
+
+    def lattice_pixels(self, most: int, golden: float) -> tuple[Floats, float]:
+        """Return about `most` pixels of the mask, evenly distributed, as (u, v), sorted by u and then v.
+
+        Parameters
+        ----------
+        most
+            number of pixels, about; all are returned if there are not more
+        golden
+            the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
+            step / golden
+
+        Returns
+        -------
+        (K, 2) float64 px, and the number of pixels of the mask that each stands for.
+        """
+
     def core_pixels(self, pixels: Ints, reach: int, fraction: float, margin: float) -> Bools:
         """Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
 
@@ -1261,24 +1287,6 @@ def largest_within(values: Array, wanted: Bools, half: Ints) -> Array:
     Returns
     -------
     (H, W) float32; 0 where it is not wanted
-    """
-
-def lattice_pixels(mask: Bools, most: int, golden: float) -> tuple[Floats, float]:
-    """Return about `most` True pixels of a mask, evenly distributed, as (u, v) = (column, row), sorted by u and then v.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool
-    most
-        number of pixels, about; all are returned if there are not more
-    golden
-        the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
-        step / golden
-
-    Returns
-    -------
-    (K, 2) float64 px, and the number of pixels of the mask that each stands for.
     """
 
 def lay_equal_chords(points: Floats, length: float) -> tuple[Floats, Floats]:

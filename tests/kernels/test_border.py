@@ -77,7 +77,6 @@ CALLS = {
     "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
-    "lattice_pixels": (np.ones((3, 3), bool), 5, 1.6),
     "keep_segments": (
         POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
     ),

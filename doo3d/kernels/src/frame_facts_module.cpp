@@ -1,5 +1,7 @@
 // FrameFacts and the functions of a mask alone, as Python sees them.
 #include "depth_facts.h"
+#include "lattice_pixels.h"
+#include "mask_closing.h"
 
 #include <nanobind/stl/optional.h>
 
@@ -88,6 +90,17 @@ auto skeleton(FrameFacts& facts) {
     return to_pairs(std::move(found));
 }
 
+auto lattice_pixels(const Facts& facts, Index most, double golden) {
+    require(most > 0 && golden > 1, "most is not positive, or golden is not more than 1");
+    LatticePixels found;
+    {
+        nb::gil_scoped_release released;
+        found = lattice_of(facts.runs(), facts.width(), most, golden);
+    }
+    const std::size_t kept = found.pixels.size() / 2;
+    return std::make_tuple(to_numpy(std::move(found.pixels), kept, 2), double(found.count) / double(std::max<std::size_t>(1, kept)));
+}
+
 auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fraction, double margin) {
     require(pixels.shape(1) == 2, "pixels are not (N, 2)");
     require(reach >= 0, "reach is negative");
@@ -112,6 +125,12 @@ auto middle_pixels(Facts& facts, Matrix<Index> pixels, double reach) {
         middle = facts.near_skeleton(data, count, reach);
     }
     return to_numpy_bool(middle);
+}
+
+Index closed_core(const Facts& facts, Vector<Index> half_widths, double distance) {
+    const std::vector<Index> shape = checked_shape(half_widths, distance, facts.height(), facts.width());
+    nb::gil_scoped_release released;
+    return closed_mask(facts, shape, distance).deep;
 }
 
 auto depth_summary(const Facts& facts) {
@@ -183,6 +202,8 @@ void bind_frame_facts(nb::module_& m) {
         .def("pixel_list", [](const Facts& facts) { return pixels(facts); })
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
+        .def("closed_core", &closed_core, "half_widths"_a.noconvert(), "distance"_a)
+        .def("lattice_pixels", &lattice_pixels, "most"_a, "golden"_a)
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
         .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
         .def("depth_summary", &depth_summary)

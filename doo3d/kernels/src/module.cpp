@@ -20,7 +20,6 @@ void bind_frame_facts(nb::module_&);
 void bind_gap_lengths(nb::module_&);
 void bind_gap_path(nb::module_&);
 void bind_keep_segments(nb::module_&);
-void bind_lattice_pixels(nb::module_&);
 void bind_line_ends(nb::module_&);
 void bind_line_fitting(nb::module_&);
 void bind_mask_closing(nb::module_&);
@@ -79,7 +78,6 @@ NB_MODULE(_native, m) {
     bind_gap_lengths(m);
     bind_gap_path(m);
     bind_keep_segments(m);
-    bind_lattice_pixels(m);
     bind_line_ends(m);
     bind_line_fitting(m);
     bind_mask_closing(m);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -80,7 +81,9 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     refusal = _refusal_notes(links, sizes, cost, gap_paths)
     return Merged(
         [assembly for _, assembly in kept],
-        record_decisions(links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths),
+        partial(
+            record_decisions, links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths
+        ),
         tuple(DroppedChain(joints, (len(joints) - 1) * context.segment_length, why) for joints, why in dropped),
         (*_notes(left_out), *refusal),
         bool(refusal),
