@@ -1514,6 +1514,23 @@ def percentiles(values: Floats, percents: Floats) -> Floats:
     percents : (Q,) 0 to 100.
     """
 
+def points_around(points: Floats, positions: Floats, reach: float) -> Ints:
+    """Return the points in the plane that may be within `reach` of one of several positions: all that are, and some farther away.
+
+    Parameters
+    ----------
+    points
+        (N, 2) float64; points that are not finite are near nothing
+    positions
+        (P, 2) float64, finite, in the unit of the points
+    reach
+        distance, in the unit of the points, over 0
+
+    Returns
+    -------
+    (K,) int64, their indices, ascending; none is farther than 8 `reach` unless the positions spread over more than 64 `reach`
+    """
+
 def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats, Floats, Floats]:
     """Find every place where two segments of L polylines in the plane cross. Neighbors, which share a point, do not count.
 
