@@ -839,7 +839,7 @@ def equal_segments(
     -------
     joints : (J, D) float64, the joints of all chains, one chain after the other
     bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
-        segment
+        segment or curled up within one
     """
 
 def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: int, tolerance: float) -> Floats:
