@@ -32,8 +32,8 @@ def chains_along(curves: Curves, shifts: Floats, length: float) -> Curves:
 
     Returns
     -------
-    The joints along each curve; none for a curve shorter than half a segment or curled up within one, and for a ring of fewer than
-    three segments.
+    The joints along each curve; none for a curve shorter than half a segment or curled up within one, and for a ring of fewer
+    than three segments.
     """
     joints = Curves(
         *kernels.equal_segments(curves.points, curves.bounds, curves.closed, shifts, length, MAX_SAMPLES_PER_CHORD), curves.closed
