@@ -151,30 +151,30 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
     return to_numpy_bool(is_filled);
 }
 
-// Square cells of which those are marked that lie within `reach` of one of the positions. The edge of the cells is doubled until their
-// number is in proportion to the points.
+// Square cells of which those are marked that hold one of the positions or touch such a cell; their edge is `reach`, or doubled until
+// their number is in proportion to the points.
 class MarkedCells {
 public:
     MarkedCells(const Matrix<double>& positions, double reach, Index points) {
         const Index count = positions.shape(0);
         double most[2] = {-INFINITY, -INFINITY};
         for (Index k = 0; k < 2 * count; ++k) {
-            low_[k % 2] = std::min(low_[k % 2], positions.data()[k] - MARGIN * reach);
-            most[k % 2] = std::max(most[k % 2], positions.data()[k] + MARGIN * reach);
+            low_[k % 2] = std::min(low_[k % 2], positions.data()[k]);
+            most[k % 2] = std::max(most[k % 2], positions.data()[k]);
         }
         if (count == 0) return;
-        double edge = reach;
-        while (((most[0] - low_[0]) / edge + 1) * ((most[1] - low_[1]) / edge + 1) > double(points) + 4096.0) edge *= 2;
+        double edge = reach * (1 + 1e-9);  // against rounding
+        while (((most[0] - low_[0]) / edge + 3) * ((most[1] - low_[1]) / edge + 3) > double(points) + 4096.0) edge *= 2;
         per_unit_ = 1 / edge;
-        for (Index d = 0; d < 2; ++d) shape_[d] = Index((most[d] - low_[d]) * per_unit_) + 1;
+        for (Index d = 0; d < 2; ++d) {
+            shape_[d] = Index((most[d] - low_[d]) * per_unit_) + 3;
+            low_[d] -= edge;
+        }
         is_marked_.resize(shape_[0] * shape_[1]);
-        Visits visits;
+        count_visits(count);
         for (const double* at = positions.data(); at != positions.data() + 2 * count; at += 2) {
-            const Index last = cell(at[1] + MARGIN * reach, 1), first = cell(at[1] - MARGIN * reach, 1);
-            for (Index row = cell(at[0] - MARGIN * reach, 0); row <= cell(at[0] + MARGIN * reach, 0); ++row) {
-                for (Index column = first; column <= last; ++column) is_marked_[row * shape_[1] + column] = 1;
-                visits.count += last - first + 1;
-            }
+            Byte* marked = &is_marked_[cell(at[0], 0) * shape_[1] + cell(at[1], 1)];
+            for (Index row = -1; row <= 1; ++row) std::fill_n(marked + row * shape_[1] - 1, 3, Byte(1));
         }
     }
 
@@ -185,9 +185,8 @@ public:
     }
 
 private:
-    static constexpr double MARGIN = 1.001;  // against rounding
-
-    Index cell(double value, Index d) const { return std::min(Index((value - low_[d]) * per_unit_), shape_[d] - 1); }
+    // The cell of a position, which the outer cells surround.
+    Index cell(double value, Index d) const { return std::min(std::max<Index>(Index((value - low_[d]) * per_unit_), 1), shape_[d] - 2); }
 
     double low_[2] = {INFINITY, INFINITY}, per_unit_ = 1.0;
     Index shape_[2] = {0, 0};

@@ -30,7 +30,7 @@ void sort_by_key(std::vector<Tagged<Key>>& points, double total) {
 // a time, as vector instructions do.
 template <Index DIM>
 void bounds_of(const double* points, Index count, double* low, double* high) {
-    constexpr Index LANES = 4 * DIM;
+    const Index LANES = 4 * DIM;
     double finite[LANES], least[LANES], most[LANES];
     for (Index k = 0; k < LANES; ++k) {
         finite[k] = 0.0;
@@ -220,7 +220,7 @@ namespace {
 
 // The values along an axis, counted in bins of equal width; only values of bins that hold a wanted rank are compared.
 struct Bins {
-    static constexpr Index COUNT = 4096;
+    static const Index COUNT = 4096;
     double low = 0.0, scale = 0.0;
     std::vector<Index> before = std::vector<Index>(COUNT + 1);
     std::vector<Byte> is_wanted = std::vector<Byte>(COUNT);
@@ -231,7 +231,7 @@ struct Bins {
         low = is_wide ? least : 0.0;  // else all are in the first
         scale = is_wide ? double(COUNT) / (most - least) : 0.0;
     }
-    Index of(double value) const { return std::min(Index((value - low) * scale), COUNT - 1); }
+    Index of(double value) const { return std::min<Index>(Index((value - low) * scale), COUNT - 1); }
     Index of_rank(Index rank) const { return std::upper_bound(before.begin(), before.end(), rank) - before.begin() - 1; }
     double at(Index rank) {
         std::vector<double>& held = values[of_rank(rank)];
@@ -248,7 +248,7 @@ std::vector<double> ranked(const double* points, Index count, Index dim, const s
     const auto is_inner = [&](Index rank) { return rank > 0 && rank < count - 1; };
     const Index passes = std::any_of(ranks.begin(), ranks.end(), is_inner) ? count * dim : 0;
     std::vector<Bins> axis(dim);
-    count_visits(dim * count + 2 * passes);
+    count_visits(count + 2 * passes);
     for (Index d = 0; d < dim; ++d) axis[d].span(low[d], high[d]);
     for (Index n = 0; n < passes; n += dim) {
         for (Index d = 0; d < dim; ++d) ++axis[d].before[axis[d].of(points[n + d]) + 1];
