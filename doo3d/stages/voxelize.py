@@ -84,8 +84,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
-    in_view = foreground.camera is not None
-    finer = VIEW_EDGE if in_view else 1.0
+    finer = 1.0 if foreground.camera is None else VIEW_EDGE
     size_over_radius = finer * edge * SIZE_OVER_RADIUS
     size = config.size or max(size_over_radius * radius, finer * SIZE_OVER_SPACING * spacing)
     sampling = foreground.sampling
@@ -96,9 +95,9 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
     kept = _points_to_voxelize(foreground, config, radius, radius / spacing)
     fineness = min(1.0, size_over_radius * radius / size)
     min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
-    if not in_view:
+    if foreground.camera is None:
         return _closed_grid(kept, size, radius, foreground, min_voxels)
-    distance = float(np.median(foreground.points[:, 2]))
+    distance = spacing * foreground.camera.fx
     grid = _closed_grid(_along_rays(kept, distance), size, radius, foreground, min_voxels)
     return replace(grid, centroids=_in_space(grid.centroids, distance))
 

@@ -24,7 +24,6 @@ CALLS = {
         np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2), np.full(17, 1e-3), 1,
     ),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
-    "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
     "classify_positions": (
@@ -58,6 +57,7 @@ CALLS = {
     "fit_lines": (
         POINTS, POINTS[:2].copy(), np.ones((2, 3)), np.ones((2, 3), int), np.ones(2), np.ones(2), np.ones(2), 8, 0.1,
     ),
+    "fit_plane": (POINTS, np.array([[0, 1, 2]]), 0.1, 3),
     "follow_ribbon": (
         np.ones((2, 5, 5), np.float32), np.zeros((2, 5, 5), np.uint8), np.zeros((5, 5, 3), np.float32),
         np.zeros((5, 5), np.uint8), np.zeros((5, 5), np.float32), np.ones(3), np.ones(1), np.array([-0.1, 0.0, 0.1]), np.zeros(1),
@@ -69,6 +69,7 @@ CALLS = {
     ),
     "FrameFacts": (np.ones((3, 3), bool),),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
+    "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
     "lattice_pixels": (np.ones((3, 3), bool), 5, 1.6),
@@ -103,6 +104,7 @@ CALLS = {
     ),
     "polyline_lengths": (POINTS, np.array([0, 2, 6])),
     "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
+    "project_pinhole": (POINTS, 1.0, 1.0, 0.0, 0.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "resample": (POINTS, np.ones(4)),
@@ -143,6 +145,8 @@ CALLS = {
     "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "unproject_pinhole": (POINTS[:, :2].copy(), POINTS[:, 2].copy(), 1.0, 1.0, 0.0, 0.0),
+    "usual_half_width": (np.ones(3, np.float32), 0.9, 0.05, 0.1),
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "values_at_ranks": (POINTS, np.array([0, 5])),

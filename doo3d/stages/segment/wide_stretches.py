@@ -9,7 +9,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from ...kernels import close_mask, medial_axis, near_mask
+from ...kernels import close_mask, medial_axis, near_mask, usual_half_width
 from ...types import Array, Bools, Floats, Ints
 
 MIN_RADIUS_PX = 0.9
@@ -118,19 +118,7 @@ def strand_radius(half_width: Floats) -> float:
 
     half_width : (K,) px, half-widths at the K pixels of the medial axis.
     """
-    half_width = half_width[half_width >= MIN_RADIUS_PX]
-    if not len(half_width):
-        return 0.0
-    logs = np.log(half_width)
-    edges = np.arange(math.log(MIN_RADIUS_PX), float(logs.max()) + 4 * LOG_BIN, LOG_BIN)
-    count = np.histogram(logs, edges)[0].astype(float)
-    near = np.convolve(count, np.ones(5), "same")
-    middle = (edges[1:] + edges[:-1]) / 2
-    for k in np.flatnonzero(near >= MIN_AXIS_SHARE * len(half_width)):
-        if near[k] >= near[max(0, k - 4) : k + 5].max():
-            around = slice(max(0, k - 2), k + 3)
-            return float(np.exp(np.average(middle[around], weights=count[around])))
-    return 0.0
+    return usual_half_width(np.asarray(half_width, dtype=np.float32), MIN_RADIUS_PX, LOG_BIN, MIN_AXIS_SHARE)
 
 
 def _may_be_wide(part: Bools, radius: float) -> bool:
