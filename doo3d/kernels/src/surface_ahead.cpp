@@ -8,7 +8,7 @@ constexpr double MARGIN = 1.001;
 
 // Cells of samples per reach of an end: points are within a quarter of the reach of the line at an end, and the cells around a point up
 // to its nearest sample hold few others.
-const double SAMPLE_CELLS_PER_REACH = CELLS_PER_REACH * CELLS_PER_REACH;
+const double SAMPLE_CELLS_PER_REACH = 8 * CELLS_PER_REACH;
 
 // Square cells, along the first two axes, each with the ends whose boxes reach into it. A point is compared with the ends of its
 // cell alone, so that the points need no order. The edge of the cells is doubled until their number is in proportion to the points.
