@@ -858,7 +858,7 @@ def equal_segments(
     -------
     joints : (J, D) float64, the joints of all chains, one chain after the other
     bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
-        segment
+        segment or curled up within one
     """
 
 def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: int, tolerance: float) -> Floats:
@@ -1637,6 +1637,23 @@ def percentiles(values: Floats, percents: Floats) -> Floats:
     """Return percentiles (Q,) of the finite ones of values (N,), interpolated linearly as NumPy does; NaN without any.
 
     percents : (Q,) 0 to 100.
+    """
+
+def points_around(points: Floats, positions: Floats, reach: float) -> Ints:
+    """Return the points in the plane that may be within `reach` of one of several positions: all that are, and some farther away.
+
+    Parameters
+    ----------
+    points
+        (N, 2) float64; points that are not finite are near nothing
+    positions
+        (P, 2) float64, finite, in the unit of the points
+    reach
+        distance, in the unit of the points, over 0
+
+    Returns
+    -------
+    (K,) int64, their indices, ascending; none is farther than 8 `reach` unless the positions spread over more than 64 `reach`
     """
 
 def polyline_crossings(points: Floats, bounds: Ints, closed: Bools) -> tuple[Ints, Ints, Floats, Floats, Floats]:

@@ -105,6 +105,7 @@ CALLS = {
     ),
     "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
     "percentiles": (np.arange(4.0), np.array([10.0, 90.0])),
+    "points_around": (POINTS[:, :2].copy(), POINTS[:2, :2].copy(), 0.02),
     "polyline_crossings": (
         np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
     ),

@@ -87,7 +87,8 @@ std::vector<double> cut_before(const double* points, Index count, Index dim, con
 }
 
 // The chords are laid four times. The first time, from the curve's beginning, fixes their number. Each time the start is then
-// moved by half of what the last joint is beyond the curve's end, or short of it, so that the excess is the same at both ends.
+// moved by half of what the last joint is beyond the curve's end, or short of it, so that the excess is the same at both ends. There
+// are no joints where the curve curls up so that no chord fits.
 std::vector<double> cover(const std::vector<double>& points, Index dim, double length) {
     const Index count = Index(points.size()) / dim;
     check_length(points, count, dim, length);
@@ -107,6 +108,7 @@ std::vector<double> cover(const std::vector<double>& points, Index dim, double l
             chord_count = std::max<Index>(1, Index(std::nearbyint(double(last) + (total - at[last]) / length)));
         }
         chord_count = std::min(chord_count, chords.size() - 1);
+        if (chord_count == 0) return {};
         const double shift = start - length - (start - length + at[chord_count] - total) / 2;
         start = length + least(most(shift, -length / 2), length / 2);
     }
@@ -163,7 +165,7 @@ void shift_end(std::vector<double>& points, Index dim, double shift) {
     points.insert(points.end(), place.begin(), place.end());
 }
 
-// Lay joints along a polyline from end to end; none on one shorter than half a segment.
+// Lay joints along a polyline from end to end; none on one shorter than half a segment, or curled up within one.
 std::vector<double> cover_from_end_to_end(std::vector<double> points, Index dim, double length) {
     const std::vector<double> along = arc_lengths(points, dim);
     if (along.back() < length / 2) return {};

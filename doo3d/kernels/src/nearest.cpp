@@ -157,6 +157,65 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
     return to_numpy_bool(is_filled);
 }
 
+// Square cells of which those are marked that hold one of the positions or touch such a cell; their edge is `reach`, or doubled until
+// their number is in proportion to the points.
+class MarkedCells {
+public:
+    MarkedCells(const Matrix<double>& positions, double reach, Index points) {
+        const Index count = positions.shape(0);
+        double most[2] = {-INFINITY, -INFINITY};
+        for (Index k = 0; k < 2 * count; ++k) {
+            low_[k % 2] = std::min(low_[k % 2], positions.data()[k]);
+            most[k % 2] = std::max(most[k % 2], positions.data()[k]);
+        }
+        if (count == 0) return;
+        double edge = reach * (1 + 1e-9);  // against rounding
+        while (((most[0] - low_[0]) / edge + 3) * ((most[1] - low_[1]) / edge + 3) > double(points) + 4096.0) edge *= 2;
+        per_unit_ = 1 / edge;
+        for (Index d = 0; d < 2; ++d) {
+            shape_[d] = Index((most[d] - low_[d]) * per_unit_) + 3;
+            low_[d] -= edge;
+        }
+        is_marked_.resize(shape_[0] * shape_[1]);
+        count_visits(count);
+        for (const double* at = positions.data(); at != positions.data() + 2 * count; at += 2) {
+            Byte* marked = &is_marked_[cell(at[0], 0) * shape_[1] + cell(at[1], 1)];
+            for (Index row = -1; row <= 1; ++row) std::fill_n(marked + row * shape_[1] - 1, 3, Byte(1));
+        }
+    }
+
+    bool has(const double* point) const {
+        const double row = (point[0] - low_[0]) * per_unit_, column = (point[1] - low_[1]) * per_unit_;
+        if (!(row >= 0 && column >= 0 && row < double(shape_[0]) && column < double(shape_[1]))) return false;
+        return is_marked_[Index(row) * shape_[1] + Index(column)] != 0;
+    }
+
+private:
+    // The cell of a position, which the outer cells surround.
+    Index cell(double value, Index d) const { return std::min(std::max<Index>(Index((value - low_[d]) * per_unit_), 1), shape_[d] - 2); }
+
+    double low_[2] = {INFINITY, INFINITY}, per_unit_ = 1.0;
+    Index shape_[2] = {0, 0};
+    std::vector<Byte> is_marked_;
+};
+
+auto points_around(Matrix<double> points, Matrix<double> positions, double reach) {
+    check_targets(points, positions, reach);
+    require(points.shape(1) == 2, "points are not (N, 2)");
+    for (std::size_t k = 0; k < positions.size(); ++k) require(std::fabs(positions.data()[k]) < 1e150, "a position is too far away");
+    const Index count = points.shape(0);
+    std::vector<Index> rows;
+    {
+        nb::gil_scoped_release released;
+        const MarkedCells cells(positions, reach, count);
+        count_visits(count);
+        for (Index n = 0; n < count; ++n) {
+            if (cells.has(points.data() + 2 * n)) rows.push_back(n);
+        }
+    }
+    return to_numpy(std::move(rows));
+}
+
 }  // namespace
 
 void bind_nearest(nb::module_& m) {
@@ -164,6 +223,7 @@ void bind_nearest(nb::module_& m) {
     m.def("nearest_of_own", &nearest_of_own, "points"_a.noconvert(), "bounds"_a.noconvert(), "targets"_a.noconvert(),
           "target_bounds"_a.noconvert(), "reach"_a);
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
+    m.def("points_around", &points_around, "points"_a.noconvert(), "positions"_a.noconvert(), "reach"_a);
     m.def("fill_cells", &fill_cells, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a, "counts"_a.noconvert(), "origins"_a.noconvert(),
           "axes"_a.noconvert(), "edge"_a, "cells"_a);
 }

@@ -6,7 +6,6 @@ Letters: C crossings, two strands each; S samples along a strand; A samples acro
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...geometry.curves import Curves
 from ...geometry.intersections import Intersections
@@ -14,7 +13,7 @@ from ...geometry.limits import AT_ONCE
 from ...geometry.noise import COLOR_NOISE, DEVIATIONS
 from ...geometry.projection import Projection
 from ...geometry.radii import CORE_OFFSETS
-from ...kernels import CrossingStrands
+from ...kernels import CrossingStrands, nearest_points, points_around
 from ...types import Array, Floats, Foreground
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -98,7 +97,7 @@ def depth_log_odds(strands: CrossingStrands, half_width: Floats, foreground: For
         image = np.ascontiguousarray(foreground.depth, dtype=np.float32)
         surface = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
     else:
-        positions = strands.positions(CORE_OFFSETS).reshape(len(half_width), -1, 2)
+        positions = strands.positions(CORE_OFFSETS).reshape(-1, 2)
         surface = _nearest_in_cloud(positions, foreground.points, view, 0.5 * float(half_width.max()))
     return strands.depth_log_odds(surface, DEPTH_SETTINGS)
 
@@ -109,19 +108,19 @@ def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
 
 
 def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach: float) -> Floats:
-    """Return the distance of the surface of a cloud (N, 3) m at positions (C, P, 2) in the view, (C * P,); NaN for none."""
-    low, high = np.fmin.reduce(positions, axis=1) - reach, np.fmax.reduce(positions, axis=1) + reach
-    parts = (points[first : first + AT_ONCE] for first in range(0, max(len(points), 1), AT_ONCE))
-    rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
-    tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
-    finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
-    nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
-    return np.where(np.isfinite(nearest), nearest, np.nan)
-
-
-def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) -> Floats:
-    """Return (u, v, distance) of those points (N, 3) m that the view shows in one of the boxes from low to high (C, 2)."""
-    shown = view.project(points)
-    inside = (shown >= low[:, None]) & (shown <= high[:, None])
-    near = (inside[..., 0] & inside[..., 1]).any(axis=0)
-    return np.column_stack((shown[near], view.distance(points[near])))
+    """Return the distance of the surface of a cloud (N, 3) m at positions (P, 2) in the view, (P,); NaN for none."""
+    is_known = np.isfinite(positions).all(axis=1)
+    surface, known = np.full(len(positions), np.nan), np.ascontiguousarray(positions[is_known])
+    rows = [np.zeros((0, 3))]
+    for first in range(0, len(points), AT_ONCE):
+        part = points[first : first + AT_ONCE]
+        shown = view.project(part)
+        near = points_around(shown, known, reach)
+        rows.append(np.column_stack((shown[near], view.distance(part[near]))))
+    found = np.concatenate(rows)
+    if len(found) and len(known):
+        in_view = found * (1.0, 1.0, 0.0)
+        distance, index = nearest_points(in_view, np.pad(known, ((0, 0), (0, 1))), min(NEAREST_POINTS, len(found)))
+        depth = np.where(distance < reach, found[index, 2], np.inf).min(axis=1)
+        surface[is_known] = np.where(np.isfinite(depth), depth, np.nan)
+    return surface
