@@ -9,9 +9,11 @@ import numpy as np
 
 from .config import VisibilityConfig
 from .evidence.depth_model import DepthModel, MultiViewDepthModel, PointVisibility
-from .geometry.polyline import steps, unit
+from .geometry.curves import Curves
+from .geometry.polyline import unit
 from .geometry.radii import STEP_RADII
-from .types import Bools, Floats, Foreground
+from .kernels import gap_lengths
+from .types import Bools, Floats, Foreground, Ints
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
 """Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning ends."""
@@ -21,9 +23,6 @@ TIP_FAN = np.radians((-25.0, 0.0, 25.0))
 
 OCCLUDER_MARGIN_RADII = 0.6
 """Radii by which an occluder is nearer at least. A strand on top of another one is nearer by two, at its border by one."""
-
-OPEN = (PointVisibility.OUTSIDE, PointVisibility.FREE, PointVisibility.BARE)
-"""Classes of positions where the camera would have seen an object, or that are outside its view."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +46,13 @@ class Visibility:
         model = DepthModel.of(foreground, config, radius)
         return None if model is None else Visibility(model)
 
-    def with_support(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> Visibility:
-        """Return a copy that tells bare surface from holes in the mask, as measured beside chains.
+    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> Visibility:
+        """Return a copy that tells bare surface from holes in the mask, as measured beside chains; itself where none is seen.
 
         chains, radius, foreground : as for `DepthModel.with_support`.
         """
-        return Visibility(self.model.with_support(chains, radius, foreground))
+        model = self.model.with_support(chains, radius, foreground)
+        return self if model is self.model else Visibility(model)
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Tell which chain ends would be outside the image if they went straight on by `reach`: cut off there, and not `tips`.
@@ -70,7 +70,7 @@ class Visibility:
         -------
         (E,) bool
         """
-        return np.asarray(self.model.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
+        return self.model.is_outside(ends + reach * directions)
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
         """Tell which chain ends are in plain view, so that nothing can hide a continuation.
@@ -155,12 +155,8 @@ class Visibility:
         -------
         (K, 3) m (px in 2-D): the length in free space or outside the image, without a reading, and over bare surface.
         """
-        points, after = np.concatenate(paths), np.cumsum([len(path) for path in paths])
-        classes = self.model.classify((points[1:] + points[:-1]) / 2)
-        step = steps(points)
-        step[after[:-1] - 1] = 0
-        lengths = np.zeros((len(points), 3))
-        lengths[:-1, 0] = np.where((classes == PointVisibility.FREE) | (classes == PointVisibility.OUTSIDE), step, 0)
-        lengths[:-1, 1] = np.where(classes == PointVisibility.NO_DEPTH, step, 0)
-        lengths[:-1, 2] = np.where(classes == PointVisibility.BARE, step, 0)
-        return np.asarray(np.add.reduceat(lengths, np.append(0, after[:-1])))
+        return self.lengths(np.concatenate(paths), np.cumsum([0, *map(len, paths)]))
+
+    def lengths(self, points: Floats, bounds: Ints) -> Floats:
+        """Return the same as `gap_lengths` of K polylines whose points (N, D) are one after the other; bounds : (K + 1,)."""
+        return gap_lengths(points, bounds, self.model.classify((points[1:] + points[:-1]) / 2))

@@ -14,10 +14,9 @@ ROOT = ROOT / "doo3d"
 # each may import those before it; the names of one set stand side by side and do not import each other
 ORDER = [
     {"errors"},
-    {"plugins", "guard"},
+    {"plugins", "guard", "kernels"},
     {"types"},
     {"config"},
-    {"kernels"},
     {"plausibility"},
     {"geometry"},
     {"facts"},

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..config import VisibilityConfig
 from ..facts.frame_facts import FrameFacts, facts_of
+from ..geometry.curves import Curves
 from ..kernels import classify_positions
 from ..types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 from .support import Support
@@ -147,10 +148,12 @@ class DepthModel:
 
         points : (N, 3) m in the camera's optical frame, or (N, 2) px in 2-D.
         """
-        classes, odds, at, bare = self._ask(points, self.noise)
+        classes, odds, at, pixels, readings = self._ask(points, self.noise)
         unknown = np.where(classes <= PointVisibility.MASKED, np.inf, -np.inf)
         told = np.minimum(0.0, unknown)
-        told[at], odds[at, 1] = np.minimum(odds[at, 1], bare), np.minimum(odds[at, 1], -bare)
+        if self.support is not None and len(at):
+            bare = self.support.bare_log_odds(points[at], pixels, readings, self.noise)
+            told[at], odds[at, 1] = np.minimum(odds[at, 1], bare), np.minimum(odds[at, 1], -bare)
         return StateLogOdds(odds[:, 0], odds[:, 2], odds[:, 1], told, unknown)
 
     def classify(self, points: Floats) -> Ints:
@@ -168,30 +171,31 @@ class DepthModel:
         (N,) int64, values of PointVisibility. Positions behind the camera or with NaN are OUTSIDE. In 2-D a position in the
         image is SURFACE in the mask, and FREE elsewhere.
         """
-        classes, _, at, bare = self._ask(points, self.noise if self.support else 1.0)  # only where a surface is known it decides
-        classes[at[bare > 0]] = int(PointVisibility.BARE)
+        classes, _, at, pixels, readings = self._ask(points, 1.0)  # the noise decides only where a surface is known
+        if self.support is not None and len(at):
+            bare = self.support.bare_log_odds(points[at], pixels, readings, self.noise)
+            classes[at[bare > 0]] = int(PointVisibility.BARE)
         return classes
 
-    def _ask(self, points: Floats, noise: float) -> tuple[Ints, Floats, Ints, Floats]:
+    def is_outside(self, points: Floats) -> Bools:
+        """Tell which positions (N, D) are outside the image: (N,) bool."""
+        return np.asarray(self._ask(points, 1.0)[0] == int(PointVisibility.OUTSIDE))
+
+    @cached_property
+    def _view(self) -> tuple[Floats, Array, Bools]:
+        """The intrinsics (4,), depth (H, W) float32 and mask (H, W) as the kernels take them; the first two are empty in 2-D."""
+        mask = np.ascontiguousarray(self.mask)
+        if self.depth is None or self.camera is None:
+            return np.zeros(0), np.zeros((0, 0), dtype=np.float32), mask
+        camera = np.array((self.camera.fx, self.camera.fy, self.camera.cx, self.camera.cy))
+        return camera, np.ascontiguousarray(self.depth, dtype=np.float32), mask
+
+    def _ask(self, points: Floats, noise: float) -> tuple[Ints, Floats, Ints, Ints, Floats]:
         """Return the class of each position without BARE, and its log-odds (N, 3) of seen, hidden and free.
 
-        Then the indices (K,) of the positions that may be over bare surface, and the log-odds (K,) that they are.
+        Then the indices (K,) of the positions that may be over bare surface, their pixels (K, 2), and the readings there (K,).
         """
-        if self.depth is None or self.camera is None:
-            inside, u, v = self._pixels_of(points)
-            kinds = np.where(self.mask[v, u], int(PointVisibility.SURFACE), int(PointVisibility.FREE))
-            result, log_odds = np.full(len(points), int(PointVisibility.OUTSIDE), dtype=np.int64), np.zeros((len(points), 3))
-            result[inside] = kinds
-            log_odds[inside] = np.where(kinds[:, None] == (PointVisibility.SURFACE, -1, PointVisibility.FREE), np.inf, -np.inf)
-            return result, log_odds, np.zeros(0, dtype=np.int64), np.zeros(0)
-        camera = np.array((self.camera.fx, self.camera.fy, self.camera.cx, self.camera.cy))
-        depth, mask = np.ascontiguousarray(self.depth, dtype=np.float32), np.ascontiguousarray(self.mask)
-        classes, odds, at, pixels, readings = classify_positions(
-            points, camera, depth, mask, self.margin, self.own_object_counts_as_free, noise
-        )
-        if self.support is None or not len(at):
-            return classes, odds, at[:0], readings[:0]
-        return classes, odds, at, self.support.bare_log_odds(points[at], pixels, readings, noise)
+        return classify_positions(points, *self._view, self.margin, self.own_object_counts_as_free, noise)
 
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position, m; 1 px in 2-D."""
@@ -239,10 +243,10 @@ class DepthModel:
         beside[inside] = shown
         return beside
 
-    def with_support(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> DepthModel:
+    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> DepthModel:
         """Return a copy that tells bare surface from holes in the mask, as measured beside chains; itself in 2-D.
 
-        chains : joints of each chain, (N, D) m (px in 2-D). radius : of the object, m. foreground : the one of the model.
+        chains : the joints of chains, m (px in 2-D). radius : of the object, m. foreground : the one of the model.
         """
         support = Support.beside(chains, radius, foreground)
         return self if support is None else replace(self, support=support)
@@ -299,6 +303,10 @@ class MultiViewDepthModel:
         result[free > object_seen] = int(PointVisibility.FREE)
         return result
 
+    def is_outside(self, points: Floats) -> Bools:
+        """Tell which positions (N, 3) m in the frame of the cloud are outside the images of all views: (N,) bool."""
+        return np.asarray((self._in_each_view(points) == int(PointVisibility.OUTSIDE)).all(axis=0))
+
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position, in the view where it is the smallest, m."""
         return min(one.pixel_at((point - pose[:3, 3]) @ pose[:3, :3]) for one, pose in self.each)
@@ -307,7 +315,7 @@ class MultiViewDepthModel:
         """Tell at which positions more views look past the object than see it: (N, 3) m in the cloud's frame -> (N,) bool."""
         return np.asarray(self.classify(points) == PointVisibility.FREE)
 
-    def with_support(self, chains: Sequence[Floats], radius: float, foreground: Foreground) -> MultiViewDepthModel:
+    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> MultiViewDepthModel:
         """Return the model itself: of a fused cloud no single depth image shows the surface beside its chains."""
         return self
 

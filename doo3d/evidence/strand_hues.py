@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from ..geometry.noise import SAMPLES
+from ..kernels import hue_modes
 from ..types import Array, Bools, Floats, Ints
 
 HUE_BINS, HUE_SMOOTHING = 72, 1.5
@@ -63,8 +64,7 @@ class StrandHues:
         some = pixels[:: max(1, len(pixels) // SAMPLES)]
         hue, chroma = _hues(np.ascontiguousarray(color[some[:, 1], some[:, 0]][None]))
         weight = chroma * (chroma > MIN_CHROMA)
-        height = _smoothed(np.bincount(hue.ravel(), weight.ravel(), HUE_BINS))
-        color_of = _modes(height)
+        color_of = hue_modes(hue[0], weight[0], HUE_BINS, HUE_SMOOTHING, MAX_SADDLE)
         return cls(color_of, int(color_of.max()))
 
     def label(self, color: Array, mask: Bools, axis: tuple[Ints, Ints], radius: float, length: float) -> Ints:
@@ -140,33 +140,3 @@ def _hues(color: Array) -> tuple[Ints, Floats]:
     cr, cb = np.moveaxis(cv2.cvtColor(color, cv2.COLOR_RGB2YCrCb)[:, :, 1:].astype(np.float32) - MIDDLE, 2, 0)
     angle = np.arctan2(cr, cb) / (2 * np.pi) % 1
     return (angle * HUE_BINS).astype(np.int64) % HUE_BINS, np.hypot(cr, cb)
-
-
-def _smoothed(count: Array) -> Floats:
-    """Return a histogram on a circle, smoothed by a Gaussian."""
-    angle = np.arange(len(count)) - len(count) // 2
-    kernel = np.exp(-((angle / HUE_SMOOTHING) ** 2) / 2)
-    apart = np.arange(len(count))[:, None] - np.arange(len(count)) + len(count) // 2
-    return np.asarray(kernel[apart % len(count)] @ count / kernel.sum())
-
-
-def _modes(height: Floats) -> Ints:
-    """Return the number of the mode, from 1, of each bin of a histogram on a circle; 0 everywhere if it is empty.
-
-    Modes are joined across their highest saddle until every saddle is low.
-    """
-    if not height.any():
-        return np.zeros(len(height), dtype=np.int64)
-    cuts = np.flatnonzero((height < np.roll(height, 1)) & (height <= np.roll(height, -1))).tolist()
-    while len(cuts) > 1:
-        parts = [
-            np.arange(a, b if b > a else b + len(height)) % len(height) for a, b in zip(cuts, cuts[1:] + cuts[:1], strict=True)
-        ]
-        peak = [height[part].max() for part in parts]
-        saddle = np.array([height[cut] / min(peak[k - 1], peak[k]) for k, cut in enumerate(cuts)])  # k: between modes k - 1 and k
-        worst = int(np.lexsort((-height[cuts], -saddle))[0])
-        if saddle[worst] <= MAX_SADDLE:
-            break
-        cuts.pop(worst)
-    number = np.searchsorted(cuts, np.arange(len(height)), side="right")
-    return np.where(number == 0, max(len(cuts), 1), number)

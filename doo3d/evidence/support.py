@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.curves import Curves
 from ..geometry.noise import MAD_TO_DEVIATION
-from ..kernels import ColorOdds, nearest, part_medians, polyline_tangents, sample_across
+from ..kernels import ColorOdds, surface_beside, surface_log_odds
 from ..types import Array, Bools, Camera, Floats, Foreground, Ints, Plane
 from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
 
-LATERAL_RADII = np.array([0.0, -4.0, -3.0, 3.0, 4.0])
-"""Lateral offsets from the centre line: on it, and where the supporting surface is looked for: near, but beyond the rim of the
-mask."""
+LATERAL_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
+"""Lateral offsets from the centre line where the supporting surface is looked for: near, but beyond the rim of the mask."""
 
 MAX_RISE_RADII = 8.0
 """Radii behind a joint up to which a reading beside it counts as the supporting surface. Farther back is another surface."""
@@ -61,7 +60,7 @@ class Support:
     plane: tuple[Plane, Camera, float] | None = None
 
     @staticmethod
-    def beside(chains: Sequence[Floats], radius: float, foreground: Foreground) -> Support | None:
+    def beside(chains: Curves, radius: float, foreground: Foreground) -> Support | None:
         """Measure the surface beside chains; return None for a cloud and in 2-D.
 
         Parameters
@@ -74,18 +73,15 @@ class Support:
             mask, depth, camera and color of the frame.
         """
         depth, mask, camera = foreground.depth, foreground.mask, foreground.camera
-        if depth is None or mask is None or camera is None or not chains:
+        if depth is None or mask is None or camera is None or not len(chains):
             return None
-        joints, bounds = np.concatenate(chains), np.cumsum([0, *map(len, chains)])
-        projected = camera.project(joints)
-        tangents = polyline_tangents(projected, bounds, np.zeros(len(chains), dtype=bool))
-        offsets = (camera.fx * radius / joints[:, 2:]) * LATERAL_RADII
-        pixels, readings = sample_across(projected, tangents[:, ::-1] * (-1, 1), offsets, mask, depth)
-        behind = readings[:, 1:] - joints[:, 2:]
-        behind[~(np.abs(behind) <= MAX_RISE_RADII * radius)] = np.nan
-        colors = None if foreground.color is None else _colors(foreground.color, pixels, mask)
+        limits = MAX_RISE_RADII * radius, RISE_WINDOW_RADII * radius, MIN_RISE_READINGS, MIN_RISE_NOISE_RATIO, MAD_TO_DEVIATION
+        inside, around, rise, noise = surface_beside(
+            chains.points, chains.bounds, _intrinsics(camera), radius, LATERAL_RADII, mask, depth, np.array(limits)
+        )
+        colors = None if foreground.color is None else _colors(foreground.color, inside, around)
         plane = None if foreground.plane is None else (foreground.plane, camera, radius)
-        return Support(*_rise_at_ends(joints, bounds, behind, RISE_WINDOW_RADII * radius), colors, plane)
+        return Support(chains.points[chains.tips], rise, noise, colors, plane)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.
@@ -109,14 +105,12 @@ class Support:
         -------
         (N,) nat; 0 where neither color nor depth tells.
         """
-        end, z = nearest(points, self.ends, NEAR_ENDS, limited=False)[1], points[:, 2]
-        deviation = np.hypot(noise * readings * z, self.rise_noise[end])
-        by_depth = (readings - z - self.rise[end] / 2) / deviation
-        if self.plane is not None and np.isnan(by_depth).any():
-            plane, camera, middle = self.plane
-            height = camera.unproject(pixels, readings) @ plane.normal - plane.height
-            by_depth = np.where(np.isnan(by_depth), (middle - height) / deviation, by_depth)
-        by_depth = np.nan_to_num(by_depth)
+        camera: Floats = np.zeros(0)
+        plane: Floats = np.zeros(0)
+        if self.plane is not None:
+            camera, plane = _intrinsics(self.plane[1]), np.array((*self.plane[0].normal, self.plane[0].height, self.plane[2]))
+        rises = self.ends, self.rise, self.rise_noise
+        by_depth = surface_log_odds(points, pixels, readings, noise, *rises, NEAR_ENDS, camera, plane)
         return np.asarray(by_depth if self.colors is None else by_depth - self.colors.log_odds_at(pixels))
 
     def has_object_color(self, pixels: Ints) -> Bools:
@@ -126,33 +120,13 @@ class Support:
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
 
 
-def _colors(color: Array, pixels: Ints, mask: Bools) -> ColorOdds | None:
-    """Return the colors on the object against those beside it; None if either are too few.
+def _intrinsics(camera: Camera) -> Floats:
+    return np.array((camera.fx, camera.fy, camera.cx, camera.cy))
 
-    pixels : (N, A) row-major indices, on the centre line and then beside it; -1 outside the image.
-    """
-    inside, around = (
-        some[(some >= 0) & (mask.ravel()[some] == own)] for some, own in ((pixels[:, 0], True), (pixels[:, 1:], False))
-    )
+
+def _colors(color: Array, inside: Ints, around: Ints) -> ColorOdds | None:
+    """Return the colors of pixels on the object against those beside it, by row-major indices; None if either are too few."""
     if min(len(inside), len(around)) < MIN_RISE_READINGS:
         return None
     shades = np.array(SHADES), SHADOW_SHARE
     return ColorOdds(np.ascontiguousarray(color), inside, around, *shades, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
-
-
-def _rise_at_ends(joints: Floats, bounds: Ints, behind: Floats, window: float) -> tuple[Floats, Floats, Floats]:
-    """Return the ends (2 C, 3) of C chains, and the rise and its noise (2 C,) m at each; NaN where it is not told from zero.
-
-    joints : (N, 3) of all chains. bounds : (C + 1,), first joint of each, and N. behind : (N, 4) m, beside each joint; NaN =
-    unknown. The rise is the median of distances behind the chain, if they are not too few and not too noisy.
-    """
-    first, last = bounds[:-1], bounds[1:]
-    spacing = np.linalg.norm(joints[first + 1] - joints[first], axis=1)
-    count = np.maximum(2, (window / np.maximum(spacing, 1e-9)).astype(int))
-    from_first = (first, np.minimum(first + count, last))
-    to_last = (np.maximum(last - count, first), last)
-    start, stop = (behind.shape[1] * np.column_stack(rows).ravel() for rows in zip(from_first, to_last, strict=True))
-    rise, deviation, known = part_medians(behind.ravel(), start, stop)
-    noise = MAD_TO_DEVIATION * deviation
-    is_resolved = (known >= MIN_RISE_READINGS) & (rise > MIN_RISE_NOISE_RATIO * noise)
-    return joints[np.column_stack((first, last - 1)).ravel()], np.where(is_resolved, rise, np.nan), noise

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..geometry.mask import mask_radius
-from ..kernels import CloudFacts, neighborhood_spreads
+from ..kernels import CloudFacts, neighborhood_spreads, values_at_ranks
 from ..types import Floats, Foreground, Ints
 
 SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
@@ -83,7 +83,7 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
     since together they are wider than each; `number` is that of the strand of each sampled point, empty if all touch.
     """
     sample = sampled(points)
-    extent = float(np.linalg.norm([np.ptp(column) for column in points.T]))
+    extent = float(np.linalg.norm(np.diff(values_at_ranks(np.ascontiguousarray(points), np.array([0, len(points) - 1])), axis=0)))
     radii: list[float] = []
     sample_apart = apart * math.sqrt(len(points) / len(sample))
     strands = [(sample, seeds_of(sample))]

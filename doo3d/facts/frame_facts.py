@@ -92,7 +92,6 @@ class FrameFacts(kernels.FrameFacts):
         holes, and forks so near to each other are one place.
         """
         pixels = self.skeleton_pixels()
-        pixels = pixels[np.lexsort(pixels.T)]
         coords = np.ones((len(pixels), 3), dtype=np.int64)
         coords[:, :2] += pixels[:, ::-1]
         points, bounds, closed, _, _ = kernels.skeleton_paths(

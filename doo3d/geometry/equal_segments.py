@@ -32,7 +32,8 @@ def chains_along(curves: Curves, shifts: Floats, length: float) -> Curves:
 
     Returns
     -------
-    The joints along each curve; none for a curve shorter than half a segment, and for a ring of fewer than three segments.
+    The joints along each curve; none for a curve shorter than half a segment or curled up within one, and for a ring of fewer
+    than three segments.
     """
     joints = Curves(
         *kernels.equal_segments(curves.points, curves.bounds, curves.closed, shifts, length, MAX_SAMPLES_PER_CHORD), curves.closed
@@ -59,7 +60,8 @@ def equal_segments(points: Floats, length: float) -> Floats:
 
     Returns
     -------
-    (N + 1, D), joints of N segments, in the unit of the points; (0, D) for a polyline shorter than half a segment.
+    (N + 1, D), joints of N segments, in the unit of the points; (0, D) for a polyline shorter than half a segment or
+    curled up within one.
     """
     curve = Curves.of([points])
     return kernels.equal_segments(curve.points, curve.bounds, curve.closed, np.zeros(2), length, 0)[0]

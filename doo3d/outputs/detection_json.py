@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,7 @@ from ..errors import InputError
 from ..guard.parsing import read_json
 from ..types import Cloud, Detection, Frame, Image
 
-# a list of numbers, spread over lines: it holds neither lists nor objects nor strings
-_NUMBER_LIST = re.compile(r"\[\n\s+([^\[\]{}\"]*?)\n\s+\]")
+_ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False)
 
 
 def encode(detection: Detection, data: Frame | Cloud | Image | None = None) -> bytes:
@@ -34,8 +32,33 @@ def dumps(value: Any) -> str:
 
     Floats have full precision, NaN and infinity become null, and a list of numbers, such as a joint, is on one line.
     """
-    text = json.dumps(finite(value), indent=1, ensure_ascii=False, allow_nan=False)
-    return _NUMBER_LIST.sub(lambda match: "[" + re.sub(r"\n\s+", " ", match.group(1)) + "]", text) + "\n"
+    return _text(value, "\n") + "\n"
+
+
+def _text(value: Any, newline: str) -> str:
+    """Return a value as JSON; `newline` begins the line that it ends on. Lists of numbers and of these are encoded in C."""
+    inside = newline + " "
+    if isinstance(value, dict) and value:
+        return "{" + ",".join(f"{inside}{_key(key)}: {_text(item, inside)}" for key, item in value.items()) + newline + "}"
+    if isinstance(value, list | tuple) and any(isinstance(item, str | dict | list | tuple) for item in value):
+        if all(isinstance(item, list | tuple) for item in value):
+            text = _on_one_line(value)
+            if text.count("[") == 1 + len(value) and '"' not in text and "{" not in text:
+                return f"[{inside}{text[1:-1].replace('], [', f'],{inside}[')}{newline}]"
+        return "[" + ",".join(inside + _text(item, inside) for item in value) + newline + "]"
+    return _on_one_line(value)
+
+
+def _on_one_line(value: Any) -> str:
+    try:
+        return _ENCODER.encode(value)
+    except ValueError:
+        return _ENCODER.encode(finite(value))
+
+
+def _key(key: Any) -> str:
+    """Return a key of a dict as JSON, which knows strings only."""
+    return _ENCODER.encode(key if isinstance(key, str) else _ENCODER.encode(key))
 
 
 def read_object(path: str | Path, schemas: tuple[str, ...], what: str) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..errors import InputError
+from ..kernels import shift_costs
 from ..types import Chain, ChainEnd, Connection, Crossing, Detection, Floats, Ints, Junction, SegmentRef
 from ..types.arguments import refused
 
@@ -212,9 +213,10 @@ def _with_directions(junction: Junction, backwards: Sequence[bool]) -> Junction:
 
 def _best_pairs(gain: Floats) -> list[tuple[int, int]]:
     """Return the (row, column) pairs of largest total gain, each row and column at most once (Hungarian method)."""
-    if gain.size < 2:
-        return [(0, 0)] * gain.size
-    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, for nothing where there is one chain
+    is_gain = gain > 0
+    if (is_gain.sum(axis=0) <= 1).all() and (is_gain.sum(axis=1) <= 1).all():
+        return [(int(row), int(column)) for row, column in np.argwhere(is_gain)]
+    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, for nothing where no chain is near two others
 
     return [(int(row), int(column)) for row, column in zip(*linear_sum_assignment(-gain), strict=True)]
 
@@ -244,36 +246,29 @@ def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
     -------
     The match in the direction of the lower cost; NO_MATCH, of infinite cost, if the distance is too large.
     """
-    radius = float(np.nanmax((old.radius, new.radius, 0.0)))
+    radius = max(chain.radius if chain.radius > 0 else 0.0 for chain in (old, new))  # NaN if unknown
     max_motion = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
-    low, high = (np.array([corner(chain.joints, axis=0) for chain in (old, new)]) for corner in (np.min, np.max))
-    if (low.max(axis=0) - high.min(axis=0) > max_motion).any():
-        return NO_MATCH
-    if old.closed and new.closed:
-        match_function = _match_closed
-    elif old.closed or new.closed:
-        match_function = _match_open_with_closed
+    if not (old.closed or new.closed):
+        matches = _match_open(old, new, max_motion)
     else:
-        match_function = _match_open
-    best = min((match_function(old, new, backwards, max_motion) for backwards in (False, True)), key=lambda match: match.cost)
+        low, high = (np.array([corner(chain.joints, axis=0) for chain in (old, new)]) for corner in (np.min, np.max))
+        if (low.max(axis=0) - high.min(axis=0) > max_motion).any():
+            return NO_MATCH
+        match_function = _match_closed if old.closed and new.closed else _match_open_with_closed
+        matches = [match_function(old, new, backwards, max_motion) for backwards in (False, True)]
+    best = min(matches, key=lambda match: match.cost)
     return best if best.cost < 1 else NO_MATCH
 
 
-def _match_open(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
-    """Match two open chains by their mean distance at the best relative shift, in one direction.
+def _match_open(old: Chain, new: Chain, max_motion: float) -> list[Match]:
+    """Match two open chains by their mean distance at the best relative shift, in both directions.
 
     The chains overlap by at least half of the shorter. Parts without a counterpart cost the maximum distance, so that a
     newly hidden end does not shift the match.
     """
     step = max(old.length, new.length) / COMPARED_STEPS
-    distances = cdist(_sample(old, step), _sample(new, step)[:: -1 if backwards else 1])
-    rows, columns = distances.shape
-    min_overlap = -(-min(rows, columns) // 2)
-    shifts = np.arange(min_overlap - rows, columns - min_overlap + 1)
-    total = np.array([distances.trace(shift) for shift in shifts])
-    overlap = np.minimum(rows, columns - shifts) - np.maximum(0, -shifts)
-    unmatched = (rows + columns) / 2 - overlap
-    return Match(float(((total / max_motion + unmatched) / (overlap + unmatched)).min()), backwards)
+    costs = shift_costs(old.joints, new.joints, (_samples(old, step), _samples(new, step)), max_motion)
+    return [Match(cost, backwards) for cost, backwards in zip(costs, (False, True), strict=True)]
 
 
 def _match_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
@@ -304,7 +299,12 @@ def _match_open_with_closed(old: Chain, new: Chain, backwards: bool, max_motion:
 
 def _sample(chain: Chain, step: float) -> Floats:
     """Return points (N, D) along a chain, about `step` (m; px in 2-D) apart."""
-    return chain.nodes(max(2, round(chain.length / step) + 1))
+    return chain.nodes(_samples(chain, step))
+
+
+def _samples(chain: Chain, step: float) -> int:
+    """Return the number of points along a chain that are about `step` (m; px in 2-D) apart."""
+    return max(2, round(chain.length / step) + 1)
 
 
 def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple[Chain, Ints]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -13,12 +14,16 @@ from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
 from ..geometry.limits import MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
-from ..geometry.sparse_grid import KEY_LIMIT, unpack_keys
-from ..kernels import VoxelCells, near_mask
+from ..geometry.sparse_grid import KEY_LIMIT
+from ..kernels import VoxelCells
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
 """Edge of a voxel in radii: finer keeps strands side by side apart, coarser bridges holes."""
+
+VIEW_EDGE, DEPTH_EDGES = 0.8, 2.0
+"""Edge of a voxel of a frame over that of a cloud, and depth of such a voxel in edges. The image tells exactly where a strand is,
+so that edges may be finer; depth is noisy, and where a strand runs away from the camera it leaps from pixel to pixel."""
 
 SIZE_OVER_SPACING = 1.6
 """Least edge of a voxel in point spacings: finer grids of evenly spread points have holes that closing cannot mend."""
@@ -28,9 +33,6 @@ MAX_CLOSED_GAP = 4.0
 
 SPARSE_RADIUS_OVER_SPACING = 0.5
 """Least radius in spacings along the strands of a cloud of sparse points, which bridges join: it sets the scale of all stages."""
-
-BETWEEN_RADII, MIN_BETWEEN_PX = 0.5, 1.5
-"""Radii, and px at least; where strands touch, a pixel farther than this from every core is between them."""
 
 CLOSING_ITERATIONS = 1
 """Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
@@ -52,7 +54,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
     """Return the voxels that the object's points occupy, with small holes closed and small components removed.
 
     The points with averaged depth noise (`foreground.filtered`) are used if there are any. With a mask only the core of each
-    strand (the part around its middle) is used, so that strands side by side stay apart. In 2-D every pixel of the mask is a
+    strand (the part around its middle) is used, so that strands side by side stay apart. The voxels of a frame lie on the rays of
+    its camera, even in inverse depth: pixels are of one size there, and depth has one noise. In 2-D every pixel of the mask is a
     voxel, and none is removed.
 
     Parameters
@@ -81,17 +84,39 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
         return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
-    size_over_radius = edge * SIZE_OVER_RADIUS
-    size = config.size or max(size_over_radius * radius, SIZE_OVER_SPACING * spacing)
+    finer = 1.0 if foreground.camera is None else VIEW_EDGE
+    size_over_radius = finer * edge * SIZE_OVER_RADIUS
+    size = config.size or max(size_over_radius * radius, finer * SIZE_OVER_SPACING * spacing)
     sampling = foreground.sampling
     if sampling is not None and sampling.scatter is not None:
         spacing = sampling.spacing
         radius = config.radius or max(sampling.scatter, SPARSE_RADIUS_OVER_SPACING * spacing)
         size = config.size or size_over_radius * radius
-    kept, between = _points_to_voxelize(foreground, config, radius, radius / spacing)
+    kept = _points_to_voxelize(foreground, config, radius, radius / spacing)
     fineness = min(1.0, size_over_radius * radius / size)
     min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
-    return _closed_grid(kept, size, radius, foreground, between, min_voxels)
+    if foreground.camera is None:
+        return _closed_grid(kept, size, radius, foreground, min_voxels)
+    distance = spacing * foreground.camera.fx
+    grid = _closed_grid(_along_rays(kept, distance), size, radius, foreground, min_voxels)
+    return replace(grid, centroids=_in_space(grid.centroids, distance))
+
+
+def _along_rays(points: Floats, distance: float) -> Floats:
+    """Return points (N, 3) m as (x, y) where their rays meet the plane at a distance, m, and their inverse depth.
+
+    The inverse depth is in units of m at that distance, over DEPTH_EDGES. A stereo camera measures it with the same noise at all
+    distances, and pixels are as large for a strand that is near as for one that is far.
+    """
+    scale = distance / points[:, 2:]
+    return np.concatenate((points[:, :2] * scale, scale * (-distance / DEPTH_EDGES)), axis=1)
+
+
+def _in_space(points: Floats, distance: float) -> Floats:
+    """Return the points (N, 3) m that `_along_rays` would give as these."""
+    scale = points[:, 2:] * (-DEPTH_EDGES / distance)
+    at_distance = np.concatenate((points[:, :2], np.full((len(points), 1), distance)), axis=1)
+    return np.asarray(at_distance / scale)
 
 
 def core_pixels(facts: FrameFacts, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
@@ -175,73 +200,42 @@ def _local_minimum(values: Array, window: int) -> Array:
     return np.asarray(cv2.erode(values, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * window + 1, 2 * window + 1))))
 
 
-def _points_to_voxelize(
-    foreground: Foreground, config: VoxelizeConfig, radius: float, radius_px: float
-) -> tuple[Floats, Bools | None]:
-    """Return the filtered points (K, 3) m, where there is a mask only those in the core of a strand.
+def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: float, radius_px: float) -> Floats:
+    """Return the filtered points (K, 3) m, where there is a mask only those in the core of a strand, and those that join them.
 
-    The second result is the pixels (H, W) bool between strands that run side by side, where no voxel may join them; None without
-    such strands.
+    Where strands run side by side, only the pixels in the middle of each are used.
     """
     points = foreground.points
     if USE_FILTERED_POINTS and foreground.filtered is not None:
         points = foreground.filtered
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
-        return points if foreground.bridges is None else np.concatenate((points, foreground.bridges)), None
+        return points if foreground.bridges is None else np.concatenate((points, foreground.bridges))
     facts = facts_of(foreground)
     if config.split_at_depth_step:
         facts = FrameFacts(mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px))
     in_core = core_pixels(facts, pixels, config.core_fraction, radius_px, config.core_margin_px)
-    if foreground.side_by_side is None:
-        core = points[in_core]
-        return (core if foreground.bridges is None else np.concatenate((core, foreground.bridges))), None
-    index = pixels[:, 1] * mask.shape[1] + pixels[:, 0]
-    beside = foreground.side_by_side.ravel()[index]
-    in_core = np.where(beside, middle_pixels(facts, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
-    on_core = np.zeros(mask.shape, dtype=bool)
-    on_core.ravel()[index[in_core]] = True
-    between = foreground.side_by_side & ~near_mask(on_core, max(MIN_BETWEEN_PX, BETWEEN_RADII * radius_px), True)
-    core = points[in_core]
-    if foreground.bridges is not None:
-        core = np.concatenate((core, foreground.bridges[~_is_seen_at(foreground.bridges, foreground, ~on_core)]))
-    return core, between
+    if foreground.side_by_side is not None:
+        beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
+        in_core = np.where(beside, middle_pixels(facts, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
+    return points[in_core]
 
 
-def _is_seen_at(points: Floats, foreground: Foreground, pixels: Bools) -> Bools:
-    """Tell which points (K, 3) m project to a marked pixel; `pixels` is (H, W) bool."""
-    assert foreground.camera is not None
-    u, v = np.rint(foreground.camera.project(points)).astype(int).T
-    inside = (u >= 0) & (v >= 0) & (u < pixels.shape[1]) & (v < pixels.shape[0])
-    return np.asarray(inside & pixels[np.where(inside, v, 0), np.where(inside, u, 0)])
-
-
-def _closed_grid(
-    points: Floats, size: float, radius: float, foreground: Foreground, between: Bools | None, min_voxels: int
-) -> VoxelGrid:
-    """Return the voxels that points (N, D) m occupy, and those that closing adds, without components of less than `min_voxels`.
-
-    Closing adds none that is seen at a pixel of `between` (H, W) bool.
-    """
+def _closed_grid(points: Floats, size: float, radius: float, foreground: Foreground, min_voxels: int) -> VoxelGrid:
+    """Return the voxels that points (N, D) occupy, and those that closing adds, without components of less than `min_voxels`."""
     cells = VoxelCells(np.ascontiguousarray(points), size, CLOSING_ITERATIONS + 1, KEY_LIMIT)
     if cells.total > KEY_LIMIT:
         raise _too_large(cells.total, KEY_LIMIT, size)
-    occupied, origin, shape = cells.keys, cells.origin, tuple(cells.shape.tolist())
-    if len(occupied) > MAX_CELLS:
-        raise _too_large(len(occupied), MAX_CELLS, size)
+    if len(cells.keys) > MAX_CELLS:
+        raise _too_large(len(cells.keys), MAX_CELLS, size)
     part = np.zeros(0, dtype=np.int64)
     if foreground.cloud_facts is not None and foreground.cloud_facts.strands_nearer(MAX_CLOSED_GAP * size):
         part = foreground.cloud_facts.strand_of(points)
     keys = cells.closed(CLOSING_ITERATIONS, part)
     if len(keys) > MAX_CELLS:
         raise _too_large(len(keys), MAX_CELLS, size)
-    if between is not None:
-        kept = np.isin(keys, occupied, assume_unique=True)
-        centers = origin + (unpack_keys(keys[~kept], shape) + 0.5) * size
-        kept[~kept] = ~_is_seen_at(centers, foreground, between)
-        keys = keys[kept]
     coords, centroids, counts, neighbors = cells.voxels(keys, min_voxels)
-    return VoxelGrid(coords, centroids, counts, size, origin, radius, neighbors)
+    return VoxelGrid(coords, centroids, counts, size, cells.origin, radius, neighbors)
 
 
 def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> VoxelGrid:

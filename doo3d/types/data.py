@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import kernels
 from ..errors import InputError
 from ..guard.limits import current_limits
 from . import arguments
@@ -75,9 +76,7 @@ class Camera:
         are not cut off.
         """
         points = arguments.numbers(points, "points", (None, 3), "points-shape")
-        z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
-        with np.errstate(invalid="ignore"):  # of infinite coordinates
-            return np.column_stack((self.fx * points[:, 0] / z + self.cx, self.fy * points[:, 1] / z + self.cy))
+        return kernels.project_pinhole(points, self.fx, self.fy, self.cx, self.cy)
 
     def unproject(self, pixels: Array, depth: Array) -> Floats:
         """Return the points in the camera's optical frame that are seen at given pixels.
@@ -95,8 +94,7 @@ class Camera:
         """
         pixels = arguments.numbers(pixels, "pixels", (None, 2), "points-shape")
         z = arguments.numbers(depth, "depth", (len(pixels),), "depth-shape")
-        with np.errstate(invalid="ignore"):  # of infinite values
-            return np.column_stack(((pixels[:, 0] - self.cx) * z / self.fx, (pixels[:, 1] - self.cy) * z / self.fy, z))
+        return kernels.unproject_pinhole(pixels, z, self.fx, self.fy, self.cx, self.cy)
 
 
 @dataclass(frozen=True, repr=False)

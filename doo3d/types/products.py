@@ -46,8 +46,7 @@ class Foreground:
     filtered
         (N, D) m, the same points with the depth noise averaged away, at the price of detail; None if nothing was averaged.
     bridges
-        (K, 3) m, points between neighboring pixels of a strand that runs away so steeply that the pixels' own points lie
-        far apart, or between neighbors along the strands of a cloud of sparse points; None if there are none.
+        (K, 3) m, points between neighbors along the strands of a cloud of sparse points; None if there are none.
     pixels
         (N, 2) int, the pixel (u, v) = (column, row) of each point; None for clouds.
     mask
@@ -115,7 +114,8 @@ class Foreground:
 class VoxelGrid:
     """The M occupied voxels of a sparse voxel grid, in lexicographic order of `coords`; in 2-D the pixels of the mask.
 
-    The voxel of index c along an axis extends from origin + c size to origin + (c + 1) size along that axis.
+    The voxel of index c along an axis extends from origin + c size to origin + (c + 1) size along that axis. For a frame the axes
+    are x and y where the rays meet the plane at the median depth, and inverse depth (`voxelize`).
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ class VoxelGrid:
     counts
         (M,) int, number of points in each voxel; 0 for a voxel that was added to close a hole.
     size
-        edge of a voxel, m (1 px in 2-D).
+        edge of a voxel, m (1 px in 2-D); for a frame, at the median depth.
     origin
         (D,) m (px in 2-D), position of the corner of the grid where all indices are 0.
     radius

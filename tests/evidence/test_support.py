@@ -107,7 +107,7 @@ def classified(frame, mask, points):
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
     model = DepthModel.of(foreground, VisibilityConfig(), RADIUS)
     ends = [np.linspace((a, 0, SEEN), (b, 0, SEEN), 20) for a, b in ((-0.15, -0.05), (0.05, 0.15))]
-    return model.with_support(ends, RADIUS, foreground).classify(points)
+    return model.with_support(Curves.of(ends), RADIUS, foreground).classify(points)
 
 
 @with_and_without_color
@@ -138,7 +138,7 @@ def test_the_log_odds_of_color_and_depth_are_added():
     points, pixels = np.array([(0.0, 0.0, 0.6)] * 2), np.array([(320, 240), (0, 0)])
     frame, mask = scene(two_cables(0.06), True)
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    colors = Support.beside([np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)], RADIUS, foreground).colors
+    colors = Support.beside(Curves.of([np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)]), RADIUS, foreground).colors
     known = Support(points[:1], np.array([0.004]), np.array([0.001]), colors)
     blind = replace(known, colors=None)
     unresolved = Support(points[:1], np.array([np.nan]), np.array([np.nan]), colors)
@@ -166,18 +166,18 @@ def test_the_plane_tells_what_stands_on_it_where_the_rise_is_not_resolved():
 def test_the_rise_beside_a_chain_and_its_noise_are_measured():
     frame, mask = scene(WHOLE, False)
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, camera=CAMERA)
-    support = Support.beside([np.linspace((-0.15, 0, SEEN), (0.15, 0, SEEN), 40)], RADIUS, foreground)
+    support = Support.beside(Curves.of([np.linspace((-0.15, 0, SEEN), (0.15, 0, SEEN), 40)]), RADIUS, foreground)
     assert support.rise == pytest.approx([TABLE - SEEN] * 2, abs=0.0003)
     assert support.rise_noise == pytest.approx([0.0005] * 2, rel=0.4)
 
 
 def test_nothing_is_bare_without_an_image_of_depth():
     points = np.zeros((3, 3))
-    assert Support.beside([points], RADIUS, Foreground(points)) is None
+    assert Support.beside(Curves.of([points]), RADIUS, Foreground(points)) is None
     flat = Foreground(np.zeros((3, 2)), mask=np.ones((5, 5), bool))
     model = DepthModel.of(flat, VisibilityConfig(), 2.0)
-    assert model.with_support([np.zeros((3, 2))], 2.0, flat) is model
-    assert Support.beside([], RADIUS, flat) is None
+    assert model.with_support(Curves.of([np.zeros((3, 2))]), 2.0, flat) is model
+    assert Support.beside(Curves.of([]), RADIUS, flat) is None
 
 
 def test_tips_are_where_the_mask_ends_in_the_open():
@@ -185,7 +185,7 @@ def test_tips_are_where_the_mask_ends_in_the_open():
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
     visibility = Visibility.of(foreground, VisibilityConfig(), RADIUS)
     chain = np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)
-    visibility = visibility.with_support([chain], RADIUS, foreground)
+    visibility = visibility.with_support(Curves.of([chain]), RADIUS, foreground)
     ends = np.array([chain[-1], chain[10], chain[0]])
     outward = np.array([(1.0, 0, 0), (1.0, 0, 0), (-1.0, 0, 0)])
     assert (visibility.tips(ends, outward, RADIUS) > 0).tolist() == [True, False, False]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.geometry.equal_segments import equal_ring
+from doo3d.geometry.equal_segments import equal_ring, equal_segments
 from doo3d.geometry.polyline import steps
 
 LENGTH = 0.01
@@ -31,3 +31,14 @@ def test_a_ring_closes_with_equal_segments(noise, seed):
 
 def test_a_loop_too_short_for_a_ring():
     assert len(equal_ring(0.02 * loop(0.0, 0), LENGTH)) == 0
+
+
+def test_a_curve_curled_up_within_a_segment_has_no_joints_in_place_of_a_single_one():
+    t = np.linspace(0, 1, 60)
+    spiral = np.column_stack((np.cos(9 * t), np.sin(9 * t))) * (0.02 + 0.3 * t)[:, None]
+    assert len(equal_segments(spiral, 1.0)) == 0
+    walks = np.cumsum(np.random.default_rng(0).normal(size=(200, 30, 2)), axis=1) * np.linspace(0.02, 0.3, 200)[:, None, None]
+    counts = [len(equal_segments(walk, 1.0)) for walk in walks]
+    assert 0 in counts
+    assert 1 not in counts
+    assert max(counts) > 2

@@ -24,7 +24,6 @@ CALLS = {
         np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2), np.full(17, 1e-3), 1,
     ),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
-    "best_plane": (POINTS, np.eye(3), np.zeros(3), 0.1),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
     "classify_positions": (
@@ -58,6 +57,7 @@ CALLS = {
     "fit_lines": (
         POINTS, POINTS[:2].copy(), np.ones((2, 3)), np.ones((2, 3), int), np.ones(2), np.ones(2), np.ones(2), 8, 0.1,
     ),
+    "fit_plane": (POINTS, np.array([[0, 1, 2]]), 0.1, 3),
     "follow_ribbon": (
         np.ones((2, 5, 5), np.float32), np.zeros((2, 5, 5), np.uint8), np.zeros((5, 5, 3), np.float32),
         np.zeros((5, 5), np.uint8), np.zeros((5, 5), np.float32), np.ones(3), np.ones(1), np.array([-0.1, 0.0, 0.1]), np.zeros(1),
@@ -68,14 +68,22 @@ CALLS = {
         (np.zeros(1), np.array([-2.0, 2.0]), np.ones(1), np.zeros(1)), 2, np.full(11, 0.5),
     ),
     "FrameFacts": (np.ones((3, 3), bool),),
+    "gap_lengths": (POINTS, np.array([0, 2, 6]), np.array([5, 1, 6, 0, 3])),
+    "gaps_along_lines": (
+        POINTS[[0, 1, 4, 5]], np.eye(4, 3), POINTS, np.array([0, 2, 6]), np.zeros(2, bool), np.ones(4), 0.01,
+        np.ones((3, 2)), np.array([0, 3]), 1.0,
+    ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
+    "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
-    "lattice_pixels": (np.ones((3, 3), bool), 5, 1.6),
     "keep_segments": (
         POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
     ),
     "lay_equal_chords": (POINTS, 0.01),
+    "limit_pairs": (
+        np.ones((4, 4)), np.ones((4, 4)), np.ones((4, 4)), np.zeros(4, bool), np.zeros(4, bool), 1.0, 1.0, 1.0, False,
+    ),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
@@ -97,11 +105,13 @@ CALLS = {
     ),
     "part_medians": (np.arange(4.0), np.array([0, 2]), np.array([2, 4])),
     "percentiles": (np.arange(4.0), np.array([10.0, 90.0])),
+    "points_around": (POINTS[:, :2].copy(), POINTS[:2, :2].copy(), 0.02),
     "polyline_crossings": (
         np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
     ),
     "polyline_lengths": (POINTS, np.array([0, 2, 6])),
     "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
+    "project_pinhole": (POINTS, 1.0, 1.0, 0.0, 0.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "resample": (POINTS, np.ones(4)),
@@ -111,11 +121,10 @@ CALLS = {
     ),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
-    "second_best_rise": (
-        np.ones((2, 2)), np.array([1, 0]), 1.0, np.array([-1, -1]), np.zeros(2), np.array([[0, 1]]), False, 2,
-    ),
+    "second_best_rise": (np.ones((2, 2)), np.array([[0, 1]]), np.ones(1), 1.0, False, 2),
     "section_axes": (POINTS, POINTS, np.zeros(3)),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
+    "shift_costs": (POINTS, POINTS + 0.01, (5, 7), 0.1),
     "silhouette": (
         POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
     ),
@@ -126,6 +135,8 @@ CALLS = {
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
+    "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
+    "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
@@ -135,13 +146,21 @@ CALLS = {
         POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
     ),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
+    "surface_beside": (
+        POINTS, np.array([0, 2, 6]), np.ones(4), 0.01, np.ones(2), np.ones((3, 3), bool), np.ones((3, 3), np.float32), np.ones(5),
+    ),
     "surface_color": (np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8), bool), 3, 1, 1.5, 1.0, 3.5),
+    "surface_log_odds": (
+        POINTS, np.ones((6, 2), int), np.ones(6), 0.1, POINTS, np.ones(6), np.ones(6), 0.1, np.ones(4), np.ones(5),
+    ),
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
     "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
+    "unproject_pinhole": (POINTS[:, :2].copy(), POINTS[:, 2].copy(), 1.0, 1.0, 0.0, 0.0),
+    "usual_half_width": (np.ones(3, np.float32), 0.9, 0.05, 0.1),
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "values_at_ranks": (POINTS, np.array([0, 5])),

@@ -55,3 +55,18 @@ def test_classes_are_those_of_a_plain_computation(own_counts):
 def test_noise_of_zero_is_refused():
     with pytest.raises(ValueError, match="noise"):
         classify_positions(np.ones((1, 3)), CAMERA, np.ones((2, 2), np.float32), np.ones((2, 2), bool), 0.1, True, 0.0)
+
+
+def test_in_two_dimensions_the_mask_decides():
+    rng = np.random.default_rng(0)
+    mask = rng.random((40, 60)) < 0.4
+    points = rng.uniform(-10, 70, (2000, 2))
+    points[7] = np.nan
+    inside = (points > -0.5).all(axis=1) & (points < (59.5, 39.5)).all(axis=1)
+    u, v = np.rint(np.where(inside[:, None], points, 0)).astype(int).T
+    classes, odds, behind, *_ = classify_positions(points, np.zeros(0), np.zeros((0, 0), np.float32), mask, 0.1, True, 1.0)
+    np.testing.assert_array_equal(classes, np.where(inside, np.where(mask[v, u], SURFACE, FREE), OUTSIDE))
+    on, never = mask[v, u], np.full(2000, -np.inf)
+    expected = np.column_stack((np.where(on, np.inf, -np.inf), never, np.where(on, -np.inf, np.inf)))
+    np.testing.assert_array_equal(odds, np.where(inside[:, None], expected, 0))
+    assert not len(behind)

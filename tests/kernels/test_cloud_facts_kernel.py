@@ -150,7 +150,7 @@ def test_nearest_points_are_those_of_a_tree(count, seed, stretch, whole):
     np.testing.assert_allclose(np.linalg.norm(points[index] - positions[:, None], axis=2), distance, rtol=1e-12)
 
 
-@pytest.mark.parametrize("spread", ["even", "heavy", "equal", "tiny"])
+@pytest.mark.parametrize("spread", ["even", "heavy", "equal", "tiny", "vast"])
 def test_values_at_ranks_are_sorted_ones(spread):
     rng = np.random.default_rng(0)
     points = {
@@ -158,6 +158,8 @@ def test_values_at_ranks_are_sorted_ones(spread):
         "heavy": rng.standard_cauchy((999, 3)) * 1e5,
         "equal": np.full((999, 3), -2.0),
         "tiny": rng.integers(0, 3, (999, 3)) * 5e-324,
+        "vast": rng.uniform(-1.0, 1.0, (999, 3)) * 1.7e308,
     }[spread]
     ranks = rng.permutation(999)
     np.testing.assert_array_equal(values_at_ranks(points, ranks), np.sort(points, axis=0)[ranks])
+    np.testing.assert_array_equal(values_at_ranks(points, np.array([998, 0])), np.sort(points, axis=0)[[998, 0]])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.constants import golden
 
-from doo3d.kernels import lattice_pixels
+from doo3d.kernels import FrameFacts
 
 
 @pytest.mark.parametrize("most", [5000, 600, 300, 100, 20])
@@ -17,13 +17,13 @@ def test_pixels_are_those_of_the_lattice(most):
     step = math.ceil(len(u) / most)
     slope = min((k for k in range(1, step) if math.gcd(k, step) == 1), key=lambda k: abs(k - step / golden), default=0)
     kept = (u + slope * v) % step == 0
-    pixels, share = lattice_pixels(mask, most, golden)
+    pixels, share = FrameFacts(mask).lattice_pixels(most, golden)
     assert pixels.tolist() == np.column_stack((u, v))[kept].tolist()
     assert share == len(u) / len(pixels)
 
 
 def test_an_empty_mask_has_none():
     for shape in ((0, 0), (4, 9)):
-        pixels, share = lattice_pixels(np.zeros(shape, bool), 2, golden)
+        pixels, share = FrameFacts(np.zeros(shape, bool)).lattice_pixels(2, golden)
         assert pixels.shape == (0, 2)
         assert share == 0

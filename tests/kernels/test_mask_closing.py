@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doo3d.kernels import close_mask, long_parts
+from doo3d.kernels import FrameFacts, close_mask, long_parts
 
 
 def ellipse(px):
@@ -25,6 +25,7 @@ def test_closed_as_by_opencv_on_a_wider_image(seed, px, distance, shape):
     np.testing.assert_array_equal(closed, padded[px:-px, px:-px] > 0)
     inside = cv2.distanceTransform(np.pad(closed, 1).astype(np.uint8), cv2.DIST_L2, 5)
     assert np.count_nonzero(inside > distance + 1e-3) <= deep <= np.count_nonzero(inside > distance - 1e-3)
+    assert FrameFacts(np.pad(mask, 2)).closed_core(ellipse(px)[px:].sum(axis=1, dtype=np.int64) // 2, distance) == deep
 
 
 @pytest.mark.parametrize("half_widths", [[3], [0, 0, 0]])

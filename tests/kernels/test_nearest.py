@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import fill_cells, nearest, nearest_of_own, neighborhood_spreads
+from doo3d.kernels import fill_cells, nearest, nearest_of_own, neighborhood_spreads, points_around
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -69,3 +69,22 @@ def test_neighborhoods_are_those_of_a_tree(reach):
         at = (centers[k : k + 1], reach, counts[k : k + 1], means[k : k + 1], axes[k : k + 1].reshape(1, 6), 0.1)
         assert not occupied or fill_cells(points, *at, occupied - 0.5).all()
         assert not fill_cells(points, *at, occupied).any()
+
+
+@pytest.mark.parametrize("spread", [1.0, 1e3, 1e9])
+def test_points_around_positions_are_all_within_reach_and_few_others(spread):
+    rng = np.random.default_rng(0)
+    points, positions = rng.uniform(-20, 20, (5000, 2)), rng.uniform(-10, 10, (12, 2))
+    points[7] = np.nan
+    positions[0] *= spread
+    found = points_around(points, positions, 0.7)
+    distance = np.linalg.norm(np.where(np.isfinite(points), points, 1e6)[:, None] - positions, axis=2).min(axis=1)
+    assert set(np.flatnonzero(distance <= 0.7)) <= set(found)
+    assert (np.diff(found) > 0).all()
+    assert spread > 1 or distance[found].max() < 8 * 0.7
+    assert len(points_around(points, np.zeros((0, 2)), 0.7)) == 0
+
+
+def test_points_around_positions_far_away_are_refused():
+    with pytest.raises(ValueError, match="far away"):
+        points_around(np.zeros((1, 2)), np.array([[1e200, 0.0]]), 1.0)

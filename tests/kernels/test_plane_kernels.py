@@ -1,4 +1,4 @@
-"""Points near planes, and pixels raised from a plane, against NumPy and SciPy."""
+"""Planes fitted to points, and pixels raised from a plane, against NumPy and SciPy."""
 
 from __future__ import annotations
 
@@ -6,22 +6,50 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from doo3d.kernels import best_plane, raised_pixels
+from doo3d.kernels import fit_plane, raised_pixels
+
+
+def slow_plane(points, corners, distance, refinements):
+    """Return the normal and the offset of the plane that `fit_plane` fits."""
+    a, b, c = (points[corners[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    size = np.linalg.norm(normals, axis=1)
+    if not size.any():
+        return np.array([0.0, 0.0, 1.0]), points[0, 2]
+    normals, through = normals[size > 0] / size[size > 0, None], a[size > 0]
+    offsets = (normals * through).sum(axis=1)
+    best = np.argmax((np.abs(points @ normals.T - offsets) < distance).sum(axis=0))
+    normal, offset, before = normals[best], offsets[best], np.zeros(len(points), dtype=bool)
+    for _ in range(refinements):
+        near = np.abs(points @ normal - offset) < 2 * distance
+        if near.sum() < 3 or np.array_equal(near, before):
+            break
+        before, center = near, points[near].mean(axis=0)
+        normal = np.linalg.eigh(np.cov(points[near].T))[1][:, 0]
+        offset = normal @ center
+    return normal, offset
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_plane_with_the_most_points_near_it(seed):
+@pytest.mark.parametrize("refinements", [0, 1, 3])
+def test_the_plane_with_the_most_points_near_it_is_fitted_to_them(seed, refinements):
     rng = np.random.default_rng(seed)
-    points, normals, offsets = rng.normal(size=(500, 3)), rng.normal(size=(20, 3)), rng.normal(size=20)
-    near = (np.abs(points @ normals.T - offsets) < 0.4).sum(axis=0)
-    assert best_plane(points, normals, offsets, 0.4) == np.argmax(near)
-    assert best_plane(np.vstack((points, points)), normals, offsets, 0.4) == np.argmax(near)
+    points = rng.normal(size=(500, 3))
+    points[:300, 2] = 0.3 * points[:300, 0] - 0.2 * points[:300, 1] + 0.01 * rng.normal(size=300)
+    corners = rng.integers(0, 500, (40, 3))
+    corners[0] = 7
+    normal, offset = fit_plane(points, corners, 0.03, refinements)
+    expected, height = slow_plane(points, corners, 0.03, refinements)
+    sign = np.sign(normal @ expected)
+    np.testing.assert_allclose(sign * normal, expected, atol=1e-9)
+    assert sign * offset == pytest.approx(height, abs=1e-9)
 
 
-def test_of_planes_with_as_many_points_it_is_the_first():
-    points = np.zeros((200, 3))
-    assert best_plane(points, np.eye(3)[[0, 1, 2, 0]], np.array([1.0, 0.0, 0.0, 0.0]), 0.1) == 1
-    assert best_plane(points, np.eye(3), np.ones(3), 0.1) == 0
+def test_points_on_one_line_give_a_plane_across_the_line_of_sight():
+    points = np.column_stack((np.arange(9.0), np.arange(9.0), np.full(9, 0.7)))
+    normal, offset = fit_plane(points, np.random.default_rng(0).integers(0, 9, (20, 3)), 0.1, 3)
+    assert normal.tolist() == [0, 0, 1]
+    assert offset == 0.7
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -63,9 +63,7 @@ def _no_hues(facts: Any, color: Any) -> Any:
 
 
 def _no_strand_filter(readings: Any, *_: Any) -> Any:
-    from ...stages.segment.strand_filter import StrandDepth
-
-    return StrandDepth(readings, np.zeros((0, 3)), 0)
+    return readings, 0
 
 
 def _all(_: Any, pixels: Any, *__: Any) -> Any:
@@ -114,9 +112,6 @@ ABLATIONS: dict[str, Ablation] = {
     "strand filter: drawn to the surface": Ablation(
         places={f"{_STAGES}.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
     ),
-    "strand filter: bridges where steep": Ablation(
-        places={f"{_STAGES}.segment.strand_filter:_bridges": lambda *_: np.zeros((0, 3))}, made_for=DEPTH
-    ),
     "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
     "inpainting of depth": Ablation(
         places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)
@@ -126,10 +121,12 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.segment.sparse_strands",),
         made_for=("lines",),
     ),
+    "voxels along the rays": Ablation(
+        places={f"{_STAGES}.voxelize:_along_rays": _first, f"{_STAGES}.voxelize:_in_space": _first}, made_for=DEPTH
+    ),
     "voxels of the core alone": Ablation({"voxelize.core_fraction": 0}),
     "voxels of middle lines between touching strands": Ablation(places={f"{_STAGES}.voxelize:middle_pixels": _all}),
     "cut at occluding edges": Ablation({"voxelize.split_at_depth_step": 0}),
-    "cut between touching strands": Ablation(places={f"{_STAGES}.voxelize:BETWEEN_RADII": math.inf}),
     "spurs": Ablation({"traverse.min_branch": 0}),
     "small loops": Ablation(places={f"{_STAGES}.traverse.traverse:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
@@ -152,7 +149,7 @@ ABLATIONS: dict[str, Ablation] = {
     "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
     "axis raised out of the plane": Ablation(places={f"{_STAGES}.refine.axis_and_radius:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
     "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
-    "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:_depth_log_odds": lambda *_: 0.0}),
+    "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:depth_log_odds": lambda *_: 0.0}),
     "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:color_log_odds": lambda *_: 0.0}),
     "other interpretations of uncertain frames": Ablation(
         places={f"{_STAGES}.confidence.interpretations:OTHERS": ()},

@@ -78,7 +78,7 @@ COUNTED_FAMILIES: frozenset[str] = frozenset()
 FIRST_COUNTED_SEED = 1000
 """Seeds of all families from which on results are only counted."""
 
-MAX_ATTEMPTS = 400
+MAX_ATTEMPTS = 4000
 """Draws of a scene before a family is given up."""
 
 

@@ -52,13 +52,7 @@ class _Arrays(ast.NodeTransformer):
         self.in_arguments = False
         return node
 
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        return self._documented(node)
-
-    def visit_ClassDef(self, node: ast.ClassDef) -> ast.AST:
-        return self._documented(node)
-
-    def _documented(self, node: ast.FunctionDef | ast.ClassDef) -> ast.AST:
+    def visit_FunctionDef(self, node: ast.FunctionDef | ast.ClassDef) -> ast.AST:
         self.depth += 1
         self.generic_visit(node)
         if text := ast.get_docstring(node):
@@ -66,6 +60,8 @@ class _Arrays(ast.NodeTransformer):
             node.body[0].value.value = ("\n" + "    " * self.depth).join(lines)
         self.depth -= 1
         return node
+
+    visit_ClassDef = visit_FunctionDef
 
 
 def stub_of(native: ModuleType) -> str:

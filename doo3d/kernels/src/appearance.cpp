@@ -19,8 +19,11 @@ double pairwise_sum(const double* values, Index size) {
 // Convolve a histogram along one axis with a symmetric kernel, half of which is given, the middle first; edge cells are repeated.
 Histogram smoothed(const Histogram& from, Index step, const std::vector<double>& half) {
     Histogram to(from.size());
-    count_visits(color_cells() * Index(half.size()));
-    for (Index start = 0; start < color_cells(); start += step * COLOR_LEVELS) {
+    const Index size = step * COLOR_LEVELS;
+    Visits visits{color_cells()};
+    for (Index start = 0; start < color_cells(); start += size) {
+        if (std::all_of(&from[start], &from[start] + size, [](double count) { return count == 0; })) continue;  // few colors are seen
+        visits.count += size * (Index(half.size()) - 1);
         for (Index i = 0; i < COLOR_LEVELS; ++i) {
             double* out = &to[start + i * step];
             const double* middle = &from[start + i * step];
@@ -39,8 +42,12 @@ Histogram smoothed(const Histogram& from, Index step, const std::vector<double>&
 Histogram frequencies(Histogram counts, const std::vector<double>& half, double least, Histogram& variance) {
     for (Index step = color_cells() / COLOR_LEVELS; step; step /= COLOR_LEVELS) counts = smoothed(counts, step, half);
     const double sum = std::max(pairwise_sum(counts.data(), color_cells()), 1e-9);
-    for (double& value : counts) value = value / sum + least;
-    for (Index i = 0; i < color_cells(); ++i) variance[i] += 1 / (counts[i] * sum);
+    const double unseen = 1 / (least * sum);
+    for (Index i = 0; i < color_cells(); ++i) {
+        const bool is_seen = counts[i] != 0;
+        counts[i] = is_seen ? counts[i] / sum + least : least;
+        variance[i] += is_seen ? 1 / (counts[i] * sum) : unseen;
+    }
     return counts;
 }
 
@@ -108,7 +115,7 @@ class ColorOdds {
    public:
     ColorOdds(Volume<Byte> image, Vector<std::int64_t> object, Vector<std::int64_t> surround, Vector<double> shades, double shade_share,
               double smoothing, double least)
-        : color(std::move(image)), odds(color_cells()), noise(color_cells()) {
+        : color(std::move(image)), odds(color_cells()), variance(color_cells(), 0.0) {
         require(color.shape(2) == CHANNELS, "color has to be (H, W, 3)");
         require(smoothing > 0 && smoothing < double(COLOR_LEVELS), "smoothing is not between 0 and 16 cells");
         for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
@@ -116,27 +123,28 @@ class ColorOdds {
         check_pixels(surround, color);
         nb::gil_scoped_release release;
         const std::vector<double> kernel = half_gaussian(smoothing);
-        Histogram counts(color_cells(), 0.0), variance(color_cells(), 0.0);
+        Histogram counts(color_cells(), 0.0);
         count_visits(Index(object.shape(0)));
         for (std::size_t i = 0; i < object.shape(0); ++i) ++counts[color_cell(color.data() + CHANNELS * object(i))];
         const Histogram ours = frequencies(counts, kernel, least, variance);
         const Histogram theirs =
             frequencies(count_surround(color.data(), surround, Shades(shades), shade_share), kernel, least, variance);
         for (Index i = 0; i < color_cells(); ++i) odds[i] = ours[i] == theirs[i] ? 0.0f : float(std::log(ours[i] / theirs[i]));
-        for (Index i = 0; i < color_cells(); ++i) noise[i] = float(std::sqrt(variance[i]));
         separation = median_of(odds, counts);
     }
 
     float separation;
     auto log_odds() const { return to_numpy(std::vector<float>(odds)); }
-    auto log_odds_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, odds); }
-    auto noise_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, noise); }
+    auto log_odds_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, [&](Index cell) { return odds[cell]; }); }
+    auto noise_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, [&](Index cell) { return float(std::sqrt(variance[cell])); }); }
 
    private:
     Volume<Byte> color;
-    std::vector<float> odds, noise;  // of each cell
+    std::vector<float> odds;  // of each cell
+    Histogram variance;       // of the log-odds of each cell
 
-    VectorResult<double> at(const StridedMatrix<std::int64_t>& pixels, const std::vector<float>& table) const {
+    template <class OfCell>
+    VectorResult<double> at(const StridedMatrix<std::int64_t>& pixels, OfCell of_cell) const {
         require(pixels.shape(1) == 2, "pixels are not (N, 2)");
         const Index height = color.shape(0), width = color.shape(1);
         std::vector<double> values(pixels.shape(0));
@@ -144,7 +152,7 @@ class ColorOdds {
         for (std::size_t i = 0; i < values.size(); ++i) {
             const Index u = pixels(i, 0), v = pixels(i, 1);
             require(u >= 0 && v >= 0 && u < width && v < height, "a pixel lies outside of the image");
-            values[i] = table[color_cell(color.data() + CHANNELS * (v * width + u))];
+            values[i] = of_cell(color_cell(color.data() + CHANNELS * (v * width + u)));
         }
         return to_numpy(std::move(values));
     }

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -54,6 +55,15 @@ inline void count_bytes(Index bytes) { count_visits(bytes / 8); }
 struct Visits {
     Index count = 0;
     ~Visits() { count_visits(count); }
+};
+
+// Python's lock (GIL), released so that other threads run, until `end` or the end of the scope: no Python object may be made meanwhile.
+class ReleasedGil {
+public:
+    void end() { released_.reset(); }
+
+private:
+    std::optional<nb::gil_scoped_release> released_{std::in_place};
 };
 
 // inputs

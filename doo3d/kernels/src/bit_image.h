@@ -162,8 +162,7 @@ struct Crop {
     Index top = 0, left = 0;
 };
 
-inline Crop cropped(const Matrix<bool>& mask, Index margin, bool limited = true) {
-    const FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
+inline Crop cropped(const FrameFacts& facts, Index margin, bool limited = true) {
     const Box& box = facts.box();
     if (facts.runs().empty()) return {};
     Box part{box.top - margin, box.bottom + margin, box.left - margin, box.right + margin};
@@ -175,6 +174,10 @@ inline Crop cropped(const Matrix<bool>& mask, Index margin, bool limited = true)
     Crop crop{{part.bottom - top, part.right - left}, top, left};
     for (const Run& run : facts.runs()) crop.bits.set_run(run.row - top, run.start - left, run.end - left);
     return crop;
+}
+
+inline Crop cropped(const Matrix<bool>& mask, Index margin, bool limited = true) {
+    return cropped(FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), 0), margin, limited);
 }
 
 // A connected part of a mask as runs of its rows, and its number of pixels.

@@ -154,7 +154,7 @@ using Sum = std::array<double, 4>;
 // Return the sums in each cell and the 26 around it, added in the order of the steps to them: row by row of three cells, each row by
 // a position of its own in the ascending keys. Which of the cells are occupied no processor foresees: for those that are not a row
 // of 0 is added. `own` has three rows of 0 more than there are cells.
-std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& own) {
+WITH_AVX2 std::vector<Sum> sums_around(const PointCells& cells, const std::vector<Sum>& own) {
     std::vector<Sum> sums(cells.keys.size());
     count_visits(27 * Index(sums.size()));
     std::vector<Index> keys(sums.size() + 3, INT64_MAX);
@@ -224,13 +224,15 @@ auto CloudFacts::without_outliers(double cell_spacings, double min_ratio) const 
             }
             own = {};
             all = size == count_;
-            means.reserve(3 * size);
-            if (!all) kept.reserve(3 * size);
+            means.resize(3 * size);
+            if (!all) kept.resize(3 * size);
+            Index row = 0;
             for (Index n = 0; n < count_; ++n) {
                 const Sum& mean = sums[cells.cell[n]];
                 if (!(mean[3] >= least)) continue;
-                means.insert(means.end(), mean.begin(), mean.begin() + 3);
-                if (!all) kept.insert(kept.end(), points + 3 * n, points + 3 * n + 3);
+                std::copy(mean.begin(), mean.begin() + 3, means.begin() + 3 * row);
+                if (!all) std::copy(points + 3 * n, points + 3 * n + 3, kept.begin() + 3 * row);
+                ++row;
             }
         } else {
             means.assign(points, points + 3 * count_);

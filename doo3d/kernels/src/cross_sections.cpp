@@ -22,6 +22,7 @@ auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Inde
     require(Index(distance.shape(0)) == count && Index(index.shape(0)) == count, "distance and index are not one per point");
     require(Index(lateral.shape(0)) == size && Index(depth.shape(0)) == size && Index(reach.shape(0)) == size,
             "lateral, depth and reach are not one per position");
+    ReleasedGil released;
     count_visits(count);
     std::vector<Index> sample;
     std::vector<double> across, behind;
@@ -39,6 +40,7 @@ auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Inde
         across.push_back(u);
         behind.push_back(w);
     }
+    released.end();
     return std::make_tuple(to_numpy(std::move(sample)), to_numpy(std::move(across)), to_numpy(std::move(behind)));
 }
 
@@ -48,6 +50,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
     require(Index(lateral.shape(0)) == count && Index(depth.shape(0)) == count, "lateral and depth are not one per point");
     require(Index(radius.shape(0)) == size, "radius is not one per sample");
     require(half >= 0, "half is negative");
+    ReleasedGil released;
     count_visits(count);
     std::vector<Index> kept;
     std::vector<double> behind;
@@ -59,6 +62,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
         behind.push_back(depth(k) + std::sqrt(radius(s) * radius(s) - lateral(k) * lateral(k)));
     }
     PooledMeans means = means_without_outliers(std::move(kept), std::move(behind), path, half, outlier_medians);
+    released.end();
     return std::make_tuple(to_numpy(std::move(means.mean)), to_numpy(std::move(means.count)));
 }
 
@@ -157,6 +161,7 @@ double fourth_power(double x) {
 
 auto half_shell_spread(Vector<Index> sample, Vector<double> lateral, Vector<Index> path, Index half) {
     check_sections(sample, lateral, path, half);
+    ReleasedGil released;
     const Index size = path.shape(0), count = sample.shape(0);
     const PooledSums pooled(sample, path, half);
     auto first = pooled.of<2>([&](Index k, double* row) {
@@ -169,6 +174,7 @@ auto half_shell_spread(Vector<Index> sample, Vector<double> lateral, Vector<Inde
     auto variance = pooled.of<1>([&](Index k, double* row) { row[0] = relative[k] * relative[k]; })[0];
     for (Index s = 0; s < size; ++s) variance[s] /= std::max(first[0][s], 1e-9);
     for (Index k = 0; k < count; ++k) relative[k] = fourth_power(relative[k] / std::sqrt(std::max(variance[sample(k)], 1e-18)));
+    released.end();
     return std::make_tuple(to_numpy(std::move(first[1])), to_numpy(std::move(variance)), to_numpy(std::move(first[0])),
                            to_numpy(std::move(relative)));
 }
@@ -264,6 +270,7 @@ auto fit_circles(Vector<Index> sample, Vector<double> lateral, Vector<double> de
     require(depth.shape(0) == sample.shape(0), "depth is not one per point");
     require(radius.shape(0) == size || radius.shape(0) == 0, "radius is neither one per sample nor empty");
     require(steps >= 0 && steps <= 1000 && min_points >= 1, "steps are not from 0 to 1000, or min_points is less than 1");
+    ReleasedGil released;
     const PooledSums pooled(sample, path, half);
     Circles circles = kasa_fit(sample, lateral, depth, pooled, min_points);
     const bool fits_radius = radius.shape(0) == 0;
@@ -275,6 +282,7 @@ auto fit_circles(Vector<Index> sample, Vector<double> lateral, Vector<double> de
         centers[2 * s + 1] = circles.w[s];
         if (circles.count[s] < min_points) circles.radius[s] = NAN;
     }
+    released.end();
     return std::make_tuple(to_numpy(std::move(centers), size, 2), to_numpy(std::move(circles.radius)), to_numpy(std::move(circles.count)));
 }
 

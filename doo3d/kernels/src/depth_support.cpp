@@ -76,6 +76,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
     const double surface = settings(0), least = settings(1), most = settings(2), deviations = settings(3);
     const double samples = double(positions.shape(0) * lateral.shape(0));
     count_visits(Index(samples) * Index(joints.shape(0)));
+    ReleasedGil released;
     std::vector<double> supported, agreeing, residual;
     for (std::size_t c = 0; c < radius.shape(0); ++c) {
         std::vector<double> errors, residuals;
@@ -100,6 +101,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
             residual.push_back(Index(own.size()) >= std::max<Index>(min_readings, 1) ? std::fabs(median(own)) / radius(c) : NAN);
         }
     }
+    released.end();
     return std::make_tuple(to_numpy(std::move(supported)), to_numpy(std::move(agreeing)), to_numpy(std::move(residual)));
 }
 

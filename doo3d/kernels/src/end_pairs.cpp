@@ -87,6 +87,24 @@ auto end_pairs(Matrix<double> points, Matrix<double> tangents, Matrix<double> cu
                            to_numpy(std::move(bends), count, count));
 }
 
+auto limit_pairs(Matrix<double> cost, Matrix<double> distance, Matrix<double> turns, Vector<bool> closed, Vector<bool> exiting,
+                 double max_distance, double max_cost, double max_turn, bool allow_closed) {
+    const Index count = cost.shape(0);
+    const auto is_square = [&](const Matrix<double>& values) { return Index(values.shape(0)) == count && Index(values.shape(1)) == count; };
+    require(is_square(cost) && is_square(distance) && is_square(turns), "cost, distance or turns are not (E, E)");
+    require(Index(closed.shape(0)) == count && Index(exiting.shape(0)) == count, "closed or exiting are not one per end");
+    std::vector<double> limited(count * count, INFINITY);
+    count_visits(count * (count + 1) / 2);
+    for (Index i = 0; i < count; ++i) {
+        for (Index j = i + 1; j < count; ++j) {
+            const bool is_far = distance(i, j) > max_distance || cost(i, j) > max_cost || turns(i, j) > max_turn;
+            if (is_far || closed(i) || closed(j) || (exiting(i) && exiting(j)) || (!allow_closed && i / 2 == j / 2)) continue;
+            limited[i * count + j] = cost(i, j);
+        }
+    }
+    return to_numpy(std::move(limited), count, count);
+}
+
 }  // namespace
 
 void bind_end_pairs(Module& m) {
@@ -112,4 +130,22 @@ void bind_end_pairs(Module& m) {
     //     that coincide
     m.def("end_pairs", &end_pairs, "points"_a.noconvert(), "tangents"_a.noconvert(), "curvatures"_a.noconvert(), "radius"_a, "window"_a,
           "kept"_a);
+    // Return the cost of joining ends i < j of chains, infinite elsewhere and where a join is not allowed.
+    //
+    // Parameters
+    // ----------
+    // cost, distance, turns
+    //     (E, E) float64, of each pair
+    // closed, exiting
+    //     (E,) bool, ends of rings, which are not joined, and ends that leave the view, of which no two are joined
+    // max_distance, max_cost, max_turn
+    //     values above which a join is not allowed
+    // allow_closed
+    //     True if the two ends of one chain, 2 c and 2 c + 1, may be joined
+    //
+    // Returns
+    // -------
+    // (E, E) float64
+    m.def("limit_pairs", &limit_pairs, "cost"_a.noconvert(), "distance"_a.noconvert(), "turns"_a.noconvert(), "closed"_a.noconvert(),
+          "exiting"_a.noconvert(), "max_distance"_a, "max_cost"_a, "max_turn"_a, "allow_closed"_a);
 }

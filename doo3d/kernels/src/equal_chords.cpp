@@ -62,10 +62,12 @@ void check_length(const std::vector<double>& points, Index count, Index dim, dou
 
 auto lay_equal_chords(StridedMatrix<double> polyline, double length) {
     const Index count = polyline.shape(0), dim = polyline.shape(1);
+    ReleasedGil released;
     const std::vector<double> points = finite_points(polyline);
     check_length(points, count, dim, length);
     Chords chords = lay(points.data(), count, dim, length);
     const Index size = chords.size();
+    released.end();
     return std::make_tuple(to_numpy(std::move(chords.joints), size, dim), to_numpy(std::move(chords.arc_lengths)));
 }
 
@@ -85,7 +87,8 @@ std::vector<double> cut_before(const double* points, Index count, Index dim, con
 }
 
 // The chords are laid four times. The first time, from the curve's beginning, fixes their number. Each time the start is then
-// moved by half of what the last joint is beyond the curve's end, or short of it, so that the excess is the same at both ends.
+// moved by half of what the last joint is beyond the curve's end, or short of it, so that the excess is the same at both ends. There
+// are no joints where the curve curls up so that no chord fits.
 std::vector<double> cover(const std::vector<double>& points, Index dim, double length) {
     const Index count = Index(points.size()) / dim;
     check_length(points, count, dim, length);
@@ -105,6 +108,7 @@ std::vector<double> cover(const std::vector<double>& points, Index dim, double l
             chord_count = std::max<Index>(1, Index(std::nearbyint(double(last) + (total - at[last]) / length)));
         }
         chord_count = std::min(chord_count, chords.size() - 1);
+        if (chord_count == 0) return {};
         const double shift = start - length - (start - length + at[chord_count] - total) / 2;
         start = length + least(most(shift, -length / 2), length / 2);
     }
@@ -161,7 +165,7 @@ void shift_end(std::vector<double>& points, Index dim, double shift) {
     points.insert(points.end(), place.begin(), place.end());
 }
 
-// Lay joints along a polyline from end to end; none on one shorter than half a segment.
+// Lay joints along a polyline from end to end; none on one shorter than half a segment, or curled up within one.
 std::vector<double> cover_from_end_to_end(std::vector<double> points, Index dim, double length) {
     const std::vector<double> along = arc_lengths(points, dim);
     if (along.back() < length / 2) return {};
@@ -186,6 +190,7 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
     check_bounds(bounds, points.shape(0));
     require(Index(bounds.shape(0)) == lines + 1 && Index(shifts.shape(0)) == 2 * lines, "bounds, closed and shifts do not fit each other");
     require(dim > 0 && length > 0, "points have no coordinates, or length is not positive");
+    ReleasedGil released;
     std::vector<double> joints;
     std::vector<Index> starts{0};
     for (Index c = 0; c < lines; ++c) {
@@ -204,6 +209,7 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
         starts.push_back(Index(joints.size()) / dim);
     }
     const Index size = starts.back();
+    released.end();
     return std::make_tuple(to_numpy(std::move(joints), size, dim), to_numpy(std::move(starts)));
 }
 
@@ -254,7 +260,7 @@ void bind_equal_chords(Module& m) {
     // -------
     // joints : (J, D) float64, the joints of all chains, one chain after the other
     // bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
-    //     segment
+    //     segment or curled up within one
     m.def("equal_segments", &equal_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
           "shifts"_a.noconvert(), "length"_a, "most_samples"_a);
 }

@@ -46,12 +46,16 @@ class Follower {
     }
 
    private:
-    // What is seen at a distance ahead: the position, the colors across it, and their distances from those so far.
+    // What is seen at a distance ahead: the position, and the distance of the colors across it from those so far. The contrast of the
+    // background on either side is measured where it decides.
     struct Sight {
         Position position;
-        std::vector<Color> colors;
         double distance;
-        std::array<double, 2> contrast;  // of the background on either side
+        std::array<double, 2> contrast;
+        bool has_contrast;
+    };
+    struct Direction {
+        Position forward, lateral;
     };
     struct Step {
         Position position;
@@ -141,18 +145,27 @@ class Follower {
         return sum / 3;
     }
 
-    Sight look(const Position& forward, const Position& lateral, double ahead, double shift) const {
-        Sight sight;
-        count_visits(9 * Index(colors.size() + settings.beside.shape(0)));
-        sight.position = {at.u + forward.u * ahead + lateral.u * shift, at.v + forward.v * ahead + lateral.v * shift};
+    std::vector<Color> colors_across(const Position& position, const Position& lateral) const {
+        std::vector<Color> found;
+        for (std::size_t i = 0; i < colors.size(); ++i) found.push_back(read(position, lateral, settings.across(i)));
+        return found;
+    }
+
+    Sight look(const Direction& direction, double ahead, double shift) const {
+        const auto& [forward, lateral] = direction;
+        count_visits(9 * Index(colors.size()));
+        const Position position{at.u + forward.u * ahead + lateral.u * shift, at.v + forward.v * ahead + lateral.v * shift};
         double sum = 0.0;
-        for (std::size_t i = 0; i < colors.size(); ++i) {
-            sight.colors.push_back(read(sight.position, lateral, settings.across(i)));
-            sum += distance(sight.colors[i], colors[i]);
-        }
-        sight.distance = sum / double(colors.size());
+        for (std::size_t i = 0; i < colors.size(); ++i) sum += distance(read(position, lateral, settings.across(i)), colors[i]);
+        return {position, sum / double(colors.size()), {0.0, 0.0}, false};
+    }
+
+    // Measure the contrast of the background with the strand so far, unless it is known.
+    void measure_contrast(Sight& sight, const Position& lateral) const {
+        if (sight.has_contrast) return;
+        sight.has_contrast = true;
+        count_visits(9 * Index(settings.beside.shape(0)));
         const std::size_t half = settings.beside.shape(0) / 2;
-        sight.contrast = {0.0, 0.0};
         for (std::size_t k = 0; k < 2 * half; ++k) {
             const Color background = read(sight.position, lateral, settings.beside(k));
             double least = std::numeric_limits<double>::infinity();
@@ -160,38 +173,59 @@ class Follower {
             sight.contrast[k / half] += least;
         }
         for (double& side : sight.contrast) side /= double(half);
-        return sight;
     }
 
-    // Find the nearest of `count` steps from the `first` on at which the strand is seen, in the best direction.
+    // Return the mean distance of the colors at the `lookahead` positions from `first` on.
+    double mean_distance(const std::vector<Sight>& seen, Index first) const {
+        double sum = 0.0;
+        for (Index j = first; j < first + settings.lookahead; ++j) sum += seen[j].distance;
+        return sum / double(settings.lookahead);
+    }
+
+    // Return the lesser of the mean contrasts on both sides of the `lookahead` positions from `first` on.
+    double least_contrast(std::vector<Sight>& seen, Index first, const Position& lateral) const {
+        std::array<double, 2> sides{};
+        for (Index j = first; j < first + settings.lookahead; ++j) {
+            measure_contrast(seen[j], lateral);
+            for (Index side = 0; side < 2; ++side) sides[side] += seen[j].contrast[side];
+        }
+        return std::min(sides[0] / double(settings.lookahead), sides[1] / double(settings.lookahead));
+    }
+
+    // Find the nearest of `count` steps from the `first` on at which the strand is seen, in the best direction. Where the colors fit in
+    // no direction, the background is not looked at.
     bool find_step(Index first, Index count) {
         const Index turns = settings.turns.shape(0), shifts = settings.shifts.shape(0), ways = turns * shifts;
         std::vector<std::vector<Sight>> seen(ways);
+        std::vector<Direction> directions;
+        for (Index way = 0; way < ways; ++way) {
+            const double heading = angle + settings.turns(way / shifts);
+            const Position forward{std::cos(heading), std::sin(heading)};
+            directions.push_back({forward, {-forward.v, forward.u}});
+        }
         const auto ahead = [&](Index k) { return settings.step * radius * double(first + k); };
         for (Index k = 0; k < count; ++k) {
+            bool fits = false;
+            for (Index way = 0; way < ways; ++way) {
+                while (Index(seen[way].size()) < k + settings.lookahead) {
+                    seen[way].push_back(look(directions[way], ahead(Index(seen[way].size())), settings.shifts(way % shifts)));
+                }
+                fits |= mean_distance(seen[way], k) <= settings.max_distance;
+            }
+            if (!fits) continue;
             double best_cost = std::numeric_limits<double>::infinity(), best_distance = 0.0, best_contrast = 0.0;
             Index best = 0;
             for (Index way = 0; way < ways; ++way) {
-                const double turn = settings.turns(way / shifts), heading = angle + turn;
-                const Position forward{std::cos(heading), std::sin(heading)}, lateral{-forward.v, forward.u};
-                while (Index(seen[way].size()) < k + settings.lookahead) {
-                    seen[way].push_back(look(forward, lateral, ahead(Index(seen[way].size())), settings.shifts(way % shifts)));
-                }
-                double distance = 0.0;
-                std::array<double, 2> sides{};
-                for (Index j = k; j < k + settings.lookahead; ++j) {
-                    distance += seen[way][j].distance;
-                    for (Index side = 0; side < 2; ++side) sides[side] += seen[way][j].contrast[side];
-                }
-                distance /= double(settings.lookahead);
-                const double contrast = std::min(sides[0] / double(settings.lookahead), sides[1] / double(settings.lookahead));
-                const double share = turn / settings.turns(turns - 1);
+                const double distance = mean_distance(seen[way], k);
+                const double contrast = least_contrast(seen[way], k, directions[way].lateral);
+                const double share = settings.turns(way / shifts) / settings.turns(turns - 1);
                 double cost = distance - settings.contrast_weight * std::min(contrast, settings.max_distance + settings.min_contrast);
                 cost += settings.turn_weight * (share * share);
                 if (cost < best_cost) best_cost = cost, best_distance = distance, best_contrast = contrast, best = way;
             }
             if (best_distance <= settings.max_distance && best_contrast >= best_distance + settings.min_contrast) {
-                taken = {seen[best][k].position, settings.turns(best / shifts), ahead(k), seen[best][k].colors};
+                const Position& position = seen[best][k].position;
+                taken = {position, settings.turns(best / shifts), ahead(k), colors_across(position, directions[best].lateral)};
                 return true;
             }
         }

@@ -1,5 +1,7 @@
 // FrameFacts and the functions of a mask alone, as Python sees them.
 #include "depth_facts.h"
+#include "lattice_pixels.h"
+#include "mask_closing.h"
 
 #include <nanobind/stl/optional.h>
 
@@ -88,6 +90,17 @@ auto skeleton(FrameFacts& facts) {
     return to_pairs(std::move(found));
 }
 
+auto lattice_pixels(const Facts& facts, Index most, double golden) {
+    require(most > 0 && golden > 1, "most is not positive, or golden is not more than 1");
+    LatticePixels found;
+    {
+        nb::gil_scoped_release released;
+        found = lattice_of(facts.runs(), facts.width(), most, golden);
+    }
+    const std::size_t kept = found.pixels.size() / 2;
+    return std::make_tuple(to_numpy(std::move(found.pixels), kept, 2), double(found.count) / double(std::max<std::size_t>(1, kept)));
+}
+
 auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fraction, double margin) {
     require(pixels.shape(1) == 2, "pixels are not (N, 2)");
     require(reach >= 0, "reach is negative");
@@ -112,6 +125,12 @@ auto middle_pixels(Facts& facts, Matrix<Index> pixels, double reach) {
         middle = facts.near_skeleton(data, count, reach);
     }
     return to_numpy_bool(middle);
+}
+
+Index closed_core(const Facts& facts, Vector<Index> half_widths, double distance) {
+    const std::vector<Index> shape = checked_shape(half_widths, distance, facts.height(), facts.width());
+    nb::gil_scoped_release released;
+    return closed_mask(facts, shape, distance).deep;
 }
 
 auto depth_summary(const Facts& facts) {
@@ -159,7 +178,9 @@ auto holes(const Facts& facts, Matrix<Index> kept, Index reach) {
 
 // Pixels of an axis relative to the mask's first row and column are those of the image.
 auto medial_axis(Matrix<bool> mask) {
+    ReleasedGil released;
     FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
+    released.end();
     return axis(facts);
 }
 
@@ -205,6 +226,28 @@ void bind_frame_facts(Module& m) {
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         // Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`.
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
+        // Return the number of pixels farther than a distance from the outside once gaps are closed; see `close_mask`.
+        //
+        // half_widths : (K,) int64, half the widths of a symmetric shape, from its middle row on. distance : px.
+        //
+        // Raises
+        // ------
+        // ValueError : half_widths is empty or increases, or a value is negative or more than the image is large.
+        .def("closed_core", &closed_core, "half_widths"_a.noconvert(), "distance"_a)
+        // Return about `most` pixels of the mask, evenly distributed, as (u, v), sorted by u and then v.
+        //
+        // Parameters
+        // ----------
+        // most
+        //     number of pixels, about; all are returned if there are not more
+        // golden
+        //     the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
+        //     step / golden
+        //
+        // Returns
+        // -------
+        // (K, 2) float64 px, and the number of pixels of the mask that each stands for.
+        .def("lattice_pixels", &lattice_pixels, "most"_a, "golden"_a)
         // Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
         //
         // Parameters

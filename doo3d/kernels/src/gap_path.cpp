@@ -280,7 +280,10 @@ auto solve_gap(Matrix<double> given, double radius, double max_deviation, bool i
     } else {
         radius = gap / 2;
     }
-    return std::make_tuple(false, to_rows(largest_member(ends, radius, max_deviation, inside), dim));
+    ReleasedGil released;
+    const Pair pair = largest_member(ends, radius, max_deviation, inside);
+    released.end();
+    return std::make_tuple(false, to_rows(pair, dim));
 }
 
 // Return the number of steps of at most `spacing` on an arc.

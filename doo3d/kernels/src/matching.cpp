@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <optional>
 
 namespace {
 
@@ -381,10 +380,15 @@ using Lowered = nb::typed<nb::callable, Pairs(VectorResult<Index>)>;
 
 auto match_by_blossoms(Matrix<double> weight, std::optional<Lowered> lowered) {
     const Index count = weight.shape(0);
+    ReleasedGil released;
     const IntegerWeights integers(weight);
     Blossoms blossoms(count, integers);
+    released.end();
     for (;;) {
-        blossoms.solve();
+        {
+            nb::gil_scoped_release solving;
+            blossoms.solve();
+        }
         if (!lowered) return partners(blossoms, count);
         const auto [pairs, weights] = nb::cast<Pairs>((*lowered)(partners(blossoms, count)));
         require(pairs.shape(1) == 2 && pairs.shape(0) == weights.shape(0), "the lowered weights are not one per pair");

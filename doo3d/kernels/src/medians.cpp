@@ -8,6 +8,7 @@ namespace {
 auto part_medians(Vector<double> values, Vector<Index> first, Vector<Index> last) {
     const Index count = first.shape(0), size = values.shape(0);
     require(Index(last.shape(0)) == count, "first and last have different lengths");
+    ReleasedGil released;
     std::vector<double> medians(count, NAN), deviations(count, NAN), part;
     std::vector<Index> counts(count);
     for (Index k = 0; k < count; ++k) {
@@ -23,6 +24,7 @@ auto part_medians(Vector<double> values, Vector<Index> first, Vector<Index> last
         for (double& value : part) value = std::fabs(value - medians[k]);
         deviations[k] = median(part);
     }
+    released.end();
     return std::make_tuple(to_numpy(std::move(medians)), to_numpy(std::move(deviations)), to_numpy(std::move(counts)));
 }
 

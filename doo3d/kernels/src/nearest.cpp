@@ -32,6 +32,7 @@ auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> 
     const Index dim = points.shape(1), paths = Index(bounds.shape(0)) - 1;
     std::vector<double> distance(points.shape(0));
     std::vector<Index> index(points.shape(0));
+    ReleasedGil released;
     for (Index p = 0; p < paths; ++p) {
         const Index first = bounds(p), target = target_bounds(p), size = target_bounds(p + 1) - target;
         require(size > 0 || bounds(p + 1) == first, "a path has points but no targets");
@@ -39,6 +40,7 @@ auto nearest_of_own(Matrix<double> points, Vector<Index> bounds, Matrix<double> 
         find_nearest(search, points.data() + first * dim, bounds(p + 1) - first, reach, false);
         for (Index n = first; n < bounds(p + 1); ++n) index[n] += target;
     }
+    released.end();
     return to_numpy(std::move(index));
 }
 
@@ -71,6 +73,7 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
     const Index size = centers.shape(0);
     std::vector<Index> counts(size);
     std::vector<double> means(3 * size), covariances(9 * size);
+    ReleasedGil released;
     double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
     for (Index k = 0; k < 3 * size; ++k) {
         low[k % 3] = std::min(low[k % 3], centers.data()[k] - 1.01 * reach);
@@ -103,6 +106,7 @@ auto neighborhood_spreads(Matrix<double> points, Matrix<double> centers, double 
             }
         }
     }
+    released.end();
     return std::make_tuple(to_numpy(std::move(counts)), to_numpy(std::move(means), size, 3), to_numpy(std::move(covariances), size, 9));
 }
 
@@ -119,6 +123,7 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
     require(edge > 0 && reach / edge < 1e9, "edge is not positive, or too small for the reach");
     for (std::size_t k = 0; k < origins.size(); ++k) require(std::fabs(origins.data()[k]) <= 10 * reach, "an origin is far away");
     for (std::size_t k = 0; k < axes.size(); ++k) require(std::fabs(axes.data()[k]) <= 1.001, "an axis is not a unit vector");
+    ReleasedGil released;
     std::vector<Index> table;
     std::vector<Byte> is_filled(size);
     const Index empty = INT64_MIN;  // no key
@@ -148,7 +153,67 @@ auto fill_cells(Matrix<double> points, Matrix<double> centers, double reach, Vec
         });
         is_filled[s] = occupied > wanted;
     }
+    released.end();
     return to_numpy_bool(is_filled);
+}
+
+// Square cells of which those are marked that hold one of the positions or touch such a cell; their edge is `reach`, or doubled until
+// their number is in proportion to the points.
+class MarkedCells {
+public:
+    MarkedCells(const Matrix<double>& positions, double reach, Index points) {
+        const Index count = positions.shape(0);
+        double most[2] = {-INFINITY, -INFINITY};
+        for (Index k = 0; k < 2 * count; ++k) {
+            low_[k % 2] = std::min(low_[k % 2], positions.data()[k]);
+            most[k % 2] = std::max(most[k % 2], positions.data()[k]);
+        }
+        if (count == 0) return;
+        double edge = reach * (1 + 1e-9);  // against rounding
+        while (((most[0] - low_[0]) / edge + 3) * ((most[1] - low_[1]) / edge + 3) > double(points) + 4096.0) edge *= 2;
+        per_unit_ = 1 / edge;
+        for (Index d = 0; d < 2; ++d) {
+            shape_[d] = Index((most[d] - low_[d]) * per_unit_) + 3;
+            low_[d] -= edge;
+        }
+        is_marked_.resize(shape_[0] * shape_[1]);
+        count_visits(count);
+        for (const double* at = positions.data(); at != positions.data() + 2 * count; at += 2) {
+            Byte* marked = &is_marked_[cell(at[0], 0) * shape_[1] + cell(at[1], 1)];
+            for (Index row = -1; row <= 1; ++row) std::fill_n(marked + row * shape_[1] - 1, 3, Byte(1));
+        }
+    }
+
+    bool has(const double* point) const {
+        const double row = (point[0] - low_[0]) * per_unit_, column = (point[1] - low_[1]) * per_unit_;
+        if (!(row >= 0 && column >= 0 && row < double(shape_[0]) && column < double(shape_[1]))) return false;
+        return is_marked_[Index(row) * shape_[1] + Index(column)] != 0;
+    }
+
+private:
+    // The cell of a position, which the outer cells surround.
+    Index cell(double value, Index d) const { return std::min(std::max<Index>(Index((value - low_[d]) * per_unit_), 1), shape_[d] - 2); }
+
+    double low_[2] = {INFINITY, INFINITY}, per_unit_ = 1.0;
+    Index shape_[2] = {0, 0};
+    std::vector<Byte> is_marked_;
+};
+
+auto points_around(Matrix<double> points, Matrix<double> positions, double reach) {
+    check_targets(points, positions, reach);
+    require(points.shape(1) == 2, "points are not (N, 2)");
+    for (std::size_t k = 0; k < positions.size(); ++k) require(std::fabs(positions.data()[k]) < 1e150, "a position is too far away");
+    const Index count = points.shape(0);
+    std::vector<Index> rows;
+    {
+        nb::gil_scoped_release released;
+        const MarkedCells cells(positions, reach, count);
+        count_visits(count);
+        for (Index n = 0; n < count; ++n) {
+            if (cells.has(points.data() + 2 * n)) rows.push_back(n);
+        }
+    }
+    return to_numpy(std::move(rows));
 }
 
 }  // namespace
@@ -210,6 +275,21 @@ void bind_nearest(Module& m) {
     // means : (S, 3) float64, their mean offset from the center; 0 where there are none
     // covariances : (S, 9) float64, their covariance matrix, row by row; 0 where there are none
     m.def("neighborhood_spreads", &neighborhood_spreads, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
+    // Return the points in the plane that may be within `reach` of one of several positions: all that are, and some farther away.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 2) float64; points that are not finite are near nothing
+    // positions
+    //     (P, 2) float64, finite, in the unit of the points
+    // reach
+    //     distance, in the unit of the points, over 0
+    //
+    // Returns
+    // -------
+    // (K,) int64, their indices, ascending; none is farther than 8 `reach` unless the positions spread over more than 64 `reach`
+    m.def("points_around", &points_around, "points"_a.noconvert(), "positions"_a.noconvert(), "reach"_a);
     // Tell whether the points within `reach` of each center, projected to a plane, occupy more than so many square cells of it.
     //
     // Parameters

@@ -1,5 +1,6 @@
-// A plane in depth: the points near it, and the pixels raised from it.
+// A plane in depth: fitted to points, and the pixels raised from it.
 #include "runs.h"
+#include "symmetric.h"
 
 #include <algorithm>
 
@@ -7,33 +8,114 @@ namespace {
 
 constexpr Index BLOCK = 64;  // points or pixels at a time, for vector instructions
 
-// The search of a plane ends as soon as the rest of the points cannot make it better than the best before.
-Index best_plane(StridedMatrix<double> points, Matrix<double> normals, Vector<double> offsets, double distance) {
-    const Index count = points.shape(0), planes = normals.shape(0);
-    require(points.shape(1) == 3 && normals.shape(1) == 3, "points and normals are not (., 3)");
-    require(Index(offsets.shape(0)) == planes && planes > 0, "offsets are not one per normal, or there are none");
-    nb::gil_scoped_release released;
-    std::vector<double> axes(3 * count);  // axis by axis, for vector instructions
-    for (Index n = 0; n < count; ++n) {
-        for (Index d = 0; d < 3; ++d) axes[d * count + n] = points(n, d);
-    }
-    const double *x = axes.data(), *y = x + count, *z = y + count;
-    Index best = 0, most_near = -1;
-    Visits visits{count};
-    for (Index k = 0; k < planes; ++k) {
-        const double a = normals(k, 0), b = normals(k, 1), c = normals(k, 2), offset = offsets(k);
-        Index near = 0;
-        for (Index first = 0; first < count && near + count - first > most_near; first += BLOCK) {
-            int sum = 0;
-            for (Index n = first; n < std::min(first + BLOCK, count); ++n) sum += std::fabs(x[n] * a + y[n] * b + z[n] * c - offset) < distance;
-            near += sum;
-            visits.count += BLOCK;
+// Points axis by axis, for vector instructions.
+struct Columns {
+    Index count;
+    std::vector<double> axes;
+
+    explicit Columns(const StridedMatrix<double>& points) : count(points.shape(0)), axes(3 * count) {
+        count_visits(count);
+        for (Index n = 0; n < count; ++n) {
+            for (Index d = 0; d < 3; ++d) axes[d * count + n] = points(n, d);
         }
-        if (near <= most_near) continue;
-        best = k;
-        most_near = near;
     }
-    return best;
+    const double* axis(Index d) const { return axes.data() + d * count; }
+};
+
+struct Plane {
+    double normal[3] = {0, 0, 1}, offset = 0;
+
+    double height(const Columns& points, Index n) const {
+        return points.axis(0)[n] * normal[0] + points.axis(1)[n] * normal[1] + points.axis(2)[n] * normal[2] - offset;
+    }
+};
+
+// Return the plane through three of the points; false if they are on one line.
+bool set_through(const Columns& points, const Index* corners, Plane& plane) {
+    double a[3], b[3], normal[3];
+    for (Index d = 0; d < 3; ++d) {
+        a[d] = points.axis(d)[corners[1]] - points.axis(d)[corners[0]];
+        b[d] = points.axis(d)[corners[2]] - points.axis(d)[corners[0]];
+    }
+    for (Index d = 0; d < 3; ++d) normal[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
+    const double length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    plane.offset = 0.0;
+    for (Index d = 0; d < 3 && length > 0; ++d) {
+        plane.normal[d] = normal[d] / length;
+        plane.offset += plane.normal[d] * points.axis(d)[corners[0]];
+    }
+    return length > 0;
+}
+
+// Count the points near a plane; the count ends as soon as the rest of the points cannot make it more than `most`.
+Index count_near(const Columns& points, const Plane& plane, double distance, Index most) {
+    const double *x = points.axis(0), *y = points.axis(1), *z = points.axis(2), offset = plane.offset;
+    const double a = plane.normal[0], b = plane.normal[1], c = plane.normal[2];
+    Index near = 0;
+    Visits visits;
+    for (Index first = 0; first < points.count && near + points.count - first > most; first += BLOCK) {
+        int sum = 0;
+        for (Index n = first; n < std::min(first + BLOCK, points.count); ++n) sum += std::fabs(x[n] * a + y[n] * b + z[n] * c - offset) < distance;
+        near += sum;
+        visits.count += BLOCK;
+    }
+    return near;
+}
+
+// Fit a plane to its inliers by least squares; false if they are the same as before, or fewer than three.
+bool refine(const Columns& points, double distance, std::vector<Byte>& inlier, Plane& plane) {
+    bool changed = false;
+    double number = 0, center[3] = {0, 0, 0}, spread[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, axes[3][3];
+    count_visits(points.count);
+    for (Index n = 0; n < points.count; ++n) {
+        const Byte near = std::fabs(plane.height(points, n)) < distance;
+        changed = changed || near != inlier[n];
+        inlier[n] = near;
+        number += near;
+        for (Index d = 0; d < 3; ++d) center[d] += near ? points.axis(d)[n] : 0.0;
+    }
+    if (number < 3 || !changed) return false;
+    for (double& each : center) each /= number;
+    for (Index n = 0; n < points.count; ++n) {
+        if (!inlier[n]) continue;
+        for (Index i = 0; i < 3; ++i) {
+            for (Index j = 0; j < 3; ++j) spread[i][j] += (points.axis(i)[n] - center[i]) * (points.axis(j)[n] - center[j]);
+        }
+    }
+    diagonalize(spread, axes);
+    Index least = 0;
+    for (Index k = 1; k < 3; ++k) least = spread[k][k] < spread[least][least] ? k : least;
+    plane.offset = 0.0;
+    for (Index d = 0; d < 3; ++d) {
+        plane.normal[d] = axes[d][least];
+        plane.offset += plane.normal[d] * center[d];
+    }
+    return true;
+}
+
+auto fit_plane(StridedMatrix<double> points, Matrix<Index> corners, double distance, Index refinements) {
+    const Index count = points.shape(0);
+    require(points.shape(1) == 3 && corners.shape(1) == 3 && count > 0, "points or corners are not (., 3), or there are no points");
+    for (std::size_t k = 0; k < corners.size(); ++k) require(corners.data()[k] >= 0 && corners.data()[k] < count, "a corner is no point");
+    require(refinements >= 0 && refinements <= 1000, "refinements are not from 0 to 1000");
+    Plane best;
+    {
+        nb::gil_scoped_release released;
+        const Columns columns(points);
+        Index most = -1;
+        best.offset = columns.axis(2)[0];
+        for (Index k = 0; k < Index(corners.shape(0)); ++k) {
+            Plane plane;
+            if (!set_through(columns, corners.data() + 3 * k, plane)) continue;
+            const Index near = count_near(columns, plane, distance, most);
+            if (near <= most) continue;
+            best = plane;
+            most = near;
+        }
+        std::vector<Byte> inlier(count, 0);
+        for (Index k = 0; k < refinements && most >= 0 && refine(columns, 2 * distance, inlier, best); ++k) continue;
+    }
+    return std::make_pair(to_numpy(std::vector<double>(best.normal, best.normal + 3)), best.offset);
 }
 
 enum Level : Byte { NONE, LOW, SEED };
@@ -86,12 +168,26 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
 }  // namespace
 
 void bind_plane(Module& m) {
-    // Return the index of the plane that has the most points nearer than `distance`, the first of several.
+    // Fit the plane that has the most points near it, by planes tried and then least squares on the inliers.
     //
-    // points : (N, 3) float64 m. normals : (Q, 3) float64 unit, normals of Q planes, at least one. offsets : (Q,) float64 m; points
-    // p on a plane have normal @ p = offset. distance : m.
-    m.def("best_plane", &best_plane, "points"_a.noconvert(), "normals"_a.noconvert(), "offsets"_a.noconvert(),
-          "distance"_a);
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64 m, at least one, of any layout
+    // corners
+    //     (Q, 3) int64, rows of three points through which a plane is tried; the first of several with as many points near is taken
+    // distance
+    //     m; a point nearer to a plane tried than this counts for it, one nearer than twice of it is an inlier of the fit
+    // refinements
+    //     times at most that the plane is fitted to its inliers; it ends when these stay the same
+    //
+    // Returns
+    // -------
+    // normal : (3,) unit, of arbitrary sign.
+    // offset : m; points p on the plane have normal @ p = offset.
+    //
+    // If the corners of every plane are on one line, the result is the plane z = constant through the first point.
+    m.def("fit_plane", &fit_plane, "points"_a.noconvert(), "corners"_a.noconvert(), "distance"_a, "refinements"_a);
     // Select the pixels raised from a plane towards the camera: hysteresis threshold of their height.
     //
     // A pixel of depth z lies offset - z (along_u + along_v) above the plane. Pixels higher than `high` are selected, and pixels

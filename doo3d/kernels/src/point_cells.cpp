@@ -26,24 +26,31 @@ void sort_by_key(std::vector<Tagged<Key>>& points, double total) {
     }
 }
 
-// Return the lowest and the highest coordinate along each axis; refuse coordinates that are not finite.
+// Return the lowest and the highest coordinate along each axis; refuse coordinates that are not finite. Four points are looked at at
+// a time, as vector instructions do.
 template <Index DIM>
 void bounds_of(const double* points, Index count, double* low, double* high) {
-    double finite = 0.0, least[DIM], most[DIM];
-    for (Index d = 0; d < DIM; ++d) least[d] = most[d] = count ? points[d] : 0.0;
-    for (Index n = 0; n < count; ++n) {
-        double row = 0.0;
-        for (Index d = 0; d < DIM; ++d) {
-            const double value = points[n * DIM + d];
-            row += value - value;
-            least[d] = std::min(least[d], value);
-            most[d] = std::max(most[d], value);
-        }
-        finite += row;
+    const Index LANES = 4 * DIM;
+    double finite[LANES], least[LANES], most[LANES];
+    for (Index k = 0; k < LANES; ++k) {
+        finite[k] = 0.0;
+        least[k] = most[k] = count ? points[k % DIM] : 0.0;
     }
-    require(finite == 0.0, "a coordinate is not finite");
-    std::copy(least, least + DIM, low);
-    std::copy(most, most + DIM, high);
+    const auto look_at = [&](const double* value, Index number) {
+        for (Index k = 0; k < number; ++k) {
+            finite[k] += value[k] - value[k];
+            least[k] = std::min(least[k], value[k]);
+            most[k] = std::max(most[k], value[k]);
+        }
+    };
+    const Index end = count / 4 * LANES;
+    for (Index n = 0; n < end; n += LANES) look_at(points + n, LANES);
+    look_at(points + end, count * DIM - end);
+    for (Index k = 0; k < LANES; ++k) {
+        require(finite[k] == 0.0, "a coordinate is not finite");
+        low[k % DIM] = k < DIM ? least[k] : std::min(low[k % DIM], least[k]);
+        high[k % DIM] = k < DIM ? most[k] : std::max(high[k % DIM], most[k]);
+    }
 }
 
 void bounds(const double* points, Index count, Index dim, double* low, double* high) {
@@ -211,32 +218,55 @@ void PointColumns::nearest(const double* at, Index k, std::vector<Near>& found) 
 
 namespace {
 
-// The values are counted in bins of equal width; only values of bins that hold a wanted rank are compared.
+// The values along an axis, counted in bins of equal width; only values of bins that hold a wanted rank are compared.
+struct Bins {
+    static const Index COUNT = 4096;
+    double low = 0.0, scale = 0.0;
+    std::vector<Index> before = std::vector<Index>(COUNT + 1);
+    std::vector<Byte> is_wanted = std::vector<Byte>(COUNT);
+    std::vector<std::vector<double>> values = std::vector<std::vector<double>>(COUNT);
+
+    void span(double least, double most) {
+        const bool is_wide = most - least > 0 && std::isfinite(most - least) && std::isfinite(double(COUNT) / (most - least));
+        low = is_wide ? least : 0.0;  // else all are in the first
+        scale = is_wide ? double(COUNT) / (most - least) : 0.0;
+    }
+    Index of(double value) const { return std::min<Index>(Index((value - low) * scale), COUNT - 1); }
+    Index of_rank(Index rank) const { return std::upper_bound(before.begin(), before.end(), rank) - before.begin() - 1; }
+    double at(Index rank) {
+        std::vector<double>& held = values[of_rank(rank)];
+        const auto place = held.begin() + (rank - before[of_rank(rank)]);
+        std::nth_element(held.begin(), place, held.end());
+        return *place;
+    }
+};
+
+// The first and the last value along each axis are known from the bounds.
 std::vector<double> ranked(const double* points, Index count, Index dim, const std::vector<Index>& ranks) {
-    const Index bins = 4096;
     std::vector<double> low(dim), high(dim), result(ranks.size() * dim);
     bounds(points, count, dim, low.data(), high.data());
-    count_visits(2 * dim * count);
-    for (Index d = 0; d < dim; ++d) {
-        const double scale = double(bins) / (high[d] - low[d]);
-        const auto bin_of = [&](double value) { return std::isfinite(scale) ? std::min(Index((value - low[d]) * scale), bins - 1) : 0; };
-        std::vector<Index> before(bins + 1);
-        for (Index n = 0; n < count; ++n) ++before[bin_of(points[n * dim + d]) + 1];
-        for (Index b = 0; b < bins; ++b) before[b + 1] += before[b];
-        std::vector<std::vector<double>> wanted(bins);
-        std::vector<Byte> is_wanted(bins);
-        const auto rank_bin = [&](Index rank) { return std::upper_bound(before.begin(), before.end(), rank) - before.begin() - 1; };
-        for (const Index rank : ranks) is_wanted[rank_bin(rank)] = 1;
-        for (Index n = 0; n < count; ++n) {
-            const double value = points[n * dim + d];
-            if (is_wanted[bin_of(value)]) wanted[bin_of(value)].push_back(value);
+    const auto is_inner = [&](Index rank) { return rank > 0 && rank < count - 1; };
+    const Index passes = std::any_of(ranks.begin(), ranks.end(), is_inner) ? count * dim : 0;
+    std::vector<Bins> axis(dim);
+    count_visits(count + 2 * passes);
+    for (Index d = 0; d < dim; ++d) axis[d].span(low[d], high[d]);
+    for (Index n = 0; n < passes; n += dim) {
+        for (Index d = 0; d < dim; ++d) ++axis[d].before[axis[d].of(points[n + d]) + 1];
+    }
+    for (Bins& bins : axis) {
+        for (Index b = 0; b < Bins::COUNT; ++b) bins.before[b + 1] += bins.before[b];
+        for (const Index rank : ranks) {
+            if (is_inner(rank)) bins.is_wanted[bins.of_rank(rank)] = 1;
         }
-        for (std::size_t r = 0; r < ranks.size(); ++r) {
-            auto& values = wanted[rank_bin(ranks[r])];
-            const auto at = values.begin() + (ranks[r] - before[rank_bin(ranks[r])]);
-            std::nth_element(values.begin(), at, values.end());
-            result[r * dim + d] = *at;
+    }
+    for (Index n = 0; n < passes; n += dim) {
+        for (Index d = 0; d < dim; ++d) {
+            const Index bin = axis[d].of(points[n + d]);
+            if (axis[d].is_wanted[bin]) axis[d].values[bin].push_back(points[n + d]);
         }
+    }
+    for (std::size_t r = 0; r < ranks.size(); ++r) {
+        for (Index d = 0; d < dim; ++d) result[r * dim + d] = is_inner(ranks[r]) ? axis[d].at(ranks[r]) : ranks[r] ? high[d] : low[d];
     }
     return result;
 }

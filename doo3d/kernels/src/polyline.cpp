@@ -161,6 +161,7 @@ auto polyline_tangents(Matrix<double> points, Vector<Index> bounds, Vector<bool>
 auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
     check_bounds(bounds, points.shape(0));
     require(points.shape(1) == 2 && apart > 0, "points are not (N, 2), or apart is not positive");
+    ReleasedGil released;
     std::vector<double> least(bounds.shape(0) - 1, 1.0);
     count_visits(points.shape(0));
     for (std::size_t c = 0; c < least.size(); ++c) {
@@ -177,6 +178,7 @@ auto turn_cosines(Matrix<double> points, Vector<Index> bounds, Index apart) {
             least[c] = std::min(least[c], std::max(cosine, -1.0));
         }
     }
+    released.end();
     return to_numpy(std::move(least));
 }
 

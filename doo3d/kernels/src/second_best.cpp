@@ -30,15 +30,23 @@ struct Exchange {
 // A matching of E ends, by the cost of joining any two.
 class Matching {
 public:
-    Matching(Matrix<double> cost, Vector<Index> partner, double free_cost, Vector<Index> free_partner, Vector<double> release, Index alternatives)
-        : cost_(cost), partner_(partner), free_partner_(free_partner), release_(release), free_cost_(free_cost), count_(cost.shape(0)), alternatives_(alternatives) {
-        require(Index(cost.shape(1)) == count_, "cost is not square");
-        require(Index(partner.shape(0)) == count_ && Index(free_partner.shape(0)) == count_ && Index(release.shape(0)) == count_,
-                "partner, free_partner and release are not one per end");
-        for (Index e = 0; e < count_; ++e) {
-            require(partner(e) >= -1 && partner(e) < count_ && free_partner(e) >= -1 && free_partner(e) < count_, "partner or free_partner is no end");
-        }
+    // given : cost of joining ends a < b. joined, joined_costs : the connections and what they cost.
+    Matching(Matrix<double> given, Matrix<Index> joined, Vector<double> joined_costs, double free_cost, Index alternatives)
+        : count_(given.shape(0)), free_cost_(free_cost), alternatives_(alternatives), total_(count_ * count_), partner_(count_, -1) {
+        require(Index(given.shape(1)) == count_ && count_ % 2 == 0, "cost is not square, or the number of ends is odd");
+        require(joined.shape(1) == 2 && joined.shape(0) == joined_costs.shape(0), "joined is not (K, 2), or has other costs");
         count_visits(count_ * count_);
+        for (Index e = 0; e < count_ * count_; ++e) {
+            const double lower = least(given.data()[e], given.data()[e % count_ * count_ + e / count_]);
+            total_[e] = lower > free_cost ? INFINITY : lower;
+        }
+        for (std::size_t k = 0; k < joined.shape(0); ++k) {
+            const Index a = joined(k, 0), b = joined(k, 1);
+            require(a >= 0 && a < count_ && b >= 0 && b < count_, "a pair holds no end");
+            partner_[a] = b, partner_[b] = a;
+            total_[a * count_ + b] = total_[b * count_ + a] = joined_costs(k);
+        }
+        find_spare_ends();
         cheapest_.assign(count_, INFINITY);
         double largest = std::fabs(free_cost);
         for (Index e = 0; e < count_; ++e) {
@@ -46,7 +54,7 @@ public:
                 if (cost(e, f) < cheapest_[e]) cheapest_[e] = cost(e, f);
                 if (std::isfinite(cost(e, f))) largest = std::max(largest, std::fabs(cost(e, f)));
             }
-            if (std::isfinite(release(e))) largest = std::max(largest, std::fabs(release(e)));
+            if (std::isfinite(release_[e])) largest = std::max(largest, std::fabs(release_[e]));
         }
         tolerance_ = 1e-12 * largest;
     }
@@ -56,7 +64,7 @@ public:
     // The exchanges are tried by the least that each may cost, its bound. To compute few of the E^2 bounds, those are computed first
     // whose estimates are low: sums of a share of each of the two ends.
     double rise_without(Index a, Index b, bool allow_closed) {
-        double least_rise = free_cost_ - cost_(a, b);
+        double least_rise = free_cost_ - cost(a, b);
         estimate(a, b, rows_);
         estimate(b, a, columns_);
         bounds_ = {};
@@ -64,18 +72,18 @@ public:
         add_swaps(a, b);
         add_estimate(0, 0);
         for (;;) {
-            while (!estimates_.empty() && (bounds_.empty() || estimates_.top().value - cost_(a, b) - tolerance_ <= bounds_.top().value)) {
+            while (!estimates_.empty() && (bounds_.empty() || estimates_.top().value - cost(a, b) - tolerance_ <= bounds_.top().value)) {
                 const Option next = estimates_.top();
                 estimates_.pop();
                 count_visits(1);
-                if (next.value - cost_(a, b) - tolerance_ >= least_rise) {
+                if (next.value - cost(a, b) - tolerance_ >= least_rise) {
                     estimates_ = {};
                     break;
                 }
                 add_estimate(next.first, next.second + 1);
                 if (next.second == 0) add_estimate(next.first + 1, 0);
                 const Index c = rows_[next.first].end, d = columns_[next.second].end;
-                if (c == count_ || d == count_ || partner_(c) != d) add_bound(a, b, c, d);
+                if (c == count_ || d == count_ || partner_[c] != d) add_bound(a, b, c, d);
             }
             if (bounds_.empty()) return least_rise;
             const Option lowest = bounds_.top();
@@ -87,6 +95,27 @@ public:
     }
 
 private:
+    double cost(Index a, Index b) const { return total_[a * count_ + b]; }
+
+    // Find the free end that each end would be joined to at the least cost, -1 where none is worth it, and the cost of taking each
+    // end away from what it is joined to, or from being free.
+    void find_spare_ends() {
+        std::vector<double> spare_cost(count_, INFINITY);
+        free_partner_.assign(count_, -1);
+        release_.assign(count_, -free_cost_ / 2);
+        for (Index e = 0; e < count_; ++e) {
+            for (Index f = 0; f < count_; ++f) {
+                if (partner_[f] >= 0 || !(cost(e, f) < spare_cost[e])) continue;
+                spare_cost[e] = cost(e, f);
+                if (spare_cost[e] < free_cost_) free_partner_[e] = f;
+            }
+        }
+        for (Index e = 0; e < count_; ++e) {
+            if (partner_[e] < 0) continue;
+            release_[e] = least(free_cost_ / 2, spare_cost[partner_[e]] - free_cost_ / 2) - cost(e, partner_[e]);
+        }
+    }
+
     // The least that joining an end to another end, or to none, adds to the rise.
     struct Estimate {
         double value;
@@ -108,9 +137,9 @@ private:
         shares.clear();
         count_visits(count_);
         for (Index c = 0; c < count_; ++c) {
-            if (c == end || c == other || !(cost_(end, c) < INFINITY)) continue;
-            double share = cost_(end, c) + release_(c);
-            if (partner_(c) >= 0) share += least(cheapest_[partner_(c)] / 2 - release_(c) - cost_(c, partner_(c)), 0.0);
+            if (c == end || c == other || !(cost(end, c) < INFINITY)) continue;
+            double share = cost(end, c) + release_[c];
+            if (partner_[c] >= 0) share += least(cheapest_[partner_[c]] / 2 - release_[c] - cost(c, partner_[c]), 0.0);
             if (share < INFINITY) shares.push_back({share, c});
         }
         std::sort(shares.begin(), shares.end());
@@ -128,49 +157,49 @@ private:
     // Add the bounds of joining a and b to the two ends of another connection.
     void add_swaps(Index a, Index b) {
         for (const Estimate& row : rows_) {
-            if (row.end < count_ && partner_(row.end) >= 0) add_bound(a, b, row.end, partner_(row.end));
+            if (row.end < count_ && partner_[row.end] >= 0) add_bound(a, b, row.end, partner_[row.end]);
         }
     }
 
     double bound_of(Index a, Index b, Index c, Index d) const {
         if ((c == d && c < count_) || c == a || c == b || d == a || d == b) return INFINITY;
-        const double first = c < count_ ? cost_(a, c) + release_(c) : free_cost_ / 2;
-        const double second = d < count_ ? cost_(b, d) + release_(d) : free_cost_ / 2;
-        const double rise = first + second - cost_(a, b);
-        if (c == count_ || d == count_ || partner_(c) < 0 || partner_(d) < 0) return rise;
-        const Index e = partner_(c), f = partner_(d);
-        if (d == e) return cost_(a, c) + cost_(b, d) - cost_(c, d) - cost_(a, b);
-        const double apart = release_(c) + cost_(c, e) + release_(d) + cost_(d, f);
-        return rise + least(cost_(e, f) - apart, 0.0);
+        const double first = c < count_ ? cost(a, c) + release_[c] : free_cost_ / 2;
+        const double second = d < count_ ? cost(b, d) + release_[d] : free_cost_ / 2;
+        const double rise = first + second - cost(a, b);
+        if (c == count_ || d == count_ || partner_[c] < 0 || partner_[d] < 0) return rise;
+        const Index e = partner_[c], f = partner_[d];
+        if (d == e) return cost(a, c) + cost(b, d) - cost(c, d) - cost(a, b);
+        const double apart = release_[c] + cost(c, e) + release_[d] + cost(d, f);
+        return rise + least(cost(e, f) - apart, 0.0);
     }
 
     // Return the exchange in which a is joined to c and b to d, -1 being none, and their former partners elsewhere.
     Exchange exchange_for(Index a, Index b, Index c, Index d) const {
         Exchange exchange{};
         exchange.break_up(a, b);
-        double before = cost_(a, b);
+        double before = cost(a, b);
         const Index low = std::min(c, d), high = std::max(c, d);
         if (c >= 0) exchange.join(a, c);
         if (d >= 0) exchange.join(b, d);
         std::array<Index, 2> left{};
         int left_count = 0;
         for (const Index end : {low, high}) {
-            if (end < 0 || partner_(end) < 0 || (end == high && partner_(end) == low)) continue;
-            const Index other = partner_(end);
-            before += cost_(end, other);
+            if (end < 0 || partner_[end] < 0 || (end == high && partner_[end] == low)) continue;
+            const Index other = partner_[end];
+            before += cost(end, other);
             exchange.break_up(end, other);
             if (other != high) left[left_count++] = other;
         }
-        if (left_count == 2 && cost_(left[0], left[1]) < free_cost_) {
+        if (left_count == 2 && cost(left[0], left[1]) < free_cost_) {
             exchange.join(left[0], left[1]);
         } else {
             for (int k = 0; k < left_count; ++k) {
-                const Index end = free_partner_(left[k]);
+                const Index end = free_partner_[left[k]];
                 if (end >= 0 && !exchange.joins_to(end)) exchange.join(left[k], end);
             }
         }
         double after = 0.0;
-        for (int m = 0; m < exchange.made_count; ++m) after += cost_(exchange.made[m][0], exchange.made[m][1]);
+        for (int m = 0; m < exchange.made_count; ++m) after += cost(exchange.made[m][0], exchange.made[m][1]);
         exchange.rise = after - before + double(exchange.broken_count - 2 * exchange.made_count) * free_cost_ / 2;
         return exchange;
     }
@@ -179,7 +208,7 @@ private:
     bool closes_ring(const Exchange& exchange) const {
         count_visits(count_);
         std::vector<Index> now(count_);
-        for (Index e = 0; e < count_; ++e) now[e] = partner_(e);
+        for (Index e = 0; e < count_; ++e) now[e] = partner_[e];
         for (int k = 0; k < exchange.broken_count; ++k) now[exchange.broken[k]] = -1;
         for (int m = 0; m < exchange.made_count; ++m) {
             now[exchange.made[m][0]] = exchange.made[m][1];
@@ -194,29 +223,26 @@ private:
         return false;
     }
 
-    Matrix<double> cost_;
-    Vector<Index> partner_, free_partner_;
-    Vector<double> release_;
+    Index count_;
     double free_cost_;
-    Index count_, alternatives_;
+    Index alternatives_;
+    std::vector<double> total_;  // (E, E), symmetric
+    std::vector<Index> partner_, free_partner_;
+    std::vector<double> release_;
     std::vector<double> cheapest_;  // of each end, the least cost of joining it to any other
     double tolerance_ = 0.0;        // more than the estimates are off by rounding
     std::vector<Estimate> rows_, columns_;
     std::priority_queue<Option> bounds_, estimates_;
 };
 
-auto second_best_rise(Matrix<double> cost, Vector<Index> partner, double free_cost, Vector<Index> free_partner, Vector<double> release,
-                      Matrix<Index> pairs, bool allow_closed, Index alternatives) {
-    const Index ends = cost.shape(0);
-    require(ends % 2 == 0, "the number of ends is odd");
-    require(pairs.shape(1) == 2, "pairs are not (K, 2)");
+auto second_best_rise(Matrix<double> cost, Matrix<Index> joined, Vector<double> joined_costs, double free_cost, bool allow_closed,
+                      Index alternatives) {
     require(alternatives >= 0, "alternatives are negative");
-    Matching matching(cost, partner, free_cost, free_partner, release, alternatives);
-    std::vector<double> rises(pairs.shape(0));
-    for (std::size_t k = 0; k < rises.size(); ++k) {
-        require(pairs(k, 0) >= 0 && pairs(k, 0) < ends && pairs(k, 1) >= 0 && pairs(k, 1) < ends, "a pair holds no end");
-        rises[k] = matching.rise_without(pairs(k, 0), pairs(k, 1), allow_closed);
-    }
+    ReleasedGil released;
+    Matching matching(cost, joined, joined_costs, free_cost, alternatives);
+    std::vector<double> rises(joined.shape(0));
+    for (std::size_t k = 0; k < rises.size(); ++k) rises[k] = matching.rise_without(joined(k, 0), joined(k, 1), allow_closed);
+    released.end();
     return to_numpy(std::move(rises));
 }
 
@@ -232,18 +258,12 @@ void bind_second_best(Module& m) {
     // Parameters
     // ----------
     // cost
-    //     (E, E) float64, symmetric, cost of connecting any two of E ends; infinite where that is not allowed. Ends 2 c and 2 c + 1
-    //     belong to chain c
-    // partner
-    //     (E,) int64, the end that each is connected to; -1 for none
+    //     (E, E) float64, cost of connecting any two of E ends; the lower of [i, j] and [j, i] counts, infinite where that is not
+    //     allowed. Costs above `free_cost` are not allowed. Ends 2 c and 2 c + 1 belong to chain c
+    // joined, joined_costs
+    //     (K, 2) int64 and (K,) float64, the two ends of each of K connections, and what it costs
     // free_cost
     //     cost of leaving two ends free
-    // free_partner
-    //     (E,) int64, the free end to which each end would be connected at the least cost; -1 if none costs less than `free_cost`
-    // release
-    //     (E,) float64, by how much the total rises at least when each end gives up its connection, or is no longer free
-    // pairs
-    //     (K, 2) int64, the two ends of each of K connections
     // allow_closed
     //     True if an exchange of connections may close a chain to a ring
     // alternatives
@@ -258,6 +278,6 @@ void bind_second_best(Module& m) {
     // -----
     // A lower bound of the rise is computed for each pair of ends to which a and b may be connected; the exchanges are tried in
     // order of their bounds until the bound exceeds the best rise so far.
-    m.def("second_best_rise", &second_best_rise, "cost"_a.noconvert(), "partner"_a.noconvert(), "free_cost"_a, "free_partner"_a.noconvert(),
-          "release"_a.noconvert(), "pairs"_a.noconvert(), "allow_closed"_a, "alternatives"_a);
+    m.def("second_best_rise", &second_best_rise, "cost"_a.noconvert(), "joined"_a.noconvert(), "joined_costs"_a.noconvert(),
+          "free_cost"_a, "allow_closed"_a, "alternatives"_a);
 }

@@ -7,6 +7,7 @@ namespace {
 auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobility, Index rounds, double tolerance) {
     const Index count = joints.shape(0), dim = joints.shape(1);
     require(Index(mobility.shape(0)) == count, "mobility is not one value per joint");
+    ReleasedGil released;
     std::vector<double> moved(joints.data(), joints.data() + count * dim);
     for (Index round = 0; round < rounds; ++round) {
         double worst = 0.0;
@@ -28,6 +29,7 @@ auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobil
         }
         if (worst < tolerance * length) break;
     }
+    released.end();
     return to_numpy(std::move(moved), count, dim);
 }
 

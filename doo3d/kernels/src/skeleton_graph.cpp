@@ -123,9 +123,11 @@ TracedBranches traced_branches(const NeighborTable& table) { return Tracing(tabl
 namespace {
 
 auto trace_branches(Matrix<std::int32_t> table) {
+    ReleasedGil released;
     const NeighborTable neighbors(table);
     TracedBranches branches = traced_branches(neighbors);
     const Index count = Index(branches.bounds.size()) - 1;
+    released.end();
     return std::make_tuple(to_numpy(std::move(branches.junction)), to_numpy(std::move(branches.order)),
                            to_numpy(std::move(branches.bounds)), to_numpy(std::move(branches.nodes), count, 2));
 }
@@ -321,6 +323,7 @@ private:
 
 void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device::cpu> image, Vector<Index> rows, Vector<Index> columns,
                  double min_length) {
+    nb::gil_scoped_release released;
     LineImage lines(image.data(), image.shape(0), image.shape(1));
     lines.check(rows, columns);
     std::vector<Index> pixels(rows.shape(0));

@@ -5,6 +5,10 @@ namespace {
 // Factor by which cells are looked up farther than needed, against rounding of coordinates far from the origin.
 constexpr double MARGIN = 1.001;
 
+// Cells of samples per reach of an end: points are within a quarter of the reach of the line at an end, and the cells around a point up
+// to its nearest sample hold few others.
+const double SAMPLE_CELLS_PER_REACH = 8 * CELLS_PER_REACH;
+
 // Square cells, along the first two axes, each with the ends whose boxes reach into it. A point is compared with the ends of its
 // cell alone, so that the points need no order. The edge of the cells is doubled until their number is in proportion to the points.
 class BoxesOfEnds {
@@ -91,21 +95,6 @@ Index nearest_sample(const Cells& cells, const double* samples, const double* po
     return owner;
 }
 
-// Return the sample from `first` to `last` that is nearest to a point.
-template <int D>
-Index nearest_of(const double* samples, Index first, Index last, const double* point) {
-    Index nearest = first;
-    double best = INFINITY;
-    for (Index s = first; s <= last; ++s) {
-        const double between = squared_distance(point, samples + s * D, D);
-        if (between < best) {
-            best = between;
-            nearest = s;
-        }
-    }
-    return nearest;
-}
-
 // What is searched: arrays as the kernel gets them.
 struct Search {
     const Matrix<double>&points, &samples;
@@ -136,16 +125,18 @@ std::vector<std::vector<Ahead>> near_lines(const Search& search) {
 
 // Leave of the points near an end's tangent line, in order, those of the end up to the first stretch ahead without points.
 //
-// A point is the end's if the sample nearest to it, of all paths, is near the end. So the nearest of the samples near the end is
-// found first, and then only samples that are nearer than it are looked for.
+// A point is the end's if the sample nearest to it, of all paths, is near the end. Points come row by row: the sample nearest to the
+// one before, or the end, is near each, and only samples that are nearer than it are looked for.
 template <int D>
 void keep_own(const Search& search, const Cells& cells, Index e, std::vector<Ahead>& near) {
     const Index end = search.ends(e);
     const Index first = std::max<Index>(end - search.window, 0), last = std::min(end + search.window, Index(search.samples.shape(0)) - 1);
     const double *samples = search.samples.data(), *points = search.points.data();
+    Index owner = end;
     const auto is_foreign = [&](const Ahead& ahead) {
         const double* point = points + ahead.point * D;
-        const Index owner = nearest_sample<D>(cells, samples, point, nearest_of<D>(samples, first, last, point));
+        const bool is_nearer = squared_distance(point, samples + end * D, D) < squared_distance(point, samples + owner * D, D);
+        owner = nearest_sample<D>(cells, samples, point, is_nearer ? end : owner);
         return owner < first || owner > last;
     };
     near.erase(std::remove_if(near.begin(), near.end(), is_foreign), near.end());
@@ -175,7 +166,7 @@ auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> 
     if (count > 0) {
         nb::gil_scoped_release released;
         const Search search{points, samples, ends, tangents, reach, max_offset, max_gap, window};
-        const Cells cells(samples.data(), size, dim, least / CELLS_PER_REACH);
+        const Cells cells(samples.data(), size, dim, least / SAMPLE_CELLS_PER_REACH);
         std::vector<std::vector<Ahead>> near = dim == 2 ? near_lines<2>(search) : near_lines<3>(search);
         for (Index e = 0; e < count; ++e) {
             dim == 2 ? keep_own<2>(search, cells, e, near[e]) : keep_own<3>(search, cells, e, near[e]);

@@ -191,6 +191,7 @@ private:
 auto neighbor_table(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 3, "coords are not (M, 3)");
+    ReleasedGil released;
     Index shape[3] = {1, 1, 1};
     for (Index i = 0; i < count; ++i) {
         for (int d = 0; d < 3; ++d) {
@@ -205,14 +206,18 @@ auto neighbor_table(StridedMatrix<Index> coords) {
         keys[i] = (coords(i, 0) * shape[1] + coords(i, 1)) * shape[2] + coords(i, 2);
         require(i == 0 || keys[i - 1] < keys[i], "coords are not in lexicographic order");
     }
-    return to_numpy(link_neighbors(keys, shape[1], shape[2]), count, NEIGHBORS);
+    auto table = link_neighbors(keys, shape[1], shape[2]);
+    released.end();
+    return to_numpy(std::move(table), count, NEIGHBORS);
 }
 
 auto thin_voxels(Matrix<std::int32_t> table) {
+    ReleasedGil released;
     const NeighborTable neighbors(table);
     Thinning thinning(neighbors);
     while (thinning.pass()) {
     }
+    released.end();
     return to_numpy_bool(thinning.alive);
 }
 

@@ -76,7 +76,10 @@ auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double stre
     require(order >= 1 && order <= 8, "order is not from 1 to 8");
     require(Index(weights.shape(0)) == count && Index(weights.shape(1)) == dim && Index(weights.shape(2)) == dim,
             "weights are not one matrix (D, D) per point");
-    return to_numpy(whittaker(values.data(), weights.data(), count, dim, strength, order), count, dim);
+    ReleasedGil released;
+    auto smooth = whittaker(values.data(), weights.data(), count, dim, strength, order);
+    released.end();
+    return to_numpy(std::move(smooth), count, dim);
 }
 
 }  // namespace

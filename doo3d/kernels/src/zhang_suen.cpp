@@ -82,6 +82,7 @@ namespace {
 auto thin_pixels(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 2, "coords are not (N, 2)");
+    ReleasedGil released;
     Index height = 1, width = 1;
     for (Index i = 0; i < count; ++i) {
         require(coords(i, 0) >= 1 && coords(i, 1) >= 1, "coords are not 1 or more");
@@ -105,6 +106,7 @@ auto thin_pixels(StridedMatrix<Index> coords) {
     }
     thin_codes(codes.data(), width, pixels);
     for (Index i = 0; i < count; ++i) kept[i] |= codes[pixels[i]] != 0;
+    released.end();
     return to_numpy_bool(kept);
 }
 

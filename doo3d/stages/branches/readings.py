@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...config import MergeConfig
+from ...geometry.curves import Curves
 from ...types import Floats
 from ...visibility import Visibility
 from .. import FrameContext
@@ -65,7 +66,7 @@ class JunctionContext:
         """Return the data of a frame; chains : joints of each chain, (N + 1, D), beside which the bare surface is measured."""
         visibility = context.visibility
         if visibility is not None:
-            visibility = visibility.with_support(chains, context.radius, context.foreground)
+            visibility = visibility.with_support(Curves.of(chains), context.radius, context.foreground)
         max_gap = config.max_gap * context.gap_unit
         persistence = config.bending.curvature_persistence
         return JunctionContext(visibility, context.foreground.viewpoint, context.shows_surface, max_gap, persistence)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -118,7 +119,14 @@ def with_confidence(
                 is_planar=chain.joints.shape[1] == 2,
             )
         )
-    return [replace(chain, confidence=each.confidence) for chain, each in zip(chains, evidence, strict=True)], evidence
+    return [_with_confidence(chain, each.confidence) for chain, each in zip(chains, evidence, strict=True)], evidence
+
+
+def _with_confidence(chain: Chain, confidence: float) -> Chain:
+    """Return a chain with another confidence. All else was checked when the chain was made, and is not checked again."""
+    result = copy(chain)
+    object.__setattr__(result, "confidence", confidence)
+    return result
 
 
 def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]] | None) -> Floats:

@@ -6,7 +6,6 @@ Letters: C crossings, two strands each; S samples along a strand; A samples acro
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...geometry.curves import Curves
 from ...geometry.intersections import Intersections
@@ -14,7 +13,7 @@ from ...geometry.limits import AT_ONCE
 from ...geometry.noise import COLOR_NOISE, DEVIATIONS
 from ...geometry.projection import Projection
 from ...geometry.radii import CORE_OFFSETS
-from ...kernels import CrossingStrands
+from ...kernels import CrossingStrands, nearest_points, points_around
 from ...types import Array, Floats, Foreground
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -83,15 +82,24 @@ def upper_strand_log_odds(
     overlap = (SAMPLE_DISTANCES, OVERLAP_MARGIN, MIN_ANGLE)
     strands = CrossingStrands(chains.points, chains.bounds, chains.closed, *crossings, radius, half_width, *overlap)
     log_odds = np.zeros(len(depth))
-    if foreground.depth is not None and foreground.mask is not None and foreground.points.shape[1] == 3:
+    if foreground.points.shape[1] == 3:
+        log_odds += depth_log_odds(strands, half_width, foreground, view)
+    return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
+
+
+def depth_log_odds(strands: CrossingStrands, half_width: Floats, foreground: Foreground, view: Projection) -> Floats:
+    """Return the log odds (C,) that the first strand of each crossing is upper, by the depth of the surfaces beside the overlap.
+
+    half_width : (C, 2), half the width of each strand at the crossing, in the unit of the view. In a cloud, the surface is at the
+    nearest to the sensor of the points within half of the greatest.
+    """
+    if foreground.depth is not None and foreground.mask is not None:
         image = np.ascontiguousarray(foreground.depth, dtype=np.float32)
         surface: Floats = strands.readings(CORE_OFFSETS, image, np.ascontiguousarray(foreground.mask))
-        log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
-    elif foreground.points.shape[1] == 3:
-        positions = strands.positions(CORE_OFFSETS).reshape(len(depth), -1, 2)
+    else:
+        positions = strands.positions(CORE_OFFSETS).reshape(-1, 2)
         surface = _nearest_in_cloud(positions, foreground.points, view, 0.5 * float(half_width.max()))
-        log_odds += strands.depth_log_odds(surface, DEPTH_SETTINGS)
-    return log_odds if foreground.color is None else log_odds + color_log_odds(strands, foreground.color)
+    return strands.depth_log_odds(surface, DEPTH_SETTINGS)
 
 
 def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
@@ -100,19 +108,19 @@ def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
 
 
 def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach: float) -> Floats:
-    """Return the distance of the surface of a cloud (N, 3) m at positions (C, P, 2) in the view, (C * P,); NaN for none."""
-    low, high = np.fmin.reduce(positions, axis=1) - reach, np.fmax.reduce(positions, axis=1) + reach
-    parts = (points[first : first + AT_ONCE] for first in range(0, max(len(points), 1), AT_ONCE))
-    rows = np.concatenate([_rows_in_boxes(part, view, low, high) for part in parts])
-    tree, known = cKDTree(rows[:, :2], balanced_tree=False, compact_nodes=False), np.append(rows[:, 2], np.inf)
-    finite = np.where(np.isfinite(positions), positions, 1e9).reshape(-1, 2)
-    nearest = known[tree.query(finite, NEAREST_POINTS, distance_upper_bound=reach)[1]].min(axis=1)
-    return np.where(np.isfinite(nearest), nearest, np.nan)
-
-
-def _rows_in_boxes(points: Floats, view: Projection, low: Floats, high: Floats) -> Floats:
-    """Return (u, v, distance) of those points (N, 3) m that the view shows in one of the boxes from low to high (C, 2)."""
-    shown = view.project(points)
-    inside = (shown >= low[:, None]) & (shown <= high[:, None])
-    near = (inside[..., 0] & inside[..., 1]).any(axis=0)
-    return np.column_stack((shown[near], view.distance(points[near])))
+    """Return the distance of the surface of a cloud (N, 3) m at positions (P, 2) in the view, (P,); NaN for none."""
+    is_known = np.isfinite(positions).all(axis=1)
+    surface, known = np.full(len(positions), np.nan), np.ascontiguousarray(positions[is_known])
+    rows = [np.zeros((0, 3))]
+    for first in range(0, len(points), AT_ONCE):
+        part = points[first : first + AT_ONCE]
+        shown = view.project(part)
+        near = points_around(shown, known, reach)
+        rows.append(np.column_stack((shown[near], view.distance(part[near]))))
+    found = np.concatenate(rows)
+    if len(found) and len(known):
+        in_view = found * (1.0, 1.0, 0.0)
+        distance, index = nearest_points(in_view, np.pad(known, ((0, 0), (0, 1))), min(NEAREST_POINTS, len(found)))
+        depth = np.where(distance < reach, found[index, 2], np.inf).min(axis=1)
+        surface[is_known] = np.where(np.isfinite(depth), depth, np.nan)
+    return surface

@@ -11,7 +11,7 @@ import numpy as np
 from ...config import MergeConfig
 from ...config.merge import Bending
 from ...geometry.curves import Curves
-from ...kernels import end_pairs
+from ...kernels import end_pairs, limit_pairs
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .. import FrameContext
@@ -188,18 +188,12 @@ class Candidates:
         visibility
             tells which ends leave the view; None for a cloud without camera views.
         """
-        config, total = self.config, cost.copy()
+        config, exiting = self.config, np.zeros(len(cost), dtype=bool)
         factor = 1 if config.chains is None else FORCED_COST_FACTOR
-        total[(self.distance > factor * config.max_gap * self.gap_unit) | (total > factor * config.max_cost)] = np.inf
+        turns, max_turn = self.distance, np.inf
         if self.max_turn < np.pi and config.chains is None:
-            total[self.turns > self.max_turn] = np.inf
-        total[np.tri(len(total), dtype=bool)] = np.inf
-        total[self.closed] = np.inf
-        total[:, self.closed] = np.inf
-        if not config.allow_closed_chains:
-            first = np.arange(0, len(total), 2)
-            total[first, first + 1] = np.inf
+            turns, max_turn = self.turns, self.max_turn
         if visibility is not None and config.free_space_weight:
             exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
-            total[np.ix_(exiting, exiting)] = np.inf
-        return total
+        limits = factor * config.max_gap * self.gap_unit, factor * config.max_cost, max_turn, config.allow_closed_chains
+        return limit_pairs(cost, self.distance, turns, self.closed, exiting, *limits)

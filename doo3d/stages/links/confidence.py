@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...kernels import second_best_rise
-from ...types import Floats, Ints
+from ...types import Floats
 from .candidates import Link
 
 FEW_ENDS = 256
@@ -45,43 +45,7 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
         max_cost = 2 * max([float(cost[np.isfinite(cost)].max(initial=0.0)), *(link.cost for link in links)]) + 1
     if not links:
         return []
-    total = np.minimum(cost, cost.T)
-    total[total > max_cost] = np.inf
-    partner = np.full(len(total), -1)
-    pairs = np.array([(link.first.row, link.second.row) for link in links])
-    for (a, b), link in zip(pairs, links, strict=True):
-        partner[[a, b]] = b, a
-        total[a, b] = total[b, a] = link.cost
-    spare, settled = _spare_ends(total, partner, max_cost)
-    alternatives = len(total) if len(total) <= FEW_ENDS else MAX_ALTERNATIVES
-    rise = second_best_rise(total, partner, float(max_cost), spare, settled, pairs, allow_rings, alternatives)
-    return [float(confidence) for confidence in np.clip(rise / max_cost, 0.0, 1.0)]
-
-
-def _spare_ends(total: Floats, partner: Ints, max_cost: float) -> tuple[Ints, Floats]:
-    """Return where ends may be joined instead, in the terms of `kernels.second_best`.
-
-    Parameters
-    ----------
-    total
-        (E, E), cost of joining any two ends.
-    partner
-        (E,), the end that each is joined to; -1 for none.
-    max_cost
-        cost of leaving two ends free.
-
-    Returns
-    -------
-    spare : (E,), the free end that each end would be joined to at the least cost; -1 where none is worth it.
-    settled : (E,), the cost of taking each end away from what it is joined to, or from being free.
-    """
-    matched, free = np.flatnonzero(partner >= 0), np.flatnonzero(partner < 0)
-    spare, spare_cost = np.full(len(total), -1), np.full(len(total), np.inf)
-    if len(free):
-        best = total[:, free].argmin(axis=1)
-        spare_cost = total[np.arange(len(total)), free[best]]
-        spare = np.where(spare_cost < max_cost, free[best], -1)
-    settled = np.full(len(total), -max_cost / 2)
-    left = partner[matched]
-    settled[matched] = np.minimum(max_cost / 2, spare_cost[left] - max_cost / 2) - total[matched, left]
-    return spare, settled
+    pairs, costs = np.array([(link.first.row, link.second.row) for link in links]), np.array([link.cost for link in links])
+    alternatives = len(cost) if len(cost) <= FEW_ENDS else MAX_ALTERNATIVES
+    rise = second_best_rise(cost, pairs, costs, float(max_cost), allow_rings, alternatives)
+    return [min(max(value / max_cost, 0.0), 1.0) for value in rise.tolist()]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -103,8 +104,8 @@ class Merged:
     ----------
     assemblies
         one per object, longest first: the chains of the object in order, with the paths across the gaps between them.
-    decisions
-        one record per connection made, the cheapest connection first.
+    record
+        makes `decisions`, when they are first asked for.
     dropped
         the chains that are part of no assembly.
     notes
@@ -114,10 +115,15 @@ class Merged:
     """
 
     assemblies: list[Assembly]
-    decisions: tuple[MergeDecision, ...] = ()
+    record: Callable[[], tuple[MergeDecision, ...]] = field(default=tuple, repr=False, compare=False)
     dropped: tuple[DroppedChain, ...] = ()
     notes: tuple[str, ...] = ()
     is_refused: bool = False
+
+    @cached_property
+    def decisions(self) -> tuple[MergeDecision, ...]:
+        """One record per connection made, the cheapest connection first."""
+        return self.record()
 
 
 def record_decisions(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from .terms.gap_path import GapPaths
 MAX_CHAINS = 500
 """Chains at most whose ends are joined, the longest: the costs of all pairs of their ends, and the matching, take about a second.
 A frame of an object has a few dozen."""
+
+NO_CHAINS = Curves.of([])
 
 
 def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
@@ -53,8 +56,8 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
         return Merged([])
     chains, left_out = _longest(chains)
     if context.visibility is not None and config.free_space_weight:
-        supported = context.visibility.with_support(list(chains), context.radius, context.foreground)
-        context = replace(context, visibility=supported)
+        supported = context.visibility.with_support(chains, context.radius, context.foreground)
+        context = context if supported is context.visibility else replace(context, visibility=supported)
     ends = Candidates.of(chains, context, config)
     terms = cost_terms(ends, context)
     cost = pair_costs(ends, terms, context)
@@ -75,10 +78,12 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
         kept, setting = [item for item in built if item[1].segments * context.segment_length >= least], "merge.min_length"
     used = {end.chain for route, _ in kept for end in route.entries}
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
-    refusal = _refusal_notes(ChainGroups(len(chains), links), sizes, cost, gap_paths)
+    refusal = _refusal_notes(links, sizes, cost, gap_paths)
     return Merged(
         [assembly for _, assembly in kept],
-        record_decisions(links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths),
+        partial(
+            record_decisions, links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths
+        ),
         tuple(DroppedChain(joints, (len(joints) - 1) * context.segment_length, why) for joints, why in dropped),
         (*_notes(left_out), *refusal),
         bool(refusal),
@@ -88,7 +93,7 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
 def _longest(chains: Curves) -> tuple[Curves, Curves]:
     """Return the MAX_CHAINS chains with the most segments, of equal ones the first, and the others, each in the order given."""
     if len(chains) <= MAX_CHAINS:
-        return chains, Curves.of([])
+        return chains, NO_CHAINS
     order = np.argsort(-chains.counts, kind="stable").tolist()
     return chains.of_numbers(sorted(order[:MAX_CHAINS])), chains.of_numbers(sorted(order[MAX_CHAINS:]))
 
@@ -103,11 +108,15 @@ def _notes(left_out: Curves) -> tuple[str, ...]:
     )
 
 
-def _refusal_notes(groups: ChainGroups, sizes: list[int], cost: Floats, gap_paths: GapPaths) -> tuple[str, ...]:
+def _refusal_notes(links: Sequence[Link], sizes: list[int], cost: Floats, gap_paths: GapPaths) -> tuple[str, ...]:
     """Return a note if fewer chains are wanted than are left, since the others could only be joined in the open."""
-    wanted, large = gap_paths.ends.config.chains, groups.in_large(sizes)
+    wanted = gap_paths.ends.config.chains
+    if wanted is None:
+        return ()
+    groups = ChainGroups(len(sizes), links)
+    large = groups.in_large(sizes)
     found = len(set(groups.group[large].tolist()))
-    if wanted is None or found <= wanted:
+    if found <= wanted:
         return ()
     first, second = np.nonzero(np.isfinite(cost) & np.repeat(large, 2) & np.repeat(large, 2)[:, None])
     apart = groups.are_apart(first, second)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ... import kernels
 from ...evidence.support import BESIDE_PX
+from ...facts.frame_facts import facts_of
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ...geometry.polyline import LEAST_WEIGHT, steps, whittaker_smooth
 from ...geometry.radii import OWN_RADII, TOUCHING_RADII
@@ -174,7 +175,7 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         samples.filled,
         samples.radius,
         samples.window_half,
-        *MaskSample.of(mask),
+        *MaskSample.of(facts_of(foreground)),
         foreground.points[:0] if camera is None else thinned(foreground.points),
         np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
         np.ascontiguousarray(depth, dtype=np.float32),

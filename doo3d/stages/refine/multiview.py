@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...facts.frame_facts import FrameFacts
 from ...geometry.polyline import unit
 from ...types import CameraView, Floats, Ints
 from .cross_sections import section_axes
@@ -67,7 +68,9 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
     local, along = local[index], unit(tangent[index] @ turn)
     axes = section_axes(local, along, np.zeros(3))
     limit = reach * samples.radius[index]
-    seen = measure_silhouette(local, axes, path, MaskSample.of(view.mask), camera, limit, samples.window_half)
+    seen = measure_silhouette(
+        local, axes, path, MaskSample.of(FrameFacts(np.ascontiguousarray(view.mask))), camera, limit, samples.window_half
+    )
     return ViewMeasurement(index, axes.lateral @ turn.T, seen.offset, seen.radius)
 
 

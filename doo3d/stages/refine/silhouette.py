@@ -9,8 +9,9 @@ import numpy as np
 from scipy.constants import golden
 
 from ... import kernels
+from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import SURFACE_SAMPLES
-from ...types import Bools, Camera, Floats, Ints
+from ...types import Camera, Floats, Ints
 from .cross_sections import SectionAxes
 
 PROJECTION_STEP = 1e-4
@@ -52,13 +53,13 @@ class MaskSample(NamedTuple):
     share: float
 
     @staticmethod
-    def of(mask: Bools) -> MaskSample:
-        """Return the sample of a mask (H, W).
+    def of(facts: FrameFacts) -> MaskSample:
+        """Return the sample of a mask.
 
         Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
         section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
         """
-        return MaskSample(*kernels.lattice_pixels(np.ascontiguousarray(mask), SURFACE_SAMPLES, golden))
+        return MaskSample(*facts.lattice_pixels(SURFACE_SAMPLES, golden))
 
 
 def measure_silhouette(

@@ -20,6 +20,9 @@ MIN_NEIGHBORS_RATIO = 0.15
 FAR_OUTLIER_BOX_SIZES = 3
 """Diagonals of the box of the central 96 % of the points beyond which, outside that box, a point is a far outlier."""
 
+SPREAD = (0.0, 0.02, 0.05, 0.95, 0.98, 1.0)
+"""Fractions of the points that lie below the quantiles which tell how far a cloud extends, and how far its outliers lie."""
+
 MAX_POINTS = 1_000_000
 """Points of a cloud that are used at most, for time (about 1 s) and memory; ten times as many as an object of 10 m needs."""
 
@@ -36,12 +39,14 @@ def draw_points(points: Floats, seed: int) -> tuple[Floats, tuple[str, ...]]:
     return points[drawn], (note,)
 
 
-def filter_points(points: Floats) -> tuple[CloudFacts, Floats, Floats]:
+def filter_points(points: Floats, spread: Floats | None = None) -> tuple[CloudFacts, Floats, Floats]:
     """Drop the outliers of a cloud of N points, (N, 3) m, and average the noise of the other points away.
 
     Outliers are points far from all others, and points with less than 0.15 times the median number of neighbors. Points are
     sorted into cubic cells; the neighbors of a point are all points in its cell and in the 26 cells around that cell, the point
     itself included.
+
+    spread : the quantiles of the coordinates at the fractions SPREAD, (6, 3) m, where they are known.
 
     Returns
     -------
@@ -50,22 +55,22 @@ def filter_points(points: Floats) -> tuple[CloudFacts, Floats, Floats]:
     means : (K, 3) m, for each point kept the mean of the point and its neighbors; the point itself if the cloud is too wide for
         such small cells.
     """
-    far = far_outliers(points)
+    far = far_outliers(points, spread)
     near = points[~far] if far.any() else points
     facts = cloud_facts(near)
     kept, means = facts.without_outliers(NEIGHBORHOOD_CELL_SPACINGS, MIN_NEIGHBORS_RATIO)
     return facts if kept is near else cloud_facts(kept), kept, means
 
 
-def far_outliers(points: Floats) -> Bools:
+def far_outliers(points: Floats, spread: Floats | None = None) -> Bools:
     """Tell which of N points, (N, 3) m, lie far from the rest: (N,) bool.
 
     A point is far if it lies outside the axis-aligned box of the central 96 % of the points by more than three times the diagonal
-    of that box.
+    of that box. `spread` is as for `filter_points`.
     """
     if not len(points):
         return np.zeros(0, dtype=bool)
-    least, low, high, largest = quantiles(points, (0.0, 0.02, 0.98, 1.0))
+    least, low, _, _, high, largest = quantiles(points, SPREAD) if spread is None else spread
     margin = FAR_OUTLIER_BOX_SIZES * np.linalg.norm(high - low)
     if (least >= low - margin).all() and (largest <= high + margin).all():
         return np.zeros(len(points), dtype=bool)

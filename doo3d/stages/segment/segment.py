@@ -11,7 +11,7 @@ from ...errors import InputError
 from ...facts.frame_facts import FrameFacts
 from ...geometry.limits import MAX_CELLS
 from ...geometry.noise import SAMPLES
-from ...types import Array, Bools, Cloud, CloudSampling, Foreground, Frame, Image, Plane, check_mask
+from ...types import Array, Bools, Cloud, CloudSampling, Floats, Foreground, Frame, Image, Plane, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .mask_cleanup import CleanedMask, clean_mask
@@ -19,7 +19,7 @@ from .mask_image import object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .methods.selected import Selected
-from .point_filter import draw_points, filter_points, quantiles
+from .point_filter import SPREAD, draw_points, filter_points, quantiles
 from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
 from .split_strands import SplitMask, split_strands
@@ -141,14 +141,13 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     radius = facts.radius(frame.camera.fx)
     readings, slope, outliers = filter_readings(facts, config)
     measured = len(readings.pixels)
-    bridges, smoothed = None, 0
+    smoothed = 0
     if method != "everything":
-        readings, bridges, smoothed = filter_along_strands(readings, facts, radius, frame)
+        readings, smoothed = filter_along_strands(readings, facts, radius, frame)
         readings = inpaint_readings(readings, facts, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
         filtered=frame.camera.unproject(readings.pixels, readings.filtered),
-        bridges=bridges,
         pixels=readings.pixels,
         mask=facts.mask,
         facts=facts,
@@ -201,11 +200,12 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
-    _check_extent(cloud, config)
+    spread = quantiles(cloud.points, SPREAD) if len(cloud.points) else np.zeros((len(SPREAD), 3))
+    _check_extent(spread, len(cloud.points), config)
     method, selected, note, plane = _select(cloud, config, mask, seed, (len(cloud.points),))
     is_told = cloud.segmented or _is_told(method, config)
     chosen, limits = draw_points(cloud.points if selected.all() else cloud.points[selected], seed)
-    facts, points, means = filter_points(chosen)
+    facts, points, means = filter_points(chosen, spread if chosen is cloud.points else None)
     outliers = len(chosen) - len(points)
     sampling, bridges = CloudSampling(facts.spacing) if len(points) else None, None
     sparse = None if cloud.views else find_sparse_strands(points)
@@ -312,13 +312,12 @@ def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, 
         )
 
 
-def _check_extent(cloud: Cloud, config: SegmentConfig) -> None:
-    """Refuse a cloud without extent, or with one in the wrong unit."""
-    points = cloud.points
-    least, low, high, largest = quantiles(points, (0.0, 0.05, 0.95, 1.0)) if len(points) else np.zeros((4, 3))
+def _check_extent(spread: Floats, count: int, config: SegmentConfig) -> None:
+    """Refuse a cloud of so many points without extent, or with one in the wrong unit, by its quantiles at SPREAD, (6, 3) m."""
+    least, _, low, high, _, largest = spread
     if not (largest > least).any():
         raise InputError(
-            f"the cloud has {len(points)} points and no extent: an object needs points along its length",
+            f"the cloud has {count} points and no extent: an object needs points along its length",
             code="cloud-without-extent",
         )
     extent = float(np.linalg.norm(high - low))

@@ -22,7 +22,7 @@ import numpy as np
 from ...evidence.strand_hues import StrandHues
 from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import bounding_box
-from ...kernels import long_parts, medial_axis
+from ...kernels import long_parts
 from ...types import Array, Bools
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
@@ -91,17 +91,19 @@ def split_strands(
     whole = SplitMask(mask, 0, None)
     if not facts.count:
         return whole
-    if by_hue and color is not None and (split := _split_colors(facts, color)) is not None:
+    radius = strand_radius(facts.axis[2])
+    if by_hue and color is not None and (split := _split_colors(facts, color, radius)) is not None:
         return split
     box = facts.slices
-    part, half_width = mask[box], facts.axis[2]
+    part = mask[box]
     if selected is not None and (gaps := long_parts(part & ~selected[box], MIN_GAP_PX)).any():
         part = part & ~gaps
-        half_width = medial_axis(part)[2] - 0.5
-    part = np.pad(part, 1)
-    bundles = find_bundles(part, half_width)
+        facts = FrameFacts(part)
+        radius = strand_radius(facts.axis[2])
+    bundles = find_bundles(part, facts, radius)
     if bundles is None:
         return whole
+    part = bundles.part
     beside = np.zeros_like(mask)
     if bundles.wide is None:
         beside[box] = dilate(bundles.closed & ~part, 3 * bundles.radius)[1:-1, 1:-1]
@@ -125,13 +127,12 @@ def split_strands(
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
 
 
-def _split_colors(facts: FrameFacts, color: Array) -> SplitMask | None:
+def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask | None:
     """Remove the borders between strands of different colors that run side by side; None where there are none."""
     colors = StrandHues.learn(color, facts.pixels)
     if colors.count < 2:
         return None
     mask, box, (rows, columns, half_width) = facts.mask, facts.slices, facts.axis
-    radius = strand_radius(half_width)
     if not radius or np.count_nonzero(half_width > CROSSING_RADII * radius) < WIDE_LENGTH_RADII * radius:
         return None
     least = WIDE_LENGTH_RADII * radius

@@ -1,4 +1,4 @@
-"""Depth along the strands of a mask: smoothed over their length where it is torn or comes in waves, bridged where it is steep.
+"""Depth along the strands of a mask: smoothed over their length where it is torn or comes in waves.
 
 The depth of a stereo camera switches along a strand, in stretches, between the strand and what lies behind it, and its noise
 comes in waves longer than the strand is wide, so that no window in the image averages it away. Both break a strand apart that is
@@ -7,8 +7,6 @@ along each branch of the mask's skeleton, and readings that contradict the rest 
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -67,32 +65,9 @@ SEEN_HEIGHT_RADII = 1.6
 LYING_DEVIATIONS = 2.5
 """Deviations of the depth from that height at which a strand is held to lie on the surface with half the weight."""
 
-MIN_STEEP_RADII, MAX_STEEP_RADII, BRIDGE_SPACING_RADII = 0.7, 1.3, 0.4
-"""Radii between the points of neighboring pixels from which on, and up to which, they are bridged, and between the points of a
-bridge."""
 
-
-class StrandDepth(NamedTuple):
-    """Depth readings filtered along the strands, and points that bridge steep places.
-
-    Attributes
-    ----------
-    readings
-        the given readings; `depth` and `filtered` are the smooth curve on branches that were smoothed.
-    bridges
-        (K, 3) m in the camera's optical frame, points between neighboring pixels of a strand that runs away so steeply that the
-        pixels' own points lie far apart.
-    smoothed
-        number of readings on branches that were smoothed.
-    """
-
-    readings: Readings
-    bridges: Floats
-    smoothed: int
-
-
-def filter_along_strands(readings: Readings, facts: FrameFacts, radius: float, frame: Frame) -> StrandDepth:
-    """Smooth the depth along strands where it is torn or comes in waves, and bridge steep places.
+def filter_along_strands(readings: Readings, facts: FrameFacts, radius: float, frame: Frame) -> tuple[Readings, int]:
+    """Smooth the depth along strands where it is torn or comes in waves.
 
     Depth is smoothed only if it jumps at more than 0.5 % of the pixels of the mask's skeleton. Then every reading is assigned to
     the nearest pixel of the skeleton, and a smooth curve is laid through the inverse depth of the nearer readings along each
@@ -110,21 +85,19 @@ def filter_along_strands(readings: Readings, facts: FrameFacts, radius: float, f
         m, radius of the object; 0 if unknown, which leaves everything as it is.
     frame
         the depth and the camera.
+
+    Returns
+    -------
+    The given readings, `depth` and `filtered` those of the smooth curve on branches that were smoothed, and their number.
     """
-    none = StrandDepth(readings, np.zeros((0, 3)), 0)
     if not len(readings.pixels) or not radius:
-        return none
+        return readings, 0
     line, bounds = facts.skeleton
-    mask = facts.mask
-    smoothed, depth = 0, _depth_at(line, readings, mask)
-    if _is_torn(depth, bounds, radius):
-        own = _smooth_readings(readings, line, bounds, mask, radius, frame)
-        smoothed = int(np.count_nonzero(own))
-        readings = readings._replace(
-            depth=np.where(own > 0, own, readings.depth), filtered=np.where(own > 0, own, readings.filtered)
-        )
-        depth = _depth_at(line, readings, mask)
-    return StrandDepth(readings, _bridges(line, bounds, depth, radius, frame), smoothed)
+    if not _is_torn(_depth_at(line, readings, facts.mask), bounds, radius):
+        return readings, 0
+    own = _smooth_readings(readings, line, bounds, facts.mask, radius, frame)
+    depth, filtered = (np.where(own > 0, own, given) for given in (readings.depth, readings.filtered))
+    return readings._replace(depth=depth, filtered=filtered), int(np.count_nonzero(own))
 
 
 def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
@@ -233,21 +206,3 @@ def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame
         residual = surface - smooth
         weight = 1 / (1 + (residual / max(2 * _deviation(residual), 1e-6)) ** 2)
     return smooth
-
-
-def _bridges(line: Ints, bounds: Ints, depth: Floats, radius: float, frame: Frame) -> Floats:
-    """Return points (K, 3) m along steep stretches of the skeleton's branches.
-
-    Only steps that are part of a slope are bridged: a single step is where a strand disappears beneath another one, and a bridge
-    there would join the two.
-
-    line : (S, 2) px, the skeleton, branch by branch as `bounds` says. depth : (S,) m, 0 = none.
-    """
-    change = _steps(depth, bounds)[0]
-    step = np.abs(change) / radius
-    steep = np.flatnonzero((step > MIN_STEEP_RADII) & (step < MAX_STEEP_RADII) & _are_slopes(change))
-    count = np.ceil(step[steep] / BRIDGE_SPACING_RADII).astype(int)
-    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    share = ((number + 0.5) / np.repeat(count, count))[:, None]
-    start, end = (np.repeat(frame.camera.unproject(line[at], depth[at]), count, axis=0) for at in (steep, steep + 1))
-    return np.asarray(start * (1 - share) + end * share)

@@ -9,7 +9,8 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from ...kernels import close_mask, medial_axis, near_mask
+from ...facts.frame_facts import FrameFacts
+from ...kernels import close_mask, medial_axis, near_mask, usual_half_width
 from ...types import Array, Bools, Floats, Ints
 
 MIN_RADIUS_PX = 0.9
@@ -78,19 +79,22 @@ class Bundles:
         return self.wide & (self.distance > 1.5)
 
 
-def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
+def find_bundles(part: Bools, facts: FrameFacts, radius: float) -> Bundles | None:
     """Return the stretches of a mask (h, w) bool much wider than one strand over several radii; None without any.
 
-    half_width : (K,) px, along the mask's medial axis.
+    facts : of the mask, which may lie elsewhere in them. radius : px, usual half-width of one strand, 0 if there is none.
+
+    The images of the result (h + 2, w + 2) have a margin of one pixel.
     """
-    radius = strand_radius(half_width)
     if not radius:
         return None
-    if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
+    if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(np.pad(part, 1), radius):
         return None
-    closed, deep = close_mask(part, ellipse(max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))), WIDE_RADII * radius + 0.5)
-    if deep < WIDE_LENGTH_RADII * radius:  # fewer pixels of any kind are so deep, and so fewer of the medial axis
+    gap, wide = ellipse(max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))), WIDE_RADII * radius + 0.5
+    if facts.closed_core(gap, wide) < WIDE_LENGTH_RADII * radius:  # fewer pixels are so deep, and so fewer of the medial axis
         return None
+    part = np.pad(part, 1)
+    closed = close_mask(part, gap, 0.0)[0]
     rows, columns, inside = medial_axis(closed)
     at_wide = inside - 0.5 > WIDE_RADII * radius
     if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
@@ -108,7 +112,7 @@ def find_bundles(part: Bools, half_width: Floats) -> Bundles | None:
     if not kept.any():
         return None
     widest = float(inside[kept].max())
-    if widest > MAX_BUNDLE_RADII * radius and not (half_width > WIDE_RADII * radius).any():
+    if widest > MAX_BUNDLE_RADII * radius and not (facts.axis[2] > WIDE_RADII * radius).any():
         return Bundles(radius, part, closed, None, widest)
     return Bundles(radius, part, closed, closed & dilate(is_long[label], widest + radius), widest)
 
@@ -118,19 +122,7 @@ def strand_radius(half_width: Floats) -> float:
 
     half_width : (K,) px, half-widths at the K pixels of the medial axis.
     """
-    half_width = half_width[half_width >= MIN_RADIUS_PX]
-    if not len(half_width):
-        return 0.0
-    logs = np.log(half_width)
-    edges = np.arange(math.log(MIN_RADIUS_PX), float(logs.max()) + 4 * LOG_BIN, LOG_BIN)
-    count = np.histogram(logs, edges)[0].astype(float)
-    near = np.convolve(count, np.ones(5), "same")
-    middle = (edges[1:] + edges[:-1]) / 2
-    for k in np.flatnonzero(near >= MIN_AXIS_SHARE * len(half_width)):
-        if near[k] >= near[max(0, k - 4) : k + 5].max():
-            around = slice(max(0, k - 2), k + 3)
-            return float(np.exp(np.average(middle[around], weights=count[around])))
-    return 0.0
+    return usual_half_width(np.asarray(half_width, dtype=np.float32), MIN_RADIUS_PX, LOG_BIN, MIN_AXIS_SHARE)
 
 
 def _may_be_wide(part: Bools, radius: float) -> bool:

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 import doo3d
 from doo3d.facts.frame_facts import FrameFacts
 from doo3d.inspection.scaling import draw_frame
+from doo3d.pipeline import run_stages
 from doo3d.stages.segment.split_strands import split_strands
 from doo3d.stages.segment.wide_stretches import strand_radius
 
@@ -153,4 +154,4 @@ def test_fifty_rows_of_cables_with_gaps_between_them_are_not_cut_by_valleys() ->
     split = split_strands(FrameFacts(mask, frame.depth), None, frame.color, frame.depth)
     assert split.removed == 0
     assert split.side_by_side is not None
-    assert len(doo3d.detect(frame, mask=mask).chains) == 50
+    assert len(run_stages(frame, doo3d.load_config(), mask).pruned.chains) == 50

@@ -93,29 +93,13 @@ def test_noise_that_grows_with_depth_is_smoothed_up_to_the_far_end():
     assert chains[0].length > 0.95 * np.linalg.norm(axis[-1] - axis[0])
 
 
-def test_a_strand_that_runs_away_is_bridged_and_whole():
+def test_a_strand_that_runs_away_is_whole():
     axis = line([-0.08, -0.05, 0.4], [0.16, 0.09, 1.1])
     depth, which = depth_of([axis], [0.004])
     data = Frame(None, np.where(which >= 0, depth, 1.6).astype(np.float32), CAMERA)
-    record = segment(data, SegmentConfig(), which >= 0)
-    assert len(record.foreground.bridges) > 50
-    assert cKDTree(axis).query(record.foreground.bridges)[0].max() < 2 * 0.004
     chains = detect(data, load_config("default"), which >= 0).chains
     assert len(chains) == 1
     assert chains[0].length == pytest.approx(np.linalg.norm(axis[-1] - axis[0]), rel=0.08)
-
-
-@pytest.mark.parametrize("degrees", [30, 50, 70, 90])
-def test_a_strand_is_not_bridged_to_the_one_that_it_disappears_beneath(degrees):
-    angle, radius = np.radians(degrees), 0.0125
-    along = 0.12 * np.array([np.cos(angle), np.sin(angle), 0.0])
-    upper = line([-0.12, 0.0, 0.6], [0.12, 0.0, 0.6])
-    beneath = np.array([0.0, 0.0, 0.6 + 1.6 * radius])
-    lower = line(beneath - along, beneath + along)
-    depth, which = depth_of([upper, lower], [radius] * 2, table=0.75)
-    noisy = depth + 0.0002 * np.random.default_rng(0).normal(size=depth.shape)
-    record = segment(Frame(None, noisy.astype(np.float32), CAMERA), SegmentConfig(), which >= 0)
-    assert not len(record.foreground.bridges)
 
 
 @pytest.mark.parametrize("pixels", [1, 5, 40])

@@ -14,11 +14,13 @@ from ....geometry.gap_path import GapPath, gap_path
 from ....geometry.limits import AT_ONCE
 from ....geometry.polyline import steps
 from ....geometry.radii import STEP_RADII
+from ....kernels import straight_gap_costs, straight_gaps
 from ....types import Bools, Floats, Ints
-from ....visibility import OPEN, Visibility
+from ....visibility import Visibility
 from ..candidates import FORCED_COST_FACTOR, Candidates, End, Pair
 
 CONNECTION_POINTS = 20
+CONNECTION_SHARES = np.linspace(0, 1, CONNECTION_POINTS)
 """Points on the straight connection of two near ends, of which none may lie in free space for the gap to cost nothing."""
 
 CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
@@ -135,10 +137,13 @@ class GapPaths:
 
     def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
         """Return the costs of gap paths; a short gap costs nothing if its straight connection meets no free space."""
-        one, other = self.ends.points[np.array([(a.row, b.row) for a, b in pairs])].swapaxes(0, 1)
-        costly = np.linalg.norm(other - one, axis=1) >= self.ends.config.tangent_window_radii * self.ends.radius
-        if self.visibility is not None:
-            costly |= self.visibility.gap_lengths(list(np.linspace(one, other, CONNECTION_POINTS, axis=1)))[:, [0, 2]].any(axis=1)
+        first, second = np.array([(a.row, b.row) for a, b in pairs]).T.copy()
+        ends, is_near = self.ends.points, self.ends.distance[first, second] < self._near
+        costly = ~is_near
+        if self.visibility is not None and is_near.any():
+            samples = straight_gaps(ends, first[is_near], second[is_near], CONNECTION_SHARES)
+            bounds = np.arange(0, len(samples) + 1, CONNECTION_POINTS)
+            costly[is_near] = self.visibility.lengths(samples, bounds)[:, [0, 2]].any(axis=1)
         cost = np.zeros((len(pairs), 3))
         if costly.any():
             spacing = STEP_RADII * self.ends.radius
@@ -146,6 +151,11 @@ class GapPaths:
             weights = (self.ends.config.free_space_weight, self.ends.config.unknown_weight, self.ends.config.free_space_weight)
             cost[costly] = self.ends.unit_cost * self._lengths(paths) * weights
         return [GapCost(*row) for row in cost.tolist()]
+
+    @property
+    def _near(self) -> float:
+        """The distance below which ends are near: a gap so short costs nothing unless it is open, m (px in 2-D)."""
+        return self.ends.config.tangent_window_radii * self.ends.radius
 
     def _lengths(self, paths: list[Floats]) -> Floats:
         """Return the length of each path in free space, in unknown space and over bare surface, (K, 3) m (px in 2-D)."""
@@ -180,15 +190,9 @@ class GapPaths:
 
     def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
         """Return the cost of a straight gap between K ends and K others, given by their indices (K,)."""
-        points, config = self.ends.points, self.ends.config
-        offset = points[second] - points[first]
-        length = np.linalg.norm(offset, axis=1)
-        free, unknown = np.zeros(len(first)), np.ones(len(first))
+        points, config, unknown = self.ends.points, self.ends.config, int(PointVisibility.NO_DEPTH)
+        classes = np.full(len(first) * len(CONNECTION_SAMPLES), unknown)
         if self.visibility is not None:
-            samples = points[first][:, None] + CONNECTION_SAMPLES[:, None] * offset[:, None]
-            status = self.visibility.model.classify(samples.reshape(-1, points.shape[1])).reshape(len(first), -1)
-            free = np.isin(status, OPEN).mean(axis=1)
-            unknown = (status == PointVisibility.NO_DEPTH).mean(axis=1)
-        unknown = np.where((length < config.tangent_window_radii * self.ends.radius) & (free == 0), 0.0, unknown)
-        weighted = config.free_space_weight * free + config.unknown_weight * unknown
-        return np.asarray(self.ends.unit_cost * length * weighted)
+            classes = self.visibility.model.classify(straight_gaps(points, first, second, CONNECTION_SAMPLES))
+        weights = config.free_space_weight, config.unknown_weight
+        return straight_gap_costs(points, first, second, classes, self._near, self.ends.unit_cost, *weights)

@@ -7,6 +7,7 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 
 import cv2
 import numpy as np
@@ -82,6 +83,9 @@ class _Model:
     digest: str
 
 
+_FORWARD = Lock()
+"""Held while a network runs: it keeps its input and its output, and threads share it."""
+
 _tried: set[tuple[str, tuple[int, ...]]] = set()
 """Digests of models that ran in a process of their own, with the shapes of their inputs."""
 
@@ -135,8 +139,9 @@ def _load(model: _Model) -> cv2.dnn.Net:
 
 def _forward(network: cv2.dnn.Net, image: Array, name: str) -> Array:
     try:
-        network.setInput(image)
-        return np.asarray(network.forward())
+        with _FORWARD:
+            network.setInput(image)
+            return np.array(network.forward())
     except (cv2.error, SystemError) as error:
         raise InputError(
             f"{name}: does not run on an input of shape {image.shape} ({_sentence(error)}); "

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from .... import kernels
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ....kernels import best_plane, raised_pixels
+from ....kernels import raised_pixels
 from ....types import Cloud, Floats, Frame, Image, Ints, Plane
 from .selected import Selected
 
@@ -107,26 +108,7 @@ def _draw(count: int, random: np.random.Generator) -> Ints | slice:
 
 
 def _fit(sample: Floats, distance: float, random: np.random.Generator) -> tuple[Floats, float]:
-    corners = sample[random.integers(0, len(sample), (RANSAC_DRAWS, 3))]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    norm = np.linalg.norm(normals, axis=1)
-    normals = normals[norm > 0] / norm[norm > 0, None]
-    if not len(normals):
-        return np.array([0.0, 0.0, 1.0]), float(sample[0, 2])
-    offsets = np.einsum("ij,ij->i", normals, corners[norm > 0, 0])
-    best = best_plane(sample, normals, offsets, distance)
-    normal, offset = normals[best], float(offsets[best])
-    before = np.zeros(len(sample), dtype=bool)
-    for _ in range(REFINE_ITERATIONS):
-        near = np.abs(sample @ normal - offset) < 2 * distance
-        inliers = sample[near]
-        if len(inliers) < 3 or np.array_equal(near, before):
-            break
-        before = near
-        center = inliers.mean(axis=0)
-        normal = np.linalg.eigh((inliers - center).T @ (inliers - center))[1][:, 0]
-        offset = float(normal @ center)
-    return normal, offset
+    return kernels.fit_plane(sample, random.integers(0, len(sample), (RANSAC_DRAWS, 3)), distance, REFINE_ITERATIONS)
 
 
 def plane_noise(residual: Floats, distance: float) -> float:
