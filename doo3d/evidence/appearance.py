@@ -18,8 +18,8 @@ HISTOGRAM_SMOOTHING = 0.6
 """Cells of the color histograms by which they are smoothed: light varies along a cable."""
 
 SHADES, SHADOW_SHARE = (0.85, 0.7, 0.55, 0.4), 0.1
-"""Brightness of the background in the cable's shadow, and how frequent each is held to be. With 0.03, the surface in shadow between two
-strands, which a ragged mask includes, was taken for cable; with 0.3, a tenth of dark cables for shadow."""
+"""Brightness of the background in the cable's shadow, and how frequent each is held to be. With 0.03, the surface in shadow
+between two strands, which a ragged mask includes, was taken for cable; with 0.3, a tenth of dark cables for shadow."""
 
 MIN_FREQUENCY = 1e-5
 """Frequency of a color that was never seen; it bounds the log ratios. With 1e-4, 2 of 45 right frames of 48 are lost."""
