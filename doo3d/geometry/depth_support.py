@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -35,7 +34,7 @@ MIN_READINGS = 3
 
 
 class DepthSupport(NamedTuple):
-    """How well the depth readings support the N segments of a chain.
+    """How well the depth readings support N segments.
 
     Attributes
     ----------
@@ -45,15 +44,19 @@ class DepthSupport(NamedTuple):
         (N,) bool, True for a segment whose depth was interpolated, since too few readings agree with it.
     residual
         (N,) radii, median difference of a segment's readings from its surface, absolute; NaN with fewer than 3 readings.
+    offset
+        (N,) radii, by how much a segment's readings lie behind its surface, median; NaN with fewer than 3 readings. Unlike the
+        other values, it does not excuse readings between the surface and the plane that the segment lies on.
     """
 
     share: Floats
     is_filled: Bools
     residual: Floats
+    offset: Floats
 
 
-def depth_support(chains: Curves, radius: Sequence[float], foreground: Foreground) -> list[DepthSupport] | None:
-    """Return how well the depth readings support the segments of chains; None in 2-D and for a cloud.
+def depth_support(chains: Curves, radius: Sequence[float], foreground: Foreground) -> DepthSupport | None:
+    """Return how well the depth readings support the segments of all chains; None in 2-D and for a cloud.
 
     A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
     sensor gave it, that agrees with the segment's surface. So a strand below another one is not supported where they cross, nor
@@ -72,7 +75,7 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
     camera, depth, mask, plane = foreground.camera, foreground.depth, foreground.mask, foreground.plane
     if camera is None or depth is None or mask is None or not len(chains):
         return None
-    supported, agreeing, residual = kernels.depth_support(
+    supported, agreeing, residual, offset = kernels.depth_support(
         chains.points,
         chains.bounds,
         np.array(radius, dtype=float),
@@ -85,5 +88,4 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
         np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION, OWN_RADII)),
         MIN_READINGS,
     )
-    is_filled, parts = agreeing < MIN_SUPPORT, itertools.pairwise(chains.segment_bounds.tolist())
-    return [DepthSupport(supported[a:b], is_filled[a:b], residual[a:b]) for a, b in parts]
+    return DepthSupport(supported, agreeing < MIN_SUPPORT, residual, offset)

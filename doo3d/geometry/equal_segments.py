@@ -101,11 +101,11 @@ def equal_ring(points: Floats, length: float) -> Floats:
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
     joints = kernels.lay_equal_chords(loop, low)[0][:count]
     centroid = joints.mean(axis=0)
-    ring = _close_ring(centroid + (joints - centroid) * (length / low), length)
+    ring = close_ring(centroid + (joints - centroid) * (length / low), length)
     return np.concatenate((ring, ring[:1]))
 
 
-def _close_ring(joints: Floats, length: float) -> Floats:
+def close_ring(joints: Floats, length: float) -> Floats:
     """Move the joints (N, D) of a ring by the least that makes all of its N segments exactly `length` long.
 
     Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d: the last of the chords around a rough polyline may end short

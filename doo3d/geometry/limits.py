@@ -8,3 +8,6 @@ MAX_SAMPLES = 50_000
 
 AT_ONCE = 1 << 14
 """Rows that are computed at once: with 26 neighbors of a few numbers each they fit into the cache."""
+
+MAX_BRANCHES = 3000
+"""Branches of a skeleton at most that become paths, the longest; each takes 0.1 ms. A frame of an object has less than 100."""

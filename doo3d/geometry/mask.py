@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import cv2
 import numpy as np
 
@@ -90,27 +88,10 @@ def median_half_width(half_width: Array) -> float:
     return float(half_width[np.searchsorted(weight, weight[-1] / 2)])
 
 
-def half_widths(mask: Bools, reach: float = 0.0) -> tuple[Array, Floats]:
-    """Return the half-width of a mask (H, W) at the pixels of its box, float32 px, 0 outside of the mask; the first pixel (u, v).
-
-    reach : px, largest distance from a pixel to the medial axis of its strand, whose distance to the edge is the half-width.
-    """
+def half_widths(mask: Bools) -> tuple[Array, Floats]:
+    """Return how far each pixel in the box of a mask (H, W) is from its edge, float32 px, 0 outside; the first pixel (u, v)."""
     if not mask.any():
         return np.zeros((1, 1), dtype=np.float32), np.zeros(2)
     box = bounding_box(mask)
     inside = cv2.distanceTransform(np.pad(mask[box].astype(np.uint8), 1), cv2.DIST_L2, 5)
-    if reach >= 1:
-        size = 2 * int(reach) + 1
-        inside = np.where(inside > 0, cv2.dilate(inside, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))), 0)
     return np.maximum(inside - 0.5, 0.0), np.array([box[1].start, box[0].start]) - 1.0
-
-
-def half_width_in(mask: Bools, reach: float = 0.0) -> Callable[[Floats], Floats]:
-    """Return a function from positions (K, 2) px to the half-width of a mask there, (K,) px; mask, reach : as `half_widths`."""
-    widths, origin = half_widths(mask, reach)
-
-    def half_width(positions: Floats) -> Floats:
-        u, v = np.rint(positions - origin).astype(int).T
-        return np.asarray(widths[np.clip(v, 0, widths.shape[0] - 1), np.clip(u, 0, widths.shape[1] - 1)])
-
-    return half_width

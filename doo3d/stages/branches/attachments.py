@@ -8,38 +8,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...config import MergeConfig
+from ...geometry.curves import Curves
 from ...geometry.polyline import unit
+from ...kernels import strands_ahead
 from ...types import Bools, Floats
 from ...visibility import Visibility
-from .clouds import hidden_place
-from .costs import MISFIT_COST, MISS_COST, NEARNESS_COST, TIP_COST
+from .. import FrameContext
+from .clouds import hidden_attachment
+from .costs import MISFIT_COST, MISS_COST, TIP_COST
 from .necks import neck_share
-from .readings import JunctionContext, Meeting
-from .strands import NODE_RADII, FreeEnds, SampledChain, box_distances
+from .strands import NODE_RADII, FreeEnds, Meeting, SampledChain, box_distances
 
 FREE_COST, UNKNOWN_COST = 20.0, 2.0
 """Cost units per mm (per px in 2-D) of the straight path from an end to a strand: in free space or over bare surface, and where
 depth is missing."""
 
-MISS_FREE, CLOUD_MISS_FREE = 0.4, 0.7
-"""Sums of radii by which the continuation of an end may miss a strand's axis without cost, in a frame or an image, and in a
-cloud, whose axes are less certain; from one sum of radii on up to two it grows in proportion to the distance."""
+MISS_FREE = 0.4
+"""Sums of radii by which the continuation of an end may miss a strand's axis without cost; from one sum of radii on up to two it
+grows in proportion to the distance."""
 
-DEPTH_FREE, DEPTH_SLOPE, MAX_SLOPE = 0.2, 0.5, 0.9
-"""Depth between an end and a strand that does not count: in sums of radii, and as a share of the way to it. Depth is the least
-certain at ends, above all its slope; only that of ends that run along the view direction, cosine above the third, counts."""
+DEPTH_SLOPE = 0.5
+"""Depth between an end and a strand that does not count, as a share of the way to it beyond the sum of radii: it is the least
+certain at ends, above all its slope, which does not count at all."""
 
-NECK_COST = 680.0
+NECK_COST = 500.0
 """Cost units of a branch that narrows to nothing before it reaches its trunk, as a tip that only touches does."""
-
-PLANAR_NECK_FREE = 0.35
-"""Share of its diameter by which a branch may narrow without cost in an image, whose mask is ragged; a round tip loses half."""
 
 NORMAL_SHORTFALL = 2.2
 """Radii of a branch between its end and the surface of its trunk without cost: chains end 1.2 to 1.8 radii short."""
-
-HIDDEN_WEIGHT = 0.1
-"""Weight of the gain of a junction across a gap of a cloud: it is taken where nothing else connects the end."""
 
 
 @dataclass(frozen=True)
@@ -50,26 +47,74 @@ class End:
     ----------
     line
         (S, D) m (px in 2-D), the axis of the strand, beginning with this end.
-    tangent, curvature
-        (D,) outward unit tangent, and (D,) curvature vector, 1/m (1/px).
+    tangent, bend
+        (D,) outward unit tangent, and (D,) curvature vector that is expected to go on, 1/m (1/px): both across the view, and no
+        sharper than six radii.
+    towards
+        (D,) unit, from the viewpoint to the end; None without a viewpoint.
     radius
         m (px in 2-D), radius of the strand at this end.
     """
 
     line: Floats
     tangent: Floats
-    curvature: Floats
+    bend: Floats
+    towards: Floats | None
     radius: float
 
     @property
     def point(self) -> Floats:
-        """The end itself, (D,) m (px in 2-D)."""
+        """The position of the end, (D,) m (px in 2-D)."""
         return np.asarray(self.line[0])
 
 
-def end_meetings(
-    ends: FreeEnds, strands: Sequence[SampledChain], context: JunctionContext, hidden: bool = False
-) -> list[Meeting]:
+def _ends(ends: FreeEnds, strands: Sequence[SampledChain], viewpoint: Floats | None, kept: float) -> list[End]:
+    """Return the free ends of the strands, which keep a share of their curvature."""
+    made = []
+    for row, number in enumerate(ends.strand.tolist()):
+        own, side = strands[number], int(ends.side[row])
+        radius = own.radius_near(0.0 if side == 0 else own.length, 1 if side == 0 else -1)
+        line = own.points if side == 0 else own.points[::-1]
+        tangent: Floats = ends.tangents[row]
+        curvature: Floats = kept * ends.curvatures[row]
+        towards = None if viewpoint is None else unit(line[0] - viewpoint)
+        if towards is not None:
+            tangent, curvature = unit(tangent - (tangent @ towards) * towards), curvature - (curvature @ towards) * towards
+        bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12))
+        made.append(End(line, tangent, bend, towards, radius))
+    return made
+
+
+def _may_attach(ends: Sequence[End], strands: Sequence[SampledChain]) -> Bools:
+    """Tell for each end which strands lie so near its continuation that attaching it may cost less than TIP_COST, (E, S)."""
+    lines, dim = Curves.of([strand.points for strand in strands]), strands[0].points.shape[1]
+    unit_cost, radii = _unit_cost(dim), np.array([end.radius for end in ends])
+    points, tangents, bends = (
+        np.array([getattr(end, name) for end in ends]).reshape(-1, dim) for name in ("point", "tangent", "bend")
+    )
+    return strands_ahead(
+        points,
+        tangents,
+        bends,
+        np.array([end.towards for end in ends if end.towards is not None]).reshape(-1, dim),
+        radii,
+        NORMAL_SHORTFALL * radii + TIP_COST / unit_cost,
+        lines.points,
+        np.concatenate([strand.radii for strand in strands]),
+        lines.bounds,
+        depth_slope=DEPTH_SLOPE,
+        max_miss=(TIP_COST + 2 * MISS_FREE * MISFIT_COST) / (MISFIT_COST + MISS_COST),
+        max_behind=TIP_COST / (2 * unit_cost) if dim == 3 else 0.0,
+        max_behind_share=0.0 if dim == 3 else TIP_COST / MISFIT_COST,
+    )
+
+
+def _unit_cost(dim: int) -> float:
+    """Return the cost units per unit of length, m in space and px in an image."""
+    return 1000.0 if dim == 3 else 1.0
+
+
+def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: FrameContext, config: MergeConfig) -> list[Meeting]:
     """Return the possible junctions of free ends with strands.
 
     Parameters
@@ -79,45 +124,34 @@ def end_meetings(
     strands
         all strands.
     context
-        visibility and viewpoint of the frame.
-    hidden
-        True also attaches ends of a cloud across gaps without points.
+        the data of the frame; visibility, viewpoint and spacing of the points are used.
+    config
+        section `merge` of the settings: the longest gap, and the share of its curvature that an end keeps.
 
     Returns
     -------
     A meeting for each end and strand that fit. Its gain is the cost of leaving the end free minus the cost of the attachment.
     """
     meetings = []
-    near = _may_reach(ends, strands, context)
-    for row, number in enumerate(ends.strand.tolist()):
-        own, side = strands[number], int(ends.side[row])
-        radius = own.radius_near(0.0 if side == 0 else own.length, 1 if side == 0 else -1)
-        end = End(own.points if side == 0 else own.points[::-1], ends.tangents[row], ends.curvatures[row], radius)
-        for host in np.flatnonzero(near[row]).tolist():
-            strand = strands[host]
-            if host == number:
-                continue
-            found = [attachment(end, strand, context), _hidden_attachment(end, strand, context) if hidden else None]
-            gain, at = max((each for each in found if each is not None), default=(0.0, 0.0))
-            if gain > 0:
-                meetings.append(Meeting(gain, strand.at(at), ((host, at),), row))
+    max_gap = config.max_gap * context.gap_unit
+    reach = (1 + DEPTH_SLOPE) * max_gap + 2 * max(float(strand.radii.max()) for strand in strands)
+    near = box_distances(ends.points, strands) <= reach
+    near[np.arange(len(near)), ends.strand] = False
+    made = _ends(ends, strands, context.foreground.viewpoint, config.bending.curvature_persistence)
+    if not context.shows_surface:
+        near &= _may_attach(made, strands)
+    for row, host in np.argwhere(near).tolist():
+        end, strand = made[row], strands[host]
+        found = [attachment(end, strand, context, max_gap)]
+        if context.shows_surface:
+            found.append(hidden_attachment(end.point, ends.tangents[row], strand, max_gap))
+        gain, at = max((each for each in found if each is not None), default=(0.0, 0.0))
+        if gain > 0:
+            meetings.append(Meeting(gain, strand.at(at), ((host, at),), (row,)))
     return meetings
 
 
-def _may_reach(ends: FreeEnds, strands: Sequence[SampledChain], context: JunctionContext) -> Bools:
-    """Tell by the bounding boxes which strands (E, S) may lie within reach of which ends; in a cloud without views all may.
-
-    Depth that does not count makes a strand nearer by DEPTH_SLOPE of the rest and DEPTH_FREE of the sum of radii at most.
-    """
-    if context.is_cloud:
-        return np.ones((len(ends.strand), len(strands)), dtype=bool)
-    widest = np.array([max(float(strand.radii.max()), strand.radius) for strand in strands])
-    own = np.array([float(strand.widths.max()) for strand in strands])
-    own = np.maximum(own, widest)[ends.strand][:, None]
-    return np.asarray(box_distances(ends.points, strands) <= (1 + DEPTH_SLOPE) * context.max_gap + DEPTH_FREE * (own + widest))
-
-
-def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tuple[float, float] | None:
+def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: float) -> tuple[float, float] | None:
     """Find the position on a strand at which attaching an end costs least.
 
     The end is extrapolated with its curvature. Costs are its miss of the strand's axis, its distance, free space on the way, and
@@ -130,42 +164,34 @@ def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tupl
     strand
         the strand that it may branch off.
     context
-        visibility and viewpoint of the frame.
+        the data of the frame; visibility and viewpoint are used.
+    max_gap
+        m (px in 2-D), longest distance from an end to a strand.
 
     Returns
     -------
     Gain of the junction in cost units, and arc length on the strand, m (px in 2-D). None if leaving the end free costs less.
     """
     point, radius = end.point, end.radius
-    tangent: Floats = end.tangent
-    curvature: Floats = end.curvature
     offset: Floats = strand.points - point
     both = strand.radii + radius
-    if context.viewpoint is not None:
-        towards = unit(point - context.viewpoint)
-        offset = _without_small_depth(offset, towards, both)
-        tangent, curvature = _across(tangent, towards), curvature - (curvature @ towards) * towards
+    if end.towards is not None:
+        offset = _without_small_depth(offset, end.towards, both)
     distance = np.linalg.norm(offset, axis=1)
-    if distance.min() > context.max_gap:
+    if distance.min() > max_gap:
         return None
-    bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12)) * context.curvature_persistence
-    ahead = offset @ tangent
-    expected = np.clip(ahead, 0, None)[:, None] * tangent + 0.5 * np.clip(ahead, 0, None)[:, None] ** 2 * bend
-    miss = np.linalg.norm(offset - expected - np.clip(ahead, None, 0)[:, None] * tangent, axis=1)
+    ahead = offset @ end.tangent
+    expected = np.clip(ahead, 0, None)[:, None] * end.tangent + 0.5 * np.clip(ahead, 0, None)[:, None] ** 2 * end.bend
+    miss = np.linalg.norm(offset - expected - np.clip(ahead, None, 0)[:, None] * end.tangent, axis=1)
     shortfall = np.clip(distance - strand.radii - NORMAL_SHORTFALL * radius, 0, None)
-    unit_cost = 1000.0 if len(point) == 3 else 1.0
+    unit_cost = _unit_cost(len(point))
     behind = np.clip(-ahead - both, 0, None)
     # in an image an end beyond a strand crossed it
     behind_cost = 2 * unit_cost * behind if len(point) == 3 else MISFIT_COST * behind / both
-    free = CLOUD_MISS_FREE if context.visibility is None else MISS_FREE
-    cost = (
-        MISFIT_COST * np.clip(miss - free * np.clip(distance, both, 2 * both), 0, None) / both
-        + unit_cost * shortfall
-        + behind_cost
-    )
-    cost = cost + NEARNESS_COST * unit_cost * distance + MISS_COST * miss / both
+    too_far = np.clip(miss - MISS_FREE * np.clip(distance, both, 2 * both), 0, None)
+    cost = (MISFIT_COST * too_far + MISS_COST * miss) / both + unit_cost * shortfall + behind_cost
     possible = cost < TIP_COST
-    if not strand.closed:
+    if not strand.chain.closed:
         possible &= np.minimum(strand.along, strand.length - strand.along) > NODE_RADII * strand.radii
     if not possible.any():
         return None
@@ -173,33 +199,17 @@ def attachment(end: End, strand: SampledChain, context: JunctionContext) -> tupl
     at, host_radius = float(strand.along[i]), float(strand.radii[i])
     total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, host_radius, context.visibility)
     if total < TIP_COST and context.visibility is not None:
-        share = neck_share(end.line, radius, strand, at, context.visibility, context.viewpoint)
-        total += NECK_COST * (share if len(point) == 3 else max(0.0, share - PLANAR_NECK_FREE))
+        share = neck_share(end.line, radius, strand, at, context.visibility, context.foreground.viewpoint)
+        total += NECK_COST * share
     return (TIP_COST - total, at) if total < TIP_COST else None
-
-
-def _hidden_attachment(end: End, strand: SampledChain, context: JunctionContext) -> tuple[float, float] | None:
-    """Return gain and arc length where an end meets a strand of a cloud across a gap; None if leaving the end free costs less."""
-    found = hidden_place(end.point, end.tangent, strand, context.max_gap)
-    if found is None or found[1] >= TIP_COST:
-        return None
-    at = float(strand.along[found[0]])
-    is_tip = strand.is_near_end(at, NODE_RADII * float(strand.radii[found[0]]))
-    return None if is_tip else (HIDDEN_WEIGHT * (TIP_COST - found[1]), at)
 
 
 def _without_small_depth(offset: Floats, towards: Floats, both: Floats) -> Floats:
     """Return offsets (S, 3) from an end to a strand with the part along the view direction less what depth leaves open there."""
     depth = offset @ towards
     beside = offset - depth[:, None] * towards
-    free = DEPTH_FREE * both + DEPTH_SLOPE * np.clip(np.linalg.norm(beside, axis=1) - both, 0, None)
+    free = DEPTH_SLOPE * np.clip(np.linalg.norm(beside, axis=1) - both, 0, None)
     return np.asarray(beside + (np.sign(depth) * np.clip(np.abs(depth) - free, 0, None))[:, None] * towards)
-
-
-def _across(tangent: Floats, towards: Floats) -> Floats:
-    """Return a tangent turned across the view direction; one that runs along it as it is."""
-    slope = float(tangent @ towards)
-    return tangent if abs(slope) > MAX_SLOPE else unit(tangent - slope * towards)
 
 
 def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, visibility: Visibility | None) -> float:

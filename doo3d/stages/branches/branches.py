@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ...config import MergeConfig
-from ...geometry.mask import half_width_in
+from ...geometry.curves import Curves
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
 from .attachments import end_meetings
 from .bodies import body_meetings
-from .clouds import gap_links
-from .elbows import bridges
-from .joins import joined
-from .readings import JunctionContext
+from .clouds import end_joins
 from .strands import NODE_RADII, free_ends, strands_of
-from .tails import without_tails
-from .tree import choose, connected, cut, nodes_of, parted
+from .tree import choose, cut, joined, nodes_of, parted
 
 MAX_CHAINS = 80
 """Chains at most, the longest, on which junctions are looked for, for time: a harness has 10 to 40."""
 
 NOTE = "branches: {} chains were found; junctions are looked for on the {} longest"
-
-AXIS_ERROR_RADII = 0.5
-"""Radii by which an axis in an image may miss the middle of its strand, where two were followed through one."""
 
 
 @dataclass(frozen=True)
@@ -51,23 +44,26 @@ class Branched:
 
     def without_junctions(self, crossings: Sequence[Crossing]) -> tuple[Crossing, ...]:
         """Return the crossings except those at a junction of the two chains, which meet there and do not cross."""
-        return tuple(
-            each
-            for each in crossings
-            if not any(
-                {each.upper.chain, each.lower.chain} <= {end.chain for end in junction.ends}
-                and ((each.point - junction.position) ** 2).sum() < (NODE_RADII * float(junction.radii.max())) ** 2
-                for junction in self.junctions
-            )
-        )
+        nodes = [
+            ({end.chain for end in junction.ends}, junction.position, (NODE_RADII * float(junction.radii.max())) ** 2)
+            for junction in self.junctions
+        ]
+
+        def is_at_junction(crossing: Crossing) -> bool:
+            both = {crossing.upper.chain, crossing.lower.chain}
+            return any(both <= chains and ((crossing.point - place) ** 2).sum() < limit for chains, place, limit in nodes)
+
+        return tuple(each for each in crossings if not is_at_junction(each))
 
 
 def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeConfig) -> Branched:
     """Find the junctions of a frame, cut the chains there, and assemble them to trees.
 
-    At each contact of strands, four explanations compete by cost: a branch (the axes meet at one depth), a crossing (two layers,
-    each straight on and of constant radius), a touch, or a free end near a strand. The junctions are the maximum-weight spanning
-    forest of all contacts: an object is a tree, and an end belongs to one junction at most.
+    At each contact of strands, four explanations compete by cost: a branch (the axes meet at one depth), a crossing (two
+    layers, or in an image two strands that go straight on), a touch, or a free end near a strand. In a cloud two ends may
+    also be joined across a gap. The junctions and joins are the maximum-weight spanning forest of all these: an object is a
+    tree, and an end belongs to one junction at most. Where branches were joined through their trunk, or ends are joined, the
+    forest is chosen anew.
 
     Parameters
     ----------
@@ -76,7 +72,7 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     context
         the data of the frame; visibility and segment length are used.
     config
-        section `merge` of the settings: `max_gap`.
+        section `merge` of the settings: `max_gap`, `curvature_persistence`.
 
     Returns
     -------
@@ -84,35 +80,24 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     """
     if not chains:
         return Branched([])
-    mask = context.foreground.mask
-    half_width = (
-        half_width_in(mask, AXIS_ERROR_RADII * context.radius)
-        if mask is not None and context.foreground.points.shape[1] == 2
-        else None
-    )
     chains, rest = chains[:MAX_CHAINS], chains[MAX_CHAINS:]
     notes: tuple[str, ...] = (NOTE.format(len(chains) + len(rest), MAX_CHAINS),) if rest else ()
-    strands = strands_of(chains, half_width)
-    view = JunctionContext.of([chain.joints for chain in chains], context, config)
-    strands = strands_of(without_tails(strands, view.viewpoint, context.segment_length), half_width, strands)
-    ends = free_ends(strands)
-    chosen = choose([*body_meetings(strands, view.viewpoint), *end_meetings(ends, strands, view)], strands, ends)
-    if any(meeting.end is None for meeting in chosen):
-        strands = strands_of(parted(strands, chosen, view.viewpoint, context.segment_length), half_width, strands)
+    strands = strands_of(chains)
+    if context.visibility is not None:
+        lines = Curves.of([chain.joints for chain in chains])
+        context = replace(context, visibility=context.visibility.with_support(lines, context.radius, context.foreground))
+    bodies = body_meetings(strands)
+    while True:
         ends = free_ends(strands)
-        chosen = choose(end_meetings(ends, strands, view), strands, ends)
-    if view.is_cloud:
-        links = gap_links(ends, *connected(chosen, strands, ends), view.max_gap)
-        chains = joined(strands, ends, links, context.segment_length)
-        for with_bridges in (False, True):
-            if with_bridges:
-                found = bridges(strands, connected(chosen, strands, ends)[1], view.max_gap, context.segment_length)
-                if not found:
-                    break
-                chains = [*chains, *found]
-            strands = strands_of(chains, None, strands)
-            ends = free_ends(strands)
-            chosen = choose(end_meetings(ends, strands, view, hidden=True), strands, ends)
-    strands = [*strands, *strands_of(rest, half_width)]
+        joins = end_joins(ends, config.max_gap * context.gap_unit) if context.shows_surface else []
+        chosen = choose([*bodies, *end_meetings(ends, strands, context, config), *joins], strands, ends)
+        if any(not meeting.ends for meeting in chosen):
+            strands, bodies = strands_of(parted(strands, chosen), strands), []
+        elif any(len(meeting.ends) > 1 for meeting in chosen):
+            strands = strands_of(joined(strands, ends, chosen), strands)
+            bodies = body_meetings(strands)
+        else:
+            break
+    strands = [*strands, *strands_of(rest)]
     pieces, junctions, objects = cut(strands, ends, nodes_of(chosen, strands), context.segment_length)
     return Branched(pieces, tuple(junctions), tuple(objects), notes)

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...geometry.disjoint_set import DisjointSet
-from ...geometry.polyline import angle, arc_length, resample, unit
 from ...types import Chain, ChainEnd, Floats, Junction, LinearObject
-
-TURN_WEIGHT = 0.3
-"""Share of a chain's weight that is subtracted per radian of the turn into that chain, when the trunk is chosen."""
 
 
 @dataclass
@@ -56,76 +52,48 @@ def assembled(pieces: Sequence[Piece], nodes: Sequence[Node]) -> tuple[list[Chai
     junctions : the junctions, with confidence from the smallest gain by a logistic function.
     objects : the trees, in the order of the chains.
     """
-    at: dict[int, list[tuple[int, int]]] = {k: [] for k in range(len(nodes))}
+    at: dict[int, list[ChainEnd]] = {}
+    parts = DisjointSet(range(len(pieces)))
     for number, piece in enumerate(pieces):
         for side, node in enumerate(piece.nodes):
             if node is not None:
-                at[node].append((number, side))
-    parts = DisjointSet(range(len(pieces)))
-    for members in at.values():
-        for number, _ in members[1:]:
-            parts.join(members[0][0], number)
+                at.setdefault(node, []).append(ChainEnd(number, side))
+                parts.join(at[node][0].chain, number)
     bodies = [np.flatnonzero(parts.group == value).tolist() for value in dict.fromkeys(parts.group.tolist())]
     bodies.sort(key=lambda body: -sum(pieces[number].chain.length for number in body))
     order: list[int] = []
-    trunks = []
+    objects = []
     for body in bodies:
         trunk = _trunk(body, pieces, at)
-        rest = sorted((number for number in body if number not in trunk), key=lambda number: -pieces[number].chain.length)
-        order += [*trunk, *rest]
-        trunks.append(len(trunk))
+        objects.append(LinearObject(tuple(range(len(order), len(order) + len(body))), trunk=len(trunk)))
+        order += [*trunk, *sorted(set(body).difference(trunk), key=lambda number: (-pieces[number].chain.length, number))]
     place = {number: i for i, number in enumerate(order)}
-    junctions: list[Junction] = []
-    index: dict[int, int] = {}
-    for node, members in sorted(at.items(), key=lambda item: min((place[number] for number, _ in item[1]), default=0)):
-        if len(members) < 3:
-            continue
-        index[node] = len(junctions)
-        met = sorted(ChainEnd(place[number], side) for number, side in members)
-        radii = np.array([pieces[order[end.chain]].chain.radius for end in met])
-        confidence = float(1 / (1 + np.exp(-min(nodes[node].gains) / 40)))
-        junctions.append(Junction(nodes[node].position, tuple(met), radii, confidence))
-    objects = []
-    for body, trunk_length in zip(bodies, trunks, strict=True):
-        first = min(place[number] for number in body)
-        own = sorted({index[node] for number in body for node in pieces[number].nodes if node in index})
-        objects.append(LinearObject(tuple(range(first, first + len(body))), tuple(own), trunk_length))
+    met = [(sorted(ChainEnd(place[each.chain], each.end) for each in ends), nodes[k]) for k, ends in at.items() if len(ends) > 2]
+    met.sort(key=lambda item: item[0])
+    junctions = [
+        Junction(
+            node.position,
+            tuple(ends),
+            np.array([pieces[order[end.chain]].chain.radius for end in ends]),
+            float(1 / (1 + np.exp(-min(node.gains) / 40))),
+        )
+        for ends, node in met
+    ]
+    objects = [
+        replace(item, junctions=tuple(k for k, (ends, _) in enumerate(met) if ends[0].chain in item.chains)) for item in objects
+    ]
     return [pieces[number].chain for number in order], junctions, objects
 
 
-def _trunk(body: Sequence[int], pieces: Sequence[Piece], at: dict[int, list[tuple[int, int]]]) -> list[int]:
+def _trunk(body: Sequence[int], pieces: Sequence[Piece], at: Mapping[int, Sequence[ChainEnd]]) -> list[int]:
     """Return the chains along the thickest path from tip to tip: the one with the greatest sum of length times radius squared."""
-    if len(body) == 1:
-        return list(body)
-    best: tuple[float, list[int]] = (-1.0, list(body[:1]))
 
-    def follow(number: int, entered: int, weight: float, path: list[int]) -> None:
-        nonlocal best
-        chain = pieces[number].chain
-        weight += chain.length * chain.radius**2
-        path = [*path, number]
-        node = pieces[number].nodes[1 - entered]
-        onwards = [] if node is None else [item for item in at[node] if item[0] not in path]
-        if weight > best[0]:
-            best = (weight, path)
-        for other, side in onwards:
-            turn = _turn(chain, entered, pieces[other].chain, side)
-            follow(other, side, weight - TURN_WEIGHT * turn * pieces[other].chain.length * pieces[other].chain.radius ** 2, path)
+    def heaviest(entered: ChainEnd, path: list[int]) -> tuple[float, list[int]]:
+        chain, path = pieces[entered.chain].chain, [*path, entered.chain]
+        node = pieces[entered.chain].nodes[1 - entered.end]
+        onwards = [] if node is None else [heaviest(each, path) for each in at[node] if each.chain not in path]
+        weight, path = max(onwards, key=lambda item: item[0], default=(0.0, path))
+        return weight + chain.length * chain.radius**2, path
 
-    for number in body:
-        for side, node in enumerate(pieces[number].nodes):
-            if node is None:
-                follow(number, side, 0.0, [])
-    return best[1]
-
-
-def _turn(chain: Chain, entered: int, other: Chain, side: int) -> float:
-    """Return the angle in radians between the end of one chain, entered at the other end, and the start of the next."""
-
-    def leaving(joints: Floats) -> Floats:
-        along = arc_length(joints)
-        return unit(resample(joints, np.array([min(along[-1], 0.03 if joints.shape[1] == 3 else 30.0)]))[0] - joints[0])
-
-    back = leaving(chain.joints[::-1] if entered == 0 else chain.joints)
-    onward = leaving(other.joints if side == 0 else other.joints[::-1])
-    return float(angle(-back, onward))
+    tips = [ChainEnd(number, side) for number in body for side in (0, 1) if pieces[number].nodes[side] is None]
+    return max((heaviest(tip, []) for tip in tips), key=lambda item: item[0], default=(0.0, list(body[:1])))[1]

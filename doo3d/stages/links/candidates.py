@@ -15,7 +15,7 @@ from ...kernels import end_pairs, limit_pairs
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .. import FrameContext
-from .seen import seen_gaps
+from .seen import Gaps, seen_gaps
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
@@ -112,6 +112,8 @@ class Candidates:
     seen
         gaps along which the object is seen in the mask: rows of two ends, the lower first -> (P, D) m, the points from the first
         to the second. Nothing is to be weighed there; the costs of these pairs are 0.
+    notes
+        messages to the user: that such gaps were not looked for.
     """
 
     points: Floats
@@ -123,7 +125,8 @@ class Candidates:
     gap_unit: float = 1.0
     max_turn: float = np.pi
     chains: Curves = field(default_factory=lambda: Curves.of([]))
-    seen: dict[tuple[int, int], Floats] = field(default_factory=dict)
+    seen: Gaps = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, chains: Curves, context: FrameContext, config: MergeConfig) -> Candidates:
@@ -134,8 +137,8 @@ class Candidates:
         measured = chains.ends(config.tangent_window_radii * context.radius)
         closed = np.repeat(chains.closed, 2)
         unit_and_turn, points = (context.gap_unit, context.max_turn), chains.points[chains.tips]
-        seen = {} if config.strategy == "greedy" else seen_gaps(points, measured[0], chains, context)
-        return cls(points, *measured, closed, context.radius, config, *unit_and_turn, chains, seen)
+        seen = ({}, ()) if config.strategy == "greedy" else seen_gaps(points, measured[0], chains, context)
+        return cls(points, *measured, closed, context.radius, config, *unit_and_turn, chains, *seen)
 
     @property
     def unit_cost(self) -> float:

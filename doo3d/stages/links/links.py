@@ -85,7 +85,7 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
             record_decisions, links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths
         ),
         tuple(DroppedChain(joints, (len(joints) - 1) * context.segment_length, why) for joints, why in dropped),
-        (*_notes(left_out), *refusal),
+        (*_notes(left_out), *ends.notes, *refusal),
         bool(refusal),
     )
 

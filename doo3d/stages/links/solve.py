@@ -10,7 +10,7 @@ import numpy as np
 from ...config import MergeConfig
 from ...kernels import match_by_blossoms
 from ...types import Bools, Floats, Ints
-from .candidates import FORCED_COST_FACTOR, End, Link, Pair, ends_of
+from .candidates import FORCED_COST_FACTOR, End, Link
 from .greedy import ChainGroups, CheapestFirst, GapCosts, greedy, with_gap
 
 StraightGaps: TypeAlias = "Callable[[Floats], Floats] | None"
@@ -74,37 +74,42 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straigh
     """
     total = np.minimum(cost, cost.T)
     limit = config.max_cost if np.isfinite(config.max_cost) else 2 * float(total[np.isfinite(total)].max(initial=0.0)) + 1
-    ends = ends_of(len(total) // 2)
-    complete: set[Pair] = set()
-    pairs: list[Pair] = []
+    complete = np.zeros(total.shape, dtype=bool)
+    matched: Ints = np.zeros(0, dtype=np.int64)
     all_complete = False
 
     def lowered(partner: Ints) -> tuple[Ints, Floats]:
-        nonlocal all_complete
-        pairs[:] = [(ends[a], ends[b]) for a, b in enumerate(partner.tolist()) if a < b]
-        changed = [] if all_complete else [pair for pair in pairs if pair not in complete]
-        if changed and with_straight_gaps is not None and len(complete) + len(changed) > MAX_GAP_PATHS:
+        nonlocal all_complete, matched
+        matched = partner
+        first = np.flatnonzero(np.arange(len(partner)) < partner)
+        changed = np.column_stack((first, partner[first]))
+        changed = changed[:0] if all_complete else changed[~complete[changed[:, 0], changed[:, 1]]]
+        if len(changed) and with_straight_gaps is not None and np.count_nonzero(complete) + len(changed) > MAX_GAP_PATHS:
             all_complete = True
             rows = _take_straight_gaps(total, cost, with_straight_gaps(cost), complete)
             return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
-        complete.update(changed)
+        complete[changed[:, 0], changed[:, 1]] = True
         if not _add_gap_costs(total, changed, gap_costs):
-            ring = None if config.allow_closed_chains else find_ring(pairs)
+            ring = None if config.allow_closed_chains else find_ring(partner.tolist())
             if ring is None:
                 return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
-            a, b = max(ring, key=lambda pair: float(total[pair[0].row, pair[1].row]))
-            total[a.row, b.row] = total[b.row, a.row] = np.inf
-            changed = [(a, b)]
-        rows = np.array([(a.row, b.row) for a, b in changed])
-        return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
+            a, b = max(ring, key=lambda rows: float(total[rows]))
+            total[a, b] = total[b, a] = np.inf
+            changed = np.array([(a, b)])
+        return changed, np.maximum(limit - total[changed[:, 0], changed[:, 1]], 0.0)
 
     match_by_blossoms(np.maximum(limit - total, 0.0), lowered)
-    links = sorted(Link(float(total[a.row, b.row]), a, b) for a, b in pairs)
+    links = sorted(Link(float(total[a, b]), _end(a), _end(b)) for a, b in enumerate(matched.tolist()) if a < b)
     if config.chains is None:
         return links
-    rings = 0 if find_ring(pairs) is None else 1
+    rings = 0 if find_ring(matched.tolist()) is None else 1
     surplus = len(links) - rings - (len(cost) // 2 - config.chains)
     return links[: len(links) - max(0, surplus)]
+
+
+def _end(row: int) -> End:
+    """Return the end at a row of arrays over all ends of all chains."""
+    return End(*divmod(row, 2))
 
 
 def force_merges(
@@ -173,44 +178,44 @@ def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> 
     return best
 
 
-def find_ring(pairs: Sequence[Pair]) -> list[Pair] | None:
+def find_ring(partner: Sequence[int]) -> list[tuple[int, int]] | None:
     """Return the connections that together close a ring of chains (the first ring found); None if there is no ring.
 
     Parameters
     ----------
-    pairs
-        connections, each of two chain ends, the lower first; no end is in two of them.
+    partner
+        row of the end that each of E ends is connected to, the lower of both rows first in a connection; -1 for none.
     """
-    partner = {a: b for a, b in pairs} | {b: a for a, b in pairs}
-    visited: set[End] = set()
-    for start, _ in pairs:
-        ring: list[Pair] = []
+    visited = [False] * len(partner)
+    for start, other in enumerate(partner):
+        if other < start or visited[start]:
+            continue
         end = start
-        while end in partner and end not in visited:
-            visited.add(end)
+        while partner[end] >= 0 and not visited[end]:
+            visited[end] = True
+            end = partner[end] ^ 1  # the other end of the same chain
+        if end != start:
+            continue
+        ring = [(start, other)]
+        while (end := partner[end] ^ 1) != start:
             ring.append((min(end, partner[end]), max(end, partner[end])))
-            end = partner[end].other
-        if ring and end == start:
-            return ring
+        return ring
     return None
 
 
-def _take_straight_gaps(total: Floats, cost: Floats, straight: Floats, complete: set[Pair]) -> Ints:
+def _take_straight_gaps(total: Floats, cost: Floats, straight: Floats, complete: Bools) -> Ints:
     """Add to `total` (E, E) what a straight gap adds to the cost of each pair without a gap path; return these pairs, (K, 2)."""
-    allowed = np.isfinite(cost) & np.isfinite(total)
-    for a, b in complete:
-        allowed[a.row, b.row] = False
-    rows = np.argwhere(allowed)
+    rows = np.argwhere(np.isfinite(cost) & np.isfinite(total) & ~complete)
     first, second = rows.T
     total[first, second] += straight[first, second] - cost[first, second]
     total[second, first] = total[first, second]
     return rows
 
 
-def _add_gap_costs(total: Floats, pairs: Sequence[Pair], gap_costs: GapCosts) -> bool:
-    """Add the costs of the gap paths of pairs to `total` (E, E), and tell whether any is above zero."""
-    added = gap_costs(pairs)
-    for (a, b), cost in zip(pairs, added, strict=True):
-        total[a.row, b.row] += cost
-        total[b.row, a.row] = total[a.row, b.row]
+def _add_gap_costs(total: Floats, rows: Ints, gap_costs: GapCosts) -> bool:
+    """Add the costs of the gap paths of pairs (K, 2), the lower row first, to `total` (E, E); tell whether any is above zero."""
+    added = gap_costs([(_end(a), _end(b)) for a, b in rows.tolist()])
+    first, second = rows.T
+    total[first, second] += added
+    total[second, first] = total[first, second]
     return any(added)

@@ -131,6 +131,7 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     at_joint, at_middle, occluded = _seen_along(joints, samples, context, config)
     whole = joints if len(laid) == len(joints) else joints.of_numbers(laid)
     support = depth_support(whole, [radius[p] for p in laid], context.foreground)
+    filled = np.zeros(0, dtype=bool) if support is None else support.is_filled
     is_reversed = _are_reversed(whole, context.foreground)
     chains = []
     for k, p in enumerate(laid):
@@ -144,7 +145,7 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
                 occluded[part][::order],
                 bool(joints.closed[p]),
                 _connections(paths[p], at_middle[part] - samples.curves.bounds[p], samples.curves.parts[p], order),
-                depth_filled=np.zeros(0, dtype=bool) if support is None else support[k].is_filled[::order],
+                depth_filled=filled[slice(*whole.segment_bounds[k : k + 2])][::order],
             )
         )
     thickest = max(chain.radius for chain in chains)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...geometry.curves import Curves
+from ...geometry.limits import MAX_CELLS
 from ...geometry.radii import STEP_RADII
 from ...types import Bools, Floats, Path
 
@@ -49,6 +50,8 @@ class Samples:
 def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) -> Samples:
     """Take evenly spaced samples along each path, about 0.5 radii apart, or half a segment if that is less.
 
+    They are farther apart where they would be more than a million, of which each takes the memory of two cells.
+
     Parameters
     ----------
     paths
@@ -62,9 +65,9 @@ def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) ->
     -------
     The samples of all paths, at least four per path. Both ends of an open path are samples.
     """
-    spacing = min(STEP_RADII * radius, segment_length / 2)
     lines = [np.concatenate((path.points, path.points[:1])) if path.closed else path.points for path in paths]
     curves = Curves.of(lines, [path.closed for path in paths])
+    spacing = max(min(STEP_RADII * radius, segment_length / 2), 2 * float(curves.lengths.sum()) / MAX_CELLS)
     counts = np.maximum(MIN_SAMPLES, np.rint(curves.lengths / spacing).astype(int) + 1)
     samples, segment = curves.sampled(curves.lengths / (counts - ~curves.closed), counts, ~curves.closed)
     filled = [

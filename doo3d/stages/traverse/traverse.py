@@ -10,6 +10,7 @@ import numpy as np
 
 from ...config import TraverseConfig
 from ...geometry.curves import Curves
+from ...geometry.limits import MAX_BRANCHES
 from ...geometry.mask import half_widths
 from ...geometry.radii import TOUCHING_RADII
 from ...kernels import neighbor_table, skeleton_paths
@@ -35,9 +36,6 @@ JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII = 1.0, 15.0
 
 TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
 """Fractions of a branch cut at most at a free end, and at a junction, so that a part of every branch stays."""
-
-MAX_BRANCHES = 3000
-"""Branches at most that become paths, the longest; each takes 0.1 ms. A frame of an object has less than a hundred."""
 
 NOTE = (
     "traverse: the skeleton has {} branches, of which the {} longest are used; {} short ones are left out; segment more narrowly"

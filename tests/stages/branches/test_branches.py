@@ -20,8 +20,6 @@ from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.geometry.equal_segments import equal_segments
 from doo3d.outputs.run_reader import read_detection
 from doo3d.stages.branches import find_branches
-from doo3d.stages.branches.strands import strands_of
-from doo3d.stages.branches.tails import without_tails
 from doo3d.types import Chain, ChainEnd
 
 STEP = 0.01
@@ -173,19 +171,3 @@ def test_a_tip_that_touches_is_narrower_there_than_a_branch(tip, angle):
     detection = detect(image, load_config("image", {"merge.branches": True}), mask.astype(bool))
     assert len(detection.junctions) == (1 if tip == "into the trunk" else 0)
     assert len(detection.objects) == (1 if tip == "into the trunk" else 2)
-
-
-def through(*corners, radius=0.004):
-    path = np.concatenate([line(a, b) for a, b in itertools.pairwise(corners)])
-    return Chain(equal_segments(path[np.concatenate(([True], np.diff(path, axis=0).any(axis=1)))], STEP), STEP, radius)
-
-
-def test_tails_inside_a_trunk_are_cut_off_though_depth_places_them_in_front():
-    """The chain of the branch runs 7 cm inside the trunk as the camera sees it, past the place where it enters."""
-    branch = through([0.06, 0.1, 0.492], [0.05, 0.0, 0.492], [-0.02, 0.001, 0.492], radius=0.003)
-    chains = [chain(*TRUNK), branch]
-    cut = without_tails(strands_of(chains), np.zeros(3), STEP)
-    assert cut[0] is chains[0]
-    assert abs(cut[1].joints[-1][0] - 0.05) < 0.01
-    assert cut[1] is not branch
-    assert all(one is other for one, other in zip(without_tails(strands_of(chains), None, STEP), chains, strict=True))

@@ -74,3 +74,8 @@ def test_a_gap_that_a_crossing_strand_covers_is_weighed():
     assert len(detection.chains) == 2
     assert stages.merged.decisions
     assert all(decision.chosen.cost > 0 for decision in stages.merged.decisions)
+
+
+def test_in_a_pile_the_mask_between_two_ends_tells_nothing():
+    detection, _ = detected(STRAIGHT, LEAPING, **{"visibility.own_object_counts_as_free": True})
+    assert len(detection.chains) == 2

@@ -206,7 +206,7 @@ def filled_depth(depth_of):
     foreground = segment(frame, SegmentConfig(), mask).foreground
     joints = np.column_stack((np.arange(-0.1, 0.101, STEP), np.zeros(21), np.full(21, 0.5)))
     foreground = replace(foreground, depth=depth_of(frame.depth.copy()))
-    (support,) = depth_support(Curves.of([joints]), [0.004], foreground)
+    support = depth_support(Curves.of([joints]), [0.004], foreground)
     return support.is_filled, (joints[1:, 0] + joints[:-1, 0]) / 2
 
 
