@@ -747,7 +747,7 @@ def depth_support(
     lateral: Floats,
     settings: Floats,
     min_readings: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Compare the segments of chains with the depth readings in the mask beside them.
 
     Parameters
@@ -779,6 +779,7 @@ def depth_support(
     supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
         and by less than the chain's readings may; 0 for a segment behind the camera
     residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
+    offset : (S,) float64 radii, by how much they lie behind the surface, median, whatever the plane explains; NaN with too few
     """
 
 def end_pairs(
@@ -1250,6 +1251,48 @@ def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Int
     Returns
     -------
     (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
+    """
+
+def joint_deviations(
+    joints: Floats,
+    bounds: Ints,
+    radius: Floats,
+    radii: Floats,
+    occluded: Bools,
+    share: Floats,
+    residual: Floats,
+    offset: Floats,
+    settings: Floats,
+    weights: Floats,
+) -> NDArray[np.float64]:
+    """Return standard deviations of the joints of chains, roots of weighted sums of squared terms.
+
+    The eight terms are pitch, noise, unsupported, residual, spread, bulge, roughness and hidden, in this order.
+
+    Parameters
+    ----------
+    joints
+        (J, 3) float64 m, the joints of C chains, one chain after the other
+    bounds
+        (C + 1,) int64; the joints of chain c are joints[bounds[c]:bounds[c + 1]], two at least; the last entry is J
+    radius, radii
+        (C,) and (J,) float64 m, radius of each chain and at each joint; NaN if unknown. Terms: by how much the one at the
+        joint differs from the chain's (bulge); the root mean square of these (roughness)
+    occluded
+        (S,) bool of S segments. Term: length of chain from a joint to the nearest one beside a seen segment (hidden), of the
+        whole chain if none is seen
+    share, residual, offset
+        (S,) float64, as of `depth_support`; (0,) without depth. Terms, each times the radius: 1 less the mean share of the two
+        segments at a joint (unsupported), the greater residual of these, and the root mean square of the chain's offsets (spread)
+    settings
+        (5,) float64: pitch, m, and what a m of depth adds to it; standard deviation of inverse depth, 1/m, which times squared
+        depth is the noise; most residual and offset that count, in radii, which stand for unknown ones
+    weights
+        (8, M) float64, of the terms in M kinds of deviation
+
+    Returns
+    -------
+    (J, M) float64 m.
     """
 
 def keep_segments(
@@ -1785,28 +1828,6 @@ def ribbon_scores(
     width : (D, H, W) uint8, the index of that width.
     """
 
-def sample_across(
-    view: Floats, across: Floats, offsets: Floats, mask: Bools, depth: Floats
-) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return the pixels at A lateral offsets of S samples along a strand, and the depth beside it.
-
-    Parameters
-    ----------
-    view, across
-        (S, 2) px and (S, 2) unit: position of a sample in the view, and direction across the strand.
-    offsets
-        (S, A) px from the position along `across`. The nearest pixel is taken.
-    mask
-        (H, W) bool, the pixels that are not beside the strand, since they are of the object.
-    depth
-        (H, W) float32 m, 0 = no reading.
-
-    Returns
-    -------
-    pixels : (S, A) row-major indices, also in the mask; -1 outside the image
-    readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
-    """
-
 def sample_gap(arcs: Floats, spacing: float) -> NDArray[np.float64]:
     """Return points along a path of an arc, a line and an arc, at most `spacing` apart, from the first end to the second.
 
@@ -2031,6 +2052,42 @@ def skeleton_paths(
     count : number of branches, those too that are beyond `most_branches`
     """
 
+def smooth_depth_beside(
+    line: Ints,
+    reach: Floats,
+    beyond: Floats,
+    mask: Bools,
+    depth: Floats,
+    strength: float,
+    mad_to_deviation: float,
+    smoothings: int,
+) -> NDArray[np.float64]:
+    """Return the smooth depth of what is seen on both sides of a strand: the medians across it, then a robust Whittaker smoother.
+
+    Parameters
+    ----------
+    line
+        (S, 2) int64 px (u, v), S >= 2 samples along the strand, a pixel apart
+    reach
+        (S,) px, radius of the strand at each sample
+    beyond
+        (A,) px, distances from either side of the strand at which the depth is read
+    mask
+        (H, W) bool, the pixels that are not beside the strand, since they are of the object
+    depth
+        (H, W) float32 m, 0 = no reading
+    strength
+        weight of smoothness, as of `whittaker_smooth`
+    mad_to_deviation
+        standard deviation per median absolute deviation
+    smoothings
+        times the depth is smoothed, each time with less weight for what is far from the last result
+
+    Returns
+    -------
+    (S,) m; (0,) if less than half of the samples have a reading beside them.
+    """
+
 def smooth_strand_depth(
     inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
 ) -> tuple[NDArray[np.float64], float, float, float]:
@@ -2188,6 +2245,50 @@ def strand_sides(
         window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
     edge : difference of the mean 8-bit CIELAB colors of the sides over that of the strand to the nearer one plus noise, in the
         median of the samples; 0 without color.
+    """
+
+def strands_ahead(
+    points: Floats,
+    tangents: Floats,
+    bends: Floats,
+    towards: Floats,
+    radii: Floats,
+    reach: Floats,
+    samples: Floats,
+    sample_radii: Floats,
+    bounds: Ints,
+    depth_slope: float,
+    max_miss: float,
+    max_behind: float,
+    max_behind_share: float,
+) -> NDArray[np.bool_]:
+    """Tell which strands have a sample along the continuation of an end.
+
+    The end is extrapolated along its tangent with its curvature, behind it straight along its tangent. A strand is ahead of the
+    end if a sample of it lies within the reach of the end, misses the continuation by little, and is not far behind the end.
+
+    Parameters
+    ----------
+    points, tangents, bends
+        (E, D) float64, D = 2 or 3: positions of the ends, unit tangents out of their chains, expected curvature vectors
+    towards
+        (E, D) float64, unit vectors from the camera to the ends, along which distances count less; (0, D) if there is no camera
+    radii, reach
+        (E,) float64, radius of the strand at each end, and distance of a sample beyond its radius at most
+    samples, sample_radii
+        (S, D) and (S,) float64, positions and radii of the samples of C chains, one chain after the other
+    bounds
+        (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
+    depth_slope
+        difference in depth that does not count, as a share of the distance across the view beyond the sum of both radii
+    max_miss
+        distance of a sample from the continuation at most, in sums of both radii
+    max_behind, max_behind_share
+        distance of a sample behind the end at most, beyond the sum of both radii: in the unit of the points, and in such sums
+
+    Returns
+    -------
+    (E, C) bool
     """
 
 def strands_beside(
@@ -2432,6 +2533,26 @@ def unproject_pinhole(pixels: Floats, depth: Floats, fx: float, fy: float, cx: f
     pixels : (N, 2) float64 (u, v), of any layout. depth : (N,) float64 m.
     """
 
+def upper_of_groups(values: Floats, group: Ints, groups: int, share: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the value below the uppermost share of the values of each group.
+
+    Parameters
+    ----------
+    values
+        (N,) float64
+    group
+        (N,) int64, the group of each value
+    groups
+        number of groups
+    share
+        share of the other values of a group that are above the value returned, 0 to 1, rounded down
+
+    Returns
+    -------
+    value : (groups,) float64, 0 for a group without values
+    count : (groups,) int64, number of values in each
+    """
+
 def usual_half_width(half_width: Floats, least: float, bin: float, min_share: float) -> float:
     """Return the least half-width that a good part of a medial axis has; 0 if there is none.
 
@@ -2494,6 +2615,51 @@ def values_at_ranks(points: Floats, ranks: Ints) -> NDArray[np.float64]:
     """Return the coordinates that have the given ranks in ascending order, along each axis by itself.
 
     points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
+    """
+
+def view_alignment(
+    from_gray: Floats,
+    from_inverse: Floats,
+    to_gray: Floats,
+    to_inverse: Floats,
+    intrinsics: Floats,
+    pose: Floats,
+    light: Floats,
+    noise: Floats,
+    least_noise: Floats,
+    estimator: Floats,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the normal equations of the motion between two views of a scene, by brightness and inverse depth.
+
+    A pixel of the first view with depth is moved by the pose, and compared with the second view there: its brightness, after
+    gain and offset, and its inverse depth. Residuals are weighted by Geman and McClure's estimator, in shares of their noise.
+
+    Parameters
+    ----------
+    from_gray, from_inverse
+        (H, W) float32, brightness and inverse depth (1/m) of the first view; NaN where unknown
+    to_gray, to_inverse
+        (H, W) float32, the same of the second view
+    intrinsics
+        (4,) float64 px: fx, fy, cx, cy of both views
+    pose
+        (4, 4) float64 m, p_second = pose @ p_first
+    light
+        (2,) float64, gain and offset of the brightness from the first view to the second
+    noise
+        (2,) float64, standard deviations of brightness and of inverse depth (1/m) between the views; 0: from the median residual
+    least_noise
+        (2,) float64, the least that such a median gives
+    estimator
+        (2,) float64: standard deviation of residuals by their median size, and the standard deviations at which a residual weighs
+        a quarter
+
+    Returns
+    -------
+    equations : (8, 9) float64, symmetric matrix and right side of the change of (turn about x, y, z, rad; shift along x, y, z, m;
+    gain; offset); turn and shift are to be applied to the left of the pose. summary : (7,) float64: noise of the brightness and
+    of inverse depth; sums of the losses of either, in squared standard deviations; number of pixels that are known in the first
+    view, of those that the second view shows, and of those whose residuals weigh a quarter at least.
     """
 
 def visits() -> int:

@@ -47,6 +47,10 @@ CALLS = {
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
         np.ones(2), np.ones(2), np.ones(5), 1,
     ),
+    "joint_deviations": (
+        POINTS, np.array([0, 6]), np.ones(1), np.ones(6), np.zeros(5, bool), np.ones(5), np.ones(5), np.ones(5), np.ones(5),
+        np.ones((8, 2)),
+    ),
     "end_pairs": (POINTS, np.eye(6, 3), np.eye(6, 3), 0.01, 0.1, 0.5),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
@@ -116,9 +120,6 @@ CALLS = {
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "resample": (POINTS, np.ones(4)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), 2, np.ones(1), 1.0, 2.0, 3),
-    "sample_across": (
-        np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones((3, 2)), np.zeros((6, 6), bool), np.ones((6, 6), np.float32),
-    ),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "second_best_rise": (np.ones((2, 2)), np.array([[0, 1]]), np.ones(1), 1.0, False, 2),
@@ -132,6 +133,9 @@ CALLS = {
         TABLE, COORDS.astype(float, order="C"), 1, np.ones(3), np.ones(3), np.array([0.2, 0.4]), np.zeros((0, 0), np.float32),
         np.zeros(2), 1.8, 9,
     ),
+    "smooth_depth_beside": (
+        np.array([[3, 3], [4, 3]]), np.ones(2), np.ones(2), np.zeros((6, 6), bool), np.ones((6, 6), np.float32), 1.0, 1.5, 2,
+    ),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(7), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
@@ -141,6 +145,9 @@ CALLS = {
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
         np.array([1.0, 0.5, 16.0, 0.4, 1.0, 1.5, 6.0, 2.0]),
+    ),
+    "strands_ahead": (
+        POINTS, POINTS, POINTS, POINTS, np.ones(6), np.ones(6), POINTS, np.ones(6), np.array([0, 6]), 0.5, 1.0, 0.1, 0.1,
     ),
     "strands_beside": (
         POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
@@ -157,6 +164,7 @@ CALLS = {
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
     "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
+    "upper_of_groups": (np.ones(3), np.array([0, 1, 1]), 2, 0.3),
     "unit": (np.ones(3),),
     "unit_rows": (POINTS,),
     "unproject_pinhole": (POINTS[:, :2].copy(), POINTS[:, 2].copy(), 1.0, 1.0, 0.0, 0.0),
@@ -164,6 +172,9 @@ CALLS = {
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "values_at_ranks": (POINTS, np.array([0, 5])),
+    "view_alignment": (
+        *[np.ones((4, 4), np.float32)] * 4, np.ones(4), np.eye(4), np.ones(2), np.zeros(2), np.ones(2), np.ones(2),
+    ),
     "visits": (),
     "VoxelCells": (POINTS, 0.01, 1, 1e18),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),

@@ -76,6 +76,14 @@ def test_spacing_strands_and_gap_are_those_of_a_tree(count, apart, points):
         assert not facts.strand_of(points).any()
 
 
+def test_repeated_points_are_of_the_strand_at_their_place():
+    """Eight places, 500 points at each: every place is a strand of its own."""
+    points = np.tile(np.random.default_rng(0).uniform(size=(8, 3)), (500, 1))
+    facts = CloudFacts(points, *RULES)
+    np.testing.assert_array_equal(facts.strands, np.tile(np.arange(8), 500))
+    np.testing.assert_array_equal(facts.strand_of(points), facts.strands)
+
+
 def test_strands_side_by_side_are_found():
     points, number = tubes(3, 0.016, 6000)
     strands = CloudFacts(points, *RULES).strands

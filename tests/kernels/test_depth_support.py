@@ -24,7 +24,7 @@ def slow_depth_support(joints, radius, depth, mask, plane=None):
     inside = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
     u, v = np.where(inside, u, 0), np.where(inside, v, 0)
     measured = inside & mask[v, u] & (depth[v, u] > 0)
-    error = depth[v, u] - (z[..., None] - SURFACE * radius)
+    raw = error = depth[v, u] - (z[..., None] - SURFACE * radius)
     if plane is not None:
         *normal, level = plane
         height = axis @ np.array(normal) - level
@@ -35,8 +35,11 @@ def slow_depth_support(joints, radius, depth, mask, plane=None):
     limit = min(max(FACTOR * float(np.median(residual[measured])), LEAST * radius), MOST * radius)
     with np.errstate(invalid="ignore"):
         shares = [(measured & (residual < most)).mean(axis=(1, 2)) for most in (LEAST * radius, limit)]
-    medians = [np.abs(np.median(e[m])) / radius if m.sum() >= 3 else np.nan for e, m in zip(error, measured, strict=True)]
-    return *shares, np.array(medians)
+    medians = [
+        [np.median(e[m]) / radius if m.sum() >= 3 else np.nan for e, m in zip(each, measured, strict=True)]
+        for each in (error, raw)
+    ]
+    return *shares, np.abs(medians[0]), np.array(medians[1])
 
 
 @pytest.mark.parametrize("plane", [None, np.array((0.0, 0.1, -np.sqrt(0.99), -0.56))])

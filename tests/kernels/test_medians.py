@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from doo3d.kernels import part_medians, percentiles
+from doo3d.kernels import part_medians, percentiles, upper_of_groups
 
 
 def test_medians_are_those_of_numpy_without_values_that_are_not_finite():
@@ -40,3 +40,14 @@ def test_medians_of_many_values_are_those_of_numpy(size):
         medians, deviations, _ = part_medians(values, np.zeros(1, int), np.array([size]))
         assert medians[0] == np.median(values)
         assert deviations[0] == np.median(np.abs(values - medians[0]))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_values_below_the_uppermost_share_of_each_group(seed):
+    rng = np.random.default_rng(seed)
+    group, values = rng.integers(0, 40, 200), np.round(rng.normal(size=200), 1)
+    found, count = upper_of_groups(values, group, 45, 0.35)
+    for k in range(45):
+        own = np.sort(values[group == k])
+        assert count[k] == len(own)
+        assert found[k] == (own[len(own) - 1 - int(0.35 * (len(own) - 1))] if len(own) else 0.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import median_filter, uniform_filter1d
 
-from doo3d.geometry.polyline import whittaker_smooth
-from doo3d.kernels import smooth_strand_depth
+from doo3d.geometry.polyline import unit, whittaker_smooth
+from doo3d.kernels import smooth_depth_beside, smooth_strand_depth
 
 NUMBERS = MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD = (
     12.0,
@@ -96,3 +96,45 @@ def test_bad_arguments_are_refused(change, match):
         arguments[position] = value
     with pytest.raises(ValueError, match=match):
         smooth_strand_depth(*arguments)
+
+
+def slow_depth_beside(line, reach, beyond, mask, depth, strength, smoothings):
+    along = uniform_filter1d(np.gradient(line.astype(float), axis=0), 9, axis=0, mode="nearest")
+    lateral = unit(along)[:, ::-1] * (-1, 1)
+    offset = reach[:, None] + beyond
+    places = line[:, None] + np.concatenate((-offset, offset), axis=1)[..., None] * lateral[:, None]
+    u, v = np.rint(places).astype(int).transpose(2, 0, 1)
+    inside = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
+    u, v = np.where(inside, u, 0), np.where(inside, v, 0)
+    readings = np.where(inside & ~mask[v, u] & (depth[v, u] > 0), depth[v, u], np.float32(np.nan))
+    known = np.flatnonzero(np.isfinite(readings).any(axis=1))
+    if 2 * len(known) < len(line):
+        return np.zeros(0)
+    surface = np.interp(np.arange(len(line)), known, np.nanmedian(readings[known], axis=1))
+    weight = np.ones(len(line))
+    for _ in range(smoothings):
+        smooth = whittaker_smooth(surface[:, None], weight[:, None, None], strength)[:, 0]
+        residual = surface - smooth
+        weight = 1 / (1 + (residual / max(2 * deviation(residual), 1e-6)) ** 2)
+    return smooth
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_depth_beside_a_strand_is_as_with_numpy(seed):
+    rng = np.random.default_rng(seed)
+    steps = rng.integers(-1, 2, (rng.integers(12, 150), 2))
+    line = np.clip(np.cumsum(steps, axis=0) + np.array([40, 30]), 0, np.array([79, 59]))
+    mask = rng.random((60, 80)) < rng.uniform(0, 0.9)
+    depth = np.where(rng.random(mask.shape) < rng.uniform(0.05, 1), rng.uniform(0.5, 0.7, mask.shape), 0).astype(np.float32)
+    reach, beyond = rng.uniform(2, 5, len(line)), np.linspace(2, 6, 4)
+    found = smooth_depth_beside(line, reach, beyond, mask, depth, 1e4, MAD, 3)
+    np.testing.assert_array_equal(found, slow_depth_beside(line, reach, beyond, mask, depth, 1e4, 3))
+
+
+def test_nothing_is_said_where_little_is_seen_beside_a_strand():
+    line, depth = np.column_stack((np.arange(5, 25), np.full(20, 30))), np.zeros((60, 80), np.float32)
+    depth[:, :14] = 1.0
+    arguments = line, np.ones(20), np.ones(1), np.zeros((60, 80), bool)
+    assert not len(smooth_depth_beside(*arguments, depth, 1.0, MAD, 2))
+    depth[:, :15] = 1.0
+    np.testing.assert_allclose(smooth_depth_beside(*arguments, depth, 1.0, MAD, 2), 1.0)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.kernels import sample_across, strand_sides
+from doo3d.kernels import strand_sides
 
 SHAPE, RADIUS = (80, 140), 0.004
 CORE, SIDES = np.array((-0.4, 0.0, 0.4)), np.array((1.6, 2.2, 2.8, 3.4))
@@ -100,23 +100,3 @@ def test_without_depth_or_color_or_pixels_nothing_is_said():
     assert found(view, across, reach, depth, np.zeros((0, 0, 3), np.uint8), mask) == (flat, 0)
     assert found(view + 500, across, reach, depth, color, mask) == (0, 0)
     assert found(view, across, reach / 3, depth, color, mask)[0] == 0
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_pixels_and_readings_beside_a_strand_as_with_numpy(seed):
-    view, across, reach, depth, _, mask = scene(seed)
-    offsets = reach[:, None] * np.linspace(-4, 4, 9)
-    u, v, inside = pixels(view, across, offsets)
-    found_pixels, readings = sample_across(view, across, offsets, mask, depth)
-    np.testing.assert_array_equal(found_pixels, np.where(inside, v * SHAPE[1] + u, -1))
-    np.testing.assert_array_equal(readings, np.where(inside & ~mask[v, u] & (depth[v, u] > 0), depth[v, u], np.nan))
-    assert readings.dtype == np.float32
-    assert np.isnan(readings).any(axis=0).all()
-    assert np.isfinite(readings[:, 0]).mean() > 0.7
-
-
-def test_samples_that_are_nowhere_are_outside_the_image():
-    view, across, reach, depth, _, mask = scene(0)
-    found_pixels, readings = sample_across(np.full_like(view, np.nan), across, reach[:, None], mask, depth)
-    assert (found_pixels == -1).all()
-    assert np.isnan(readings).all()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from doo3d.kernels import surface_ahead
+from doo3d.kernels import surface_ahead, visits
 
 
 def slow_surface_ahead(points, samples, ends, tangents, reach, max_offset, max_gap, window):
@@ -54,3 +54,15 @@ def test_no_ends_and_no_points():
     axial, _, bounds = surface_ahead(np.zeros((0, 2)), np.zeros((3, 2)), np.array([2]), np.ones((1, 2)), one, one, one, 1)
     assert not len(axial)
     assert bounds.tolist() == [0, 0]
+
+
+def test_points_all_around_a_thick_path_are_not_each_compared_with_most_samples():
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[0:8:100j, 0:8:200j].reshape(2, -1)
+    points = np.column_stack((x, y, rng.uniform(0, 4, len(x))))
+    row, along = np.mgrid[0:8:40j, 0:8:100j].reshape(2, -1)
+    samples = np.column_stack((along, row, np.full(len(row), 2.0)))
+    ends, tangents, reach = np.array([2000, 2099]), np.array([[-1.0, 0, 0], [1.0, 0, 0]]), np.full(2, 8.0)
+    visits()
+    surface_ahead(points, samples, ends, tangents, reach, reach / 4, reach, 5)
+    assert visits() < 80 * len(points)

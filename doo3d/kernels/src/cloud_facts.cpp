@@ -360,8 +360,23 @@ private:
     Index nearest(const double* position, double more, std::vector<PointColumns::Near>& found) const {
         columns_.nearest(position, 1, found);
         const PointColumns::Near first = found[0];
-        if (more > 0) columns_.within(position, std::sqrt(first.square) + more, found);
+        if (more > 0) {
+            columns_.within(position, std::sqrt(first.square) + more, found);
+            keep_different(found);
+        }
         return strand_[first.index];
+    }
+
+    // Keep of repeated points the first: a cloud of few different points may have thousands at each place.
+    void keep_different(std::vector<PointColumns::Near>& found) const {
+        const auto place = [&](const PointColumns::Near& near) { return &points_[3 * Index(near.index)]; };
+        const auto is_before = [&](const auto& a, const auto& b) {
+            const auto [x, y] = std::mismatch(place(a), place(a) + 3, place(b));
+            return x == place(a) + 3 ? a.index < b.index : *x < *y;
+        };
+        std::sort(found.begin(), found.end(), is_before);
+        const auto is_same = [&](const auto& a, const auto& b) { return std::equal(place(a), place(a) + 3, place(b)); };
+        found.erase(std::unique(found.begin(), found.end(), is_same), found.end());
     }
 
     // Return the strand of the nearest of the points found.

@@ -29,10 +29,10 @@ struct Frame {
     }
 };
 
-// Append by how much the readings beside a segment, from joint to joint, lie behind its surface. Readings between the surface of a
-// segment that lies on the plane and that plane are of both, and do not contradict it.
+// Append by how much the readings beside a segment, from joint to joint, lie behind its surface, to `raw`; and to `errors` without
+// what the plane explains: readings between the surface of a segment that lies on it and the plane are of both.
 void add_errors(const Frame& frame, const Table& table, const double* start, const double* end, double radius,
-                const Vector<double>& positions, const Vector<double>& lateral, double surface, std::vector<double>& errors) {
+                const Vector<double>& positions, const Vector<double>& lateral, double surface, std::vector<double>& errors, std::vector<double>& raw) {
     const Index steps = positions.shape(0);
     std::vector<double> z(steps), u(steps), v(steps), below(steps, 0.0);
     for (Index k = 0; k < steps; ++k) {
@@ -56,6 +56,7 @@ void add_errors(const Frame& frame, const Table& table, const double* start, con
             const double reading = frame.reading(u[k] - offset * along[1], v[k] + offset * along[0]);
             if (!(reading > 0)) continue;
             const double error = reading - (z[k] - surface * radius);
+            raw.push_back(error);
             errors.push_back(error > 0 ? std::max(0.0, error - below[k]) : error);
         }
     }
@@ -77,13 +78,13 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
     const double samples = double(positions.shape(0) * lateral.shape(0));
     count_visits(Index(samples) * Index(joints.shape(0)));
     ReleasedGil released;
-    std::vector<double> supported, agreeing, residual;
+    std::vector<double> supported, agreeing, residual, offset;
     for (std::size_t c = 0; c < radius.shape(0); ++c) {
-        std::vector<double> errors, residuals;
+        std::vector<double> errors, raw, residuals;
         std::vector<std::size_t> first;
         for (Index j = bounds(c); j + 1 < bounds(c + 1); ++j) {
             first.push_back(errors.size());
-            add_errors(frame, table, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface, errors);
+            add_errors(frame, table, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface, errors, raw);
         }
         first.push_back(errors.size());
         for (const double error : errors) residuals.push_back(std::fabs(error));
@@ -91,6 +92,7 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
         const double limit = std::min(std::max(deviations * deviation, least * radius(c)), most * radius(c));
         for (std::size_t j = 0; j + 1 < first.size(); ++j) {
             std::vector<double> own(errors.begin() + first[j], errors.begin() + first[j + 1]);
+            std::vector<double> all(raw.begin() + first[j], raw.begin() + first[j + 1]);
             Index near = 0, agree = 0;
             for (const double error : own) {
                 near += std::fabs(error) < least * radius(c);
@@ -98,11 +100,14 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
             }
             supported.push_back(double(near) / samples);
             agreeing.push_back(double(agree) / samples);
-            residual.push_back(Index(own.size()) >= std::max<Index>(min_readings, 1) ? std::fabs(median(own)) / radius(c) : NAN);
+            const bool is_known = Index(own.size()) >= std::max<Index>(min_readings, 1);
+            residual.push_back(is_known ? std::fabs(median(own)) / radius(c) : NAN);
+            offset.push_back(is_known ? median(all) / radius(c) : NAN);
         }
     }
     released.end();
-    return std::make_tuple(to_numpy(std::move(supported)), to_numpy(std::move(agreeing)), to_numpy(std::move(residual)));
+    return std::make_tuple(to_numpy(std::move(supported)), to_numpy(std::move(agreeing)), to_numpy(std::move(residual)),
+                           to_numpy(std::move(offset)));
 }
 
 }  // namespace
@@ -139,6 +144,7 @@ void bind_depth_support(Module& m) {
     // supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
     //     and by less than the chain's readings may; 0 for a segment behind the camera
     // residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
+    // offset : (S,) float64 radii, by how much they lie behind the surface, median, whatever the plane explains; NaN with too few
     m.def("depth_support", &depth_support, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(), "depth"_a.noconvert(),
           "mask"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), "settings"_a.noconvert(),
           "min_readings"_a);

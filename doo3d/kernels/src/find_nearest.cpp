@@ -24,19 +24,21 @@ std::vector<Index> find_within(const NearestSearch& search, Cells& cells, double
 }  // namespace
 
 // A target within half the reach is the nearest of all, if there is one; where there are more points than targets, few points are
-// left for the search in the whole reach, which takes four times as long. Those without a target there are compared with all
-// targets, unless the search is limited.
+// left for the search in the whole reach, which takes four times as long. More targets than points stand close together: most points
+// have one within a small part of the reach, which is that of the thickest strand. Points without a target in the whole reach are
+// compared with all targets, unless the search is limited.
 void NearestOfPoints::find(const NearestSearch& search, double reach, bool limited) {
     if (search.size == 0 || count == 0) return;
     const Index dim = dim_;
-    const double first = count > search.size ? reach / 2 : reach;
-    if (!cells_) cells_.emplace(points, count, dim, first / CELLS_PER_REACH, 4.0);  // strands far apart leave most cells empty
-    std::vector<Index> rows = find_within(search, *cells_, first, [](Index n) { return n; });
-    if (first < reach && !rows.empty()) {
+    double within = count > search.size ? reach / 2 : reach / 16;
+    if (!cells_) cells_.emplace(points, count, dim, within / CELLS_PER_REACH, 4.0);  // strands far apart leave most cells empty
+    std::vector<Index> rows = find_within(search, *cells_, within, [](Index n) { return n; });
+    while (within < reach && !rows.empty()) {
+        within *= 2;
         std::vector<double> left;
         for (const Index n : rows) left.insert(left.end(), points + n * dim, points + (n + 1) * dim);
-        Cells cells(left.data(), Index(rows.size()), dim, reach / CELLS_PER_REACH, 4.0);
-        rows = find_within(search, cells, reach, [&](Index k) { return rows[k]; });
+        Cells cells(left.data(), Index(rows.size()), dim, within / CELLS_PER_REACH, 4.0);
+        rows = find_within(search, cells, within, [&](Index k) { return rows[k]; });
     }
     for (std::size_t k = 0; k < rows.size() && !limited; ++k) {
         const Index n = rows[k];

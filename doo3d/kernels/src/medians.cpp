@@ -1,4 +1,4 @@
-// Medians of many parts of an array, and percentiles.
+// Medians of many parts of an array, percentiles, and values at a rank in groups.
 #include "medians.h"
 
 #include "arrays.h"
@@ -46,6 +46,30 @@ auto percentiles(Vector<double> values, Vector<double> percents) {
     return to_numpy(std::move(result));
 }
 
+auto upper_of_groups(Vector<double> values, Vector<Index> group, Index groups, double share) {
+    const Index size = values.shape(0);
+    require(Index(group.shape(0)) == size, "group is not one per value");
+    require(groups >= 0 && share >= 0 && share <= 1, "groups is negative, or share is not from 0 to 1");
+    std::vector<Index> start(groups + 2), count(groups);
+    std::vector<double> sorted(size), result(groups);
+    count_visits(2 * size + groups);
+    for (Index n = 0; n < size; ++n) {
+        require(group(n) >= 0 && group(n) < groups, "a group is out of bounds");
+        ++start[group(n) + 2];
+    }
+    for (Index g = 2; g < groups + 2; ++g) start[g] += start[g - 1];
+    for (Index n = 0; n < size; ++n) sorted[start[group(n) + 1]++] = values(n);
+    for (Index g = 0; g < groups; ++g) {
+        const auto first = sorted.begin() + start[g], last = sorted.begin() + start[g + 1];
+        count[g] = last - first;
+        if (first == last) continue;
+        const auto wanted = last - 1 - Index(std::floor(share * double(count[g] - 1)));
+        std::nth_element(first, wanted, last);
+        result[g] = *wanted;
+    }
+    return std::make_tuple(to_numpy(std::move(result)), to_numpy(std::move(count)));
+}
+
 }  // namespace
 
 void bind_medians(Module& m) {
@@ -68,4 +92,22 @@ void bind_medians(Module& m) {
     //
     // percents : (Q,) 0 to 100.
     m.def("percentiles", &percentiles, "values"_a.noconvert(), "percents"_a.noconvert());
+    // Return the value below the uppermost share of the values of each group.
+    //
+    // Parameters
+    // ----------
+    // values
+    //     (N,) float64
+    // group
+    //     (N,) int64, the group of each value
+    // groups
+    //     number of groups
+    // share
+    //     share of the other values of a group that are above the value returned, 0 to 1, rounded down
+    //
+    // Returns
+    // -------
+    // value : (groups,) float64, 0 for a group without values
+    // count : (groups,) int64, number of values in each
+    m.def("upper_of_groups", &upper_of_groups, "values"_a.noconvert(), "group"_a.noconvert(), "groups"_a, "share"_a);
 }

@@ -7,6 +7,7 @@
 #include "whittaker.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace {
@@ -33,8 +34,9 @@ double deviation(Values values, const Settings& settings) {
 }
 
 // Return the values at `known` positions, and straight lines between; level before the first and after the last.
-Values interpolated(const Vector<double>& values, const std::vector<Index>& known) {
-    Values filled(values.shape(0), values(known.back()));
+template <class At>
+Values interpolated(const At& values, Index count, const std::vector<Index>& known) {
+    Values filled(count, values(known.back()));
     std::fill(filled.begin(), filled.begin() + known.front(), values(known.front()));
     for (std::size_t k = 0; k + 1 < known.size(); ++k) {
         const Index from = known[k], to = known[k + 1];
@@ -124,7 +126,7 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
         for (const Index i : known) some.push_back(values[i]);
         return some;
     };
-    const Values filled = interpolated(inverse, known);
+    const Values filled = interpolated(inverse, count, known);
     const double radius_px = settings.radius * settings.focal * median(at_known(filled));
     const double wanted = std::min(std::nearbyint(settings.median_radii * radius_px), 1e9);
     const Values first = running_median(filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
@@ -154,6 +156,94 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
     curve.torn = double(torn) / double(count);
     curve.waves = deviation(running_mean(behind, std::max<Index>(1, Index(std::min(std::nearbyint(radius_px), 1e9)))), settings);
     return curve;
+}
+
+// A strand in the image, one sample a pixel, and the depth on both sides of it.
+struct Sides {
+    const Matrix<Index>& line;
+    const Matrix<bool>& mask;
+    const Matrix<float>& depth;
+
+    // Return the unit direction across the strand at each sample, u and v: the mean of 9 steps along it, turned.
+    std::array<Values, 2> across() const {
+        const Index count = line.shape(0);
+        std::array<Values, 2> along;
+        for (Index d = 0; d < 2; ++d) {
+            Values step(count);
+            for (Index i = 0; i < count; ++i) {
+                const Index before = std::max<Index>(i - 1, 0), after = std::min(i + 1, count - 1);
+                step[i] = double(line(after, d) - line(before, d)) / double(after - before);
+            }
+            along[d] = running_mean(step, 4);
+        }
+        std::array<Values, 2> turned{Values(count), Values(count)};
+        for (Index i = 0; i < count; ++i) {
+            const double square = along[0][i] * along[0][i] + along[1][i] * along[1][i], norm = square > 0 ? std::sqrt(square) : 1.0;
+            turned[0][i] = -(along[1][i] / norm);
+            turned[1][i] = along[0][i] / norm;
+        }
+        return turned;
+    }
+
+    // Return the reading at a position; NaN outside the image, on the object and without a reading.
+    float reading(double u, double v) const {
+        u = std::nearbyint(u);
+        v = std::nearbyint(v);
+        if (!(u >= 0 && v >= 0 && u < double(mask.shape(1)) && v < double(mask.shape(0)))) return std::nanf("");
+        const Index pixel = Index(v) * Index(mask.shape(1)) + Index(u);
+        return !bytes_of(mask)[pixel] && depth.data()[pixel] > 0 ? depth.data()[pixel] : std::nanf("");
+    }
+};
+
+// Return the median reading on both sides of each sample; NaN where there are none.
+Values medians_beside(const Sides& sides, const Vector<double>& reach, const Vector<double>& beyond) {
+    const Index count = sides.line.shape(0);
+    const std::array<Values, 2> across = sides.across();
+    Values medians(count, std::nan(""));
+    std::vector<float> readings;
+    for (Index i = 0; i < count; ++i) {
+        readings.clear();
+        for (const double side : {-1.0, 1.0}) {
+            for (std::size_t k = 0; k < beyond.shape(0); ++k) {
+                const double offset = side * (reach(i) + beyond(k));
+                const float depth = sides.reading(double(sides.line(i, 0)) + offset * across[0][i], double(sides.line(i, 1)) + offset * across[1][i]);
+                if (!std::isnan(depth)) readings.push_back(depth);
+            }
+        }
+        std::sort(readings.begin(), readings.end());
+        const std::size_t found = readings.size();
+        if (found) medians[i] = double((readings[(found - 1) / 2] + readings[found / 2]) / 2);
+    }
+    return medians;
+}
+
+auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double> beyond, Matrix<bool> mask, Matrix<float> depth,
+                         double strength, double mad_to_deviation, Index smoothings) {
+    const Index count = line.shape(0);
+    require(count >= 2 && line.shape(1) == 2, "line is not (S, 2) with at least two samples");
+    require(Index(reach.shape(0)) == count, "reach is not one per sample");
+    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask differ in size");
+    Values smooth;
+    {
+        nb::gil_scoped_release released;
+        count_visits(count * (2 * Index(beyond.shape(0)) + smoothings));
+        const Values medians = medians_beside({line, mask, depth}, reach, beyond);
+        std::vector<Index> known;
+        for (Index i = 0; i < count; ++i) {
+            if (!std::isnan(medians[i])) known.push_back(i);
+        }
+        if (!known.empty() && 2 * Index(known.size()) >= count) {
+            const Values surface = interpolated([&](Index i) { return medians[i]; }, count, known);
+            Values weight(count, 1.0), residual(count);
+            for (Index round = 0; round < smoothings; ++round) {
+                smooth = whittaker(surface.data(), weight.data(), count, 1, strength, 2);
+                for (Index i = 0; i < count; ++i) residual[i] = std::fabs(surface[i] - smooth[i]);
+                const double cut = std::max(2 * (mad_to_deviation * median(residual)), 1e-6);
+                for (Index i = 0; i < count; ++i) weight[i] = 1 / (1 + (residual[i] / cut) * (residual[i] / cut));
+            }
+        }
+    }
+    return to_numpy(std::move(smooth));
 }
 
 auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double radius, double focal, Vector<double> numbers,
@@ -203,4 +293,30 @@ void bind_strand_depth(Module& m) {
     // ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
     m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_a.noconvert(), "measured"_a.noconvert(), "radius"_a, "focal"_a,
           "numbers"_a.noconvert(), "smoothings"_a);
+    // Return the smooth depth of what is seen on both sides of a strand: the medians across it, then a robust Whittaker smoother.
+    //
+    // Parameters
+    // ----------
+    // line
+    //     (S, 2) int64 px (u, v), S >= 2 samples along the strand, a pixel apart
+    // reach
+    //     (S,) px, radius of the strand at each sample
+    // beyond
+    //     (A,) px, distances from either side of the strand at which the depth is read
+    // mask
+    //     (H, W) bool, the pixels that are not beside the strand, since they are of the object
+    // depth
+    //     (H, W) float32 m, 0 = no reading
+    // strength
+    //     weight of smoothness, as of `whittaker_smooth`
+    // mad_to_deviation
+    //     standard deviation per median absolute deviation
+    // smoothings
+    //     times the depth is smoothed, each time with less weight for what is far from the last result
+    //
+    // Returns
+    // -------
+    // (S,) m; (0,) if less than half of the samples have a reading beside them.
+    m.def("smooth_depth_beside", &smooth_depth_beside, "line"_a.noconvert(), "reach"_a.noconvert(), "beyond"_a.noconvert(),
+          "mask"_a.noconvert(), "depth"_a.noconvert(), "strength"_a, "mad_to_deviation"_a, "smoothings"_a);
 }

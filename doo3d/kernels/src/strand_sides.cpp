@@ -1,5 +1,4 @@
-// A strand and what lies on both of its sides: pixels and depth at lateral offsets, whether the strand rises from its sides, and
-// whether these have one color.
+// A strand and what lies on both of its sides: whether the strand rises from these, and whether they have one color.
 #include "lab.h"
 #include "medians.h"
 
@@ -32,24 +31,6 @@ struct Lateral {
     }
     bool beside(Index pixel) const { return pixel >= 0 && !bytes_of(mask)[pixel]; }
 };
-
-auto sample_across(StridedMatrix<double> view, StridedMatrix<double> across, StridedMatrix<double> offsets, Matrix<bool> mask,
-                   Matrix<float> depth) {
-    const Index samples = offsets.shape(0), sides = offsets.shape(1);
-    const Lateral strand(view, across, mask, samples);
-    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask differ in size");
-    std::vector<Index> pixels(samples * sides);
-    std::vector<float> readings(pixels.size(), std::nanf(""));
-    count_visits(samples * sides);
-    {
-        nb::gil_scoped_release released;
-        for (Index i = 0; i < samples * sides; ++i) {
-            const Index pixel = pixels[i] = strand.pixel(i / sides, offsets(i / sides, i % sides));
-            if (strand.beside(pixel) && depth.data()[pixel] > 0) readings[i] = depth.data()[pixel];
-        }
-    }
-    return std::make_pair(to_numpy(std::move(pixels), samples, sides), to_numpy(std::move(readings), samples, sides));
-}
 
 // The pixels across each sample of a strand, at multiples of its radius there.
 struct Across : Lateral {
@@ -160,25 +141,6 @@ auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vect
 }  // namespace
 
 void bind_strand_sides(Module& m) {
-    // Return the pixels at A lateral offsets of S samples along a strand, and the depth beside it.
-    //
-    // Parameters
-    // ----------
-    // view, across
-    //     (S, 2) px and (S, 2) unit: position of a sample in the view, and direction across the strand.
-    // offsets
-    //     (S, A) px from the position along `across`. The nearest pixel is taken.
-    // mask
-    //     (H, W) bool, the pixels that are not beside the strand, since they are of the object.
-    // depth
-    //     (H, W) float32 m, 0 = no reading.
-    //
-    // Returns
-    // -------
-    // pixels : (S, A) row-major indices, also in the mask; -1 outside the image
-    // readings : (S, A) float32 m; NaN outside the image, in the mask, and without a reading
-    m.def("sample_across", &sample_across, "view"_a.noconvert(), "across"_a.noconvert(), "offsets"_a.noconvert(), "mask"_a.noconvert(),
-          "depth"_a.noconvert());
     // Compare a strand with what lies on both of its sides, at S samples along it.
     //
     // Parameters

@@ -126,17 +126,25 @@ std::vector<std::vector<Ahead>> near_lines(const Search& search) {
 // Leave of the points near an end's tangent line, in order, those of the end up to the first stretch ahead without points.
 //
 // A point is the end's if the sample nearest to it, of all paths, is near the end. Points come row by row: the sample nearest to the
-// one before, or the end, is near each, and only samples that are nearer than it are looked for.
+// one before, or the end, is near each, and only samples that are nearer than it are looked for. None are where that
+// sample is nearer than all near the end: of a path that is as thick as its surroundings most points are such.
 template <int D>
 void keep_own(const Search& search, const Cells& cells, Index e, std::vector<Ahead>& near) {
     const Index end = search.ends(e);
     const Index first = std::max<Index>(end - search.window, 0), last = std::min(end + search.window, Index(search.samples.shape(0)) - 1);
     const double *samples = search.samples.data(), *points = search.points.data();
     Index owner = end;
+    Visits visits;
     const auto is_foreign = [&](const Ahead& ahead) {
         const double* point = points + ahead.point * D;
-        const bool is_nearer = squared_distance(point, samples + end * D, D) < squared_distance(point, samples + owner * D, D);
-        owner = nearest_sample<D>(cells, samples, point, is_nearer ? end : owner);
+        const double to_end = squared_distance(point, samples + end * D, D), known = squared_distance(point, samples + owner * D, D);
+        if (known < to_end && (owner < first || owner > last)) {
+            Index own = first;
+            while (own <= last && known < squared_distance(point, samples + own * D, D)) ++own;
+            visits.count += own - first;
+            if (own > last) return true;
+        }
+        owner = nearest_sample<D>(cells, samples, point, to_end < known ? end : owner);
         return owner < first || owner > last;
     };
     near.erase(std::remove_if(near.begin(), near.end(), is_foreign), near.end());
