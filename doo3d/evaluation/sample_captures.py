@@ -11,10 +11,12 @@ from typing import Any
 
 import cv2
 import numpy as np
+import yaml
 from scipy.spatial.transform import Rotation
 
 from ..inputs.support.open3d import open3d
 from ..types import Array, Camera
+from .benchmark.fused_views import circle_poses, scene_in_view, with_block
 from .rendering.renderer import Rendered, render
 from .sample_bag import write_bag
 from .sample_scenes import hand_scenes, t_piece_scene
@@ -56,6 +58,18 @@ PHOTOS: dict[str, tuple[str, int]] = {
 }
 """Name -> family, seed."""
 
+PAIRS: dict[str, tuple[str, int]] = {"stereo_pair": ("crossing", 2)}
+"""Name of each stereo pair without depth -> family, seed."""
+
+PAIR_BASELINE = 0.06
+"""m, from the left to the right camera."""
+
+RIGS: dict[str, tuple[str, int]] = {"two_cameras": ("open", 1)}
+"""Name of each rig of two depth cameras, from one of which a block hides a part of the cable -> family, seed."""
+
+RIG_TILT = 25.0
+"""Degrees by which the cameras of a rig are tilted from the scene's own."""
+
 BAGS = ("crossing",)
 """Names of captures that are also written as a bag."""
 
@@ -88,6 +102,8 @@ def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], It
     - `bags/<name>` is a ROS 2 bag of a capture's first frame.
     - A photograph is `photos/<name>.jpg` with its mask `photos/mask/<name>.png`; `photos/axes.json` holds the true axes of all
       photographs, in pixels.
+    - A stereo pair is `<name>/000000.jpg`, both images side by side, with masks, `rig.yaml` and the truth for the left camera.
+    - A rig of depth cameras is a capture for each camera, and `rig.yaml`.
 
     Parameters
     ----------
@@ -112,6 +128,8 @@ def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], It
         *(partial(_write_cloud, folder / "clouds" / name, *scene) for name, scene in CLOUDS.items()),
         *(partial(write_bag, folder / name, folder / "bags" / name) for name in BAGS if name in CAPTURES),
         partial(_write_photos, folder / "photos"),
+        *(partial(_write_pair, folder / name, *scene) for name, scene in PAIRS.items()),
+        *(partial(_write_rig, folder / name, *scene) for name, scene in RIGS.items()),
     ]
     return [write() for write in with_progress(writers)]
 
@@ -144,6 +162,45 @@ def _write_photos(folder: Path) -> Path:
     text = json.dumps({"schema": AXES_SCHEMA, "photos": axes}, separators=(",", ":")).replace("}", "}\n")
     (folder / "axes.json").write_text(text, encoding="utf-8", newline="\n")
     return folder
+
+
+def _write_pair(folder: Path, family: str, seed: int) -> Path:
+    scene, shift = make_scene(family, seed, PHOTO_SIZE), np.array([PAIR_BASELINE, 0.0, 0.0])
+    aside = moved_scene(scene, lambda points: points - shift, lambda vector: vector, f"{scene.name}/right")
+    views = [render(scene, "none"), render(aside, "none")]
+    (folder / "mask").mkdir(parents=True, exist_ok=True)
+    color = cv2.cvtColor(np.hstack([np.asarray(view.frame.color) for view in views]), cv2.COLOR_RGB2BGR)
+    _write_image(folder / "000000.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
+    mask = np.hstack([view.mask for view in views]).astype(np.uint8) * 255
+    _write_image(folder / "mask" / "000000.png", mask, cv2.IMWRITE_PNG_COMPRESSION, 9)
+    camera = scene.camera
+    cameras = [
+        {
+            "name": side,
+            "side_by_side": side,
+            "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
+            "pose": [*position.tolist(), 0.0, 0.0, 0.0, 1.0],
+        }
+        for side, position in (("left", 0 * shift), ("right", shift))
+    ]
+    _write_rig_file(folder, cameras)
+    write_truth(folder / "truth.json", {"000000": views[0].truths})
+    return folder
+
+
+def _write_rig(folder: Path, family: str, seed: int) -> Path:
+    scene = with_block(make_scene(family, seed, PHOTO_SIZE))
+    cameras = []
+    for name, pose in zip(("front", "back"), circle_poses(scene, 2, RIG_TILT), strict=True):
+        _write_capture(folder / name, lambda pose=pose, name=name: [scene_in_view(scene, pose, f"{scene.name}/{name}")])
+        cameras.append({"name": name, "capture": name, "pose": pose.round(6).tolist()})
+    _write_rig_file(folder, cameras)
+    return folder
+
+
+def _write_rig_file(folder: Path, cameras: list[dict[str, Any]]) -> None:
+    text = yaml.safe_dump({"cameras": cameras}, sort_keys=False, default_flow_style=None, width=200)
+    (folder / "rig.yaml").write_text(text, encoding="utf-8", newline="\n")
 
 
 def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:

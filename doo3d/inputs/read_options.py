@@ -45,6 +45,9 @@ class ReadOptions(BaseModel):
     camera_file: Path | None = Field(
         None, description="File with the intrinsics of the depth images: JSON, YAML or RealSense's text. `camera` replaces it."
     )
+    cameras: Path | None = Field(
+        None, description="File of a rig of several cameras, or the calibration of a stereo pair; see `doo3d.open_rig`."
+    )
     depth_scale: float | None = Field(None, gt=0, description="Units of the depth images per metre, such as 1000 or 5000.")
     color: Path | None = Field(
         None, description="Color image that belongs to a single depth image; none: read no color, in any format with depth."
@@ -67,10 +70,11 @@ class ReadOptions(BaseModel):
         return tuple(map(tuple, read_pose(value).tolist()))
 
     @staticmethod
-    def from_pairs(pairs: list[str] | None, camera_file: Path | None = None) -> ReadOptions:
+    def from_pairs(pairs: list[str] | None, camera_file: Path | None = None, cameras: Path | None = None) -> ReadOptions:
         """Return the options written as a list of `key=value`, such as "depth_scale=5000".
 
-        The keys are the fields of this class; each value is parsed as YAML. `camera_file` replaces the pair of that name.
+        The keys are the fields of this class; each value is parsed as YAML. `camera_file` and `cameras` replace the pairs of
+        these names.
 
         Raises
         ------
@@ -83,7 +87,9 @@ class ReadOptions(BaseModel):
                 sentence = "expected key=value, such as depth_topic=/camera/depth or depth_scale=5000"
                 raise InputError(f"--input-option {pair}: {sentence}", code="override-invalid")
             values[key.strip()] = parse_yaml(text, f"--input-option {' '.join(pair[:80].split())}")
-        return ReadOptions.of(values | ({} if camera_file is None else {"camera_file": camera_file.absolute()}), "--input-option")
+        files = {"camera_file": camera_file, "cameras": cameras}
+        values |= {name: file.absolute() for name, file in files.items() if file is not None}
+        return ReadOptions.of(values, "--input-option")
 
     @staticmethod
     def of(values: Mapping[str, Any], source: str) -> ReadOptions:
@@ -135,6 +141,6 @@ def check_used(options: ReadOptions, used: Collection[str], where: str) -> None:
             continue
         if name == "tolerance" and options.trajectory is not None:
             continue
-        shown = "--camera" if name == "camera_file" else f"--input-option {name}"
+        shown = {"camera_file": "--camera", "cameras": "--cameras"}.get(name, f"--input-option {name}")
         those = f"; the options for it are {', '.join(sorted(used))}" if used else ""
         raise InputError(f"{shown}: has no meaning for {where}{those}: leave it out", code="option-unused")

@@ -35,7 +35,7 @@ def test_same_bytes_every_time(tmp_path, monkeypatch):
     samples.write_samples(tmp_path / "two")
     one = _files(tmp_path / "one")
     assert one == _files(tmp_path / "two")
-    assert len(one) == 4 + 4 + 4 + 3 + 2
+    assert len(one) == 4 + 4 + 4 + 3 + 2 + 4 + 9
     assert all(path.exists() for path in written)
 
 
@@ -163,3 +163,13 @@ def test_truth_files_are_read_back_and_refused_with_a_reason(tmp_path):
         read_truth(tmp_path / "other.json")
     with refuses("file-missing", "none.json"):
         read_truth(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize("name", [*samples.PAIRS, *samples.RIGS])
+def test_committed_rigs_give_their_cable(name):
+    (frame,) = doo3d.open_rig(FOLDER / name, FOLDER / name / "rig.yaml")
+    loaded = frame.load()
+    (chain,) = doo3d.detect(loaded.data, mask=loaded.mask, pose=loaded.base_pose).chains
+    family, seed = (samples.PAIRS | samples.RIGS)[name]
+    truths = make_scene(family, seed, samples.PHOTO_SIZE).cables
+    assert score([chain], truths).coverage > 0.94

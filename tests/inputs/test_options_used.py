@@ -58,6 +58,7 @@ def values_of(folder) -> dict[str, object]:
         "depth_scale": 2500.0,
         "color": "none",
         "trajectory": folder / "poses.txt",
+        "cameras": folder / "rig.yaml",
         "pose": "0,0,5,0,0,0,1",
     }
 

@@ -161,20 +161,14 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.links.terms.branching",),
         made_for=BRANCHED,
     ),
-    "tails": Ablation(
-        places={f"{_STAGES}.branches.branches:without_tails": lambda strands, *_: [strand.chain for strand in strands]},
-        modules=("stages.branches.tails",),
-        made_for=BRANCHED,
-    ),
     "bodies": Ablation(
         places={f"{_STAGES}.branches.branches:body_meetings": _nothing}, modules=("stages.branches.bodies",), made_for=BRANCHED
     ),
     "necks": Ablation(
         places={f"{_STAGES}.branches.attachments:NECK_COST": 0.0}, modules=("stages.branches.necks",), made_for=BRANCHED
     ),
-    "gap links": Ablation(places={f"{_STAGES}.branches.branches:gap_links": _nothing}, made_for=BRANCHED),
-    "elbows": Ablation(
-        places={f"{_STAGES}.branches.branches:bridges": _nothing}, modules=("stages.branches.elbows",), made_for=BRANCHED
+    "joins across gaps of a branched cloud": Ablation(
+        places={f"{_STAGES}.branches.branches:end_joins": _nothing}, modules=("stages.branches.clouds",), made_for=BRANCHED
     ),
     **{f"confidence by {kind}": _confidence_without(kind) for kind in TOLD if kind != "base"},
 }

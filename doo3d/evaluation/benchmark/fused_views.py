@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -113,16 +113,22 @@ def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, s
     -------
     A view for each camera, with its pose in the scene's frame.
     """
+    poses = circle_poses(scene, count, tilt_degrees)
+    return [RenderedView(render(scene_in_view(scene, pose, f"{scene.name}/{k}"), sensor), pose) for k, pose in enumerate(poses)]
+
+
+def circle_poses(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES) -> list[Floats]:
+    """Return the poses (4, 4) of the cameras of `circle_views`, from each camera to the scene, m."""
     center = np.vstack([cable.axis for cable in scene.cables]).mean(axis=0) * (0, 0, 1)
-    views = []
+    poses = list[Floats]()
     for k in range(count):
         angle = 2 * np.pi * k / count
         pose = np.eye(4)
         tilt = np.radians(tilt_degrees) * np.array((np.cos(angle), np.sin(angle), 0))
         pose[:3, :3] = Rotation.from_rotvec(tilt).as_matrix()
         pose[:3, 3] = center - pose[:3, :3] @ center
-        views.append(RenderedView(render(scene_in_view(scene, pose, f"{scene.name}/{k}"), sensor), pose))
-    return views
+        poses.append(pose)
+    return poses
 
 
 def fused_score(scene: Scene, views: list[RenderedView], config: Config) -> Record:
@@ -140,11 +146,11 @@ def fused_score(scene: Scene, views: list[RenderedView], config: Config) -> Reco
     if len(views) == 1:
         rendered = views[0].rendered
         return score(detect(rendered.frame, config, rendered.mask).chains, rendered.truths)
-    truths = [replace(cable, seen=seen) for cable, seen in zip(scene.cables, _seen_by_any(views), strict=True)]
+    truths = [replace(cable, seen=seen) for cable, seen in zip(scene.cables, seen_by_any(views), strict=True)]
     return score(detect(fuse([view.ref() for view in views], config), config).chains, truths)
 
 
-def _seen_by_any(views: list[RenderedView]) -> list[Bools]:
+def seen_by_any(views: Sequence[RenderedView]) -> list[Bools]:
     """Return per cable where at least one view shows it, (P,) bool."""
     per_cable = zip(*([truth.seen for truth in view.rendered.truths] for view in views), strict=True)
     return [np.asarray(np.any(np.array(seen), axis=0)) for seen in per_cable]
@@ -158,7 +164,7 @@ def seen_fraction(views: list[RenderedView]) -> float:
     views
         views of the same scene, from `circle_views`; at least one.
     """
-    return float(np.mean(np.concatenate(_seen_by_any(views))))
+    return float(np.mean(np.concatenate(seen_by_any(views))))
 
 
 def table(sensor: str = "d435") -> Iterator[str]:

@@ -1,0 +1,163 @@
+"""Measure rigs of cameras: `python -m doo3d.evaluation.benchmark.rigs`; real stereo pairs by `--pairs FOLDER --cameras FILE`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ...config import Config, load_config
+from ...inputs import FrameData
+from ...inputs.bag.undistortion import Lens
+from ...inputs.rig.pair_images import PairImages
+from ...inputs.rig.stereo_pair import RectifiedPair, StereoPair
+from ...kernels import medial_axis
+from ...pipeline import detect
+from ...rig.depth_cameras import load_best
+from ...rig.opening import PairLoader, open_rig
+from ...rig.pair_frame import triangulate
+from ...types import Bools, Chain, Detection, Floats
+from ..metrics.record import Record
+from ..metrics.score import score
+from ..rendering.renderer import render
+from ..scenes.model import Scene, Solid, cuboid_triangles, moved_scene
+from ..scenes.registry import make_scene
+from .fused_views import RenderedView, circle_poses, scene_in_view, seen_by_any
+
+FAMILIES = ("open", "crossing", "crossings", "several", "air", "occluded", "hairpin", "knots", "tangle")
+"""Families of the scenes."""
+
+PAIR_SIZE, RIG_SIZE = (1280, 720), (640, 480)
+"""px, width and height of the images of a stereo pair without depth, and of a depth camera."""
+
+BASELINE = 0.06
+"""m, from the left to the right camera of a pair."""
+
+TILT_DEGREES = 20.0
+"""Degrees by which the two depth cameras are tilted from the scene's own, to either side."""
+
+BLOCK_SIZE, BLOCK_PLACE = (0.05, 0.05, 0.02), 0.35
+"""m, edges of the block that hides the middle of the first cable from one camera; share of the way from there to that camera."""
+
+NEAR_PX = 5.0
+"""px from the middle line of a drawn chain within which it covers a pixel of the mask, however wide the mask is drawn."""
+
+
+def pair_score(scene: Scene, config: Config, masks: int) -> Record:
+    """Detect in a rendered stereo pair without depth and return the score; `masks`: 1 of the left view only, or 2."""
+    shift, camera = np.array([BASELINE, 0.0, 0.0]), scene.camera
+    aside = moved_scene(scene, lambda points: points - shift, lambda vector: vector, f"{scene.name}/right")
+    left, right = (render(each, "none") for each in (scene, aside))
+    pair = StereoPair(Lens(camera), Lens(camera), tuple(np.eye(3).ravel().tolist()), tuple((-shift).tolist()), scene.name)
+    images = PairImages(np.asarray(left.frame.color), np.asarray(right.frame.color), left.mask, right.mask if masks > 1 else None)
+    loaded = triangulate(images, pair.rectified(), config)
+    return score(_detected(loaded, config).chains, left.truths, camera=camera)
+
+
+def hidden_views(scene: Scene, hidden: int) -> tuple[Scene, list[RenderedView]]:
+    """Return a scene with a block that hides the first cable's middle from one of two depth cameras, and both views of it."""
+    poses = circle_poses(scene, 2, TILT_DEGREES)
+    axis = scene.cables[0].axis
+    middle, eye = axis[len(axis) // 2], poses[hidden][:3, 3]
+    corners = middle + BLOCK_PLACE * (eye - middle) + (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * BLOCK_SIZE
+    blocked = replace(scene, occluders=(*scene.occluders, Solid(corners, cuboid_triangles())))
+    names = [f"{scene.name}/{hidden}{k}" for k in range(len(poses))]
+    views = [render(scene_in_view(blocked, pose, name)) for pose, name in zip(poses, names, strict=True)]
+    return blocked, [RenderedView(view, pose) for view, pose in zip(views, poses, strict=True)]
+
+
+def rig_score(scene: Scene, views: Sequence[RenderedView], config: Config) -> Record:
+    """Detect in the views of a rig of depth cameras and return the score; what any camera sees counts as seen."""
+    loaded = load_best(views[0].ref(), [(view.ref(), view.pose) for view in views], config, None)
+    truths = [replace(cable, seen=seen) for cable, seen in zip(scene.cables, seen_by_any(views), strict=True)]
+    return score(_detected(loaded, config).chains, truths)
+
+
+def _detected(loaded: FrameData, config: Config) -> Detection:
+    return detect(loaded.data, config, loaded.mask_for(config), loaded.base_pose)
+
+
+def drawn_into(chains: Sequence[Chain], pair: RectifiedPair, side: int, mask: Bools) -> tuple[float, float, float]:
+    """Draw chains into the left (side 0) or right (side 1) camera's own image, and compare them with the object's mask there.
+
+    Returns
+    -------
+    Share of the mask that the chains cover as wide as they are, share within 5 px of their middle lines, and median distance of
+    the drawn middle lines from the middle line of the mask, px.
+    """
+    line, wide = (np.zeros(mask.shape, dtype=np.uint8) for _ in range(2))
+    for chain in chains:
+        points = [np.rint(16 * pair.pixels(chain.joints, side)).astype(np.int32)]
+        width = 2 * chain.radius * pair.camera.fx / float(np.median(chain.joints[:, 2]))
+        cv2.polylines(line, points, chain.closed, 255, 1, cv2.LINE_8, 4)
+        cv2.polylines(wide, points, chain.closed, 255, max(1, round(width)), cv2.LINE_8, 4)
+    near = cv2.distanceTransform(255 - line, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    middle = np.full(mask.shape, 255, dtype=np.uint8)
+    rows, columns, _ = medial_axis(mask)
+    middle[rows, columns] = 0
+    away = cv2.distanceTransform(middle, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    distance = float(np.median(away[line > 0])) if line.any() else float("inf")
+    return float((wide[mask] > 0).mean()), float((near[mask] <= NEAR_PX).mean()), distance
+
+
+def real_pairs(folder: Path, cameras: Path, masks: Path | None, left_only: bool) -> Iterator[str]:
+    """Yield the lines of a Markdown table: the chains of each pair, from the left view and its depth, drawn into both views."""
+    config = load_config("default")
+    yield "| frame | chains | left: covered | within 5 px | distance, px | right: covered | within 5 px | distance, px |"
+    yield "|---|---|---|---|---|---|---|---|"
+    rows: list[Floats] = []
+    for frame in open_rig(folder, cameras, config, masks):
+        assert isinstance(frame.loader, PairLoader)
+        images, pair = frame.loader.images(), frame.loader.pair.rectified()
+        given = replace(images, right_mask=None) if left_only else images
+        chains = _detected(triangulate(given, pair, config), config).chains
+        masks_of = (images.left_mask, images.right_mask)
+        found = [drawn_into(chains, pair, k, mask) for k, mask in enumerate(masks_of) if mask is not None]
+        rows.append(np.concatenate(found))
+        cells = " | ".join(f"{covered:.1%} | {near:.1%} | {distance:.1f}" for covered, near, distance in found)
+        yield f"| {frame.name} | {len(chains)} | {cells} |"
+    worst, median = np.min(rows, axis=0), np.median(rows, axis=0)
+    ends = [f"{worst[k]:.1%} | {worst[k + 1]:.1%} | {median[k + 2]:.1f}" for k in (0, 3)]
+    yield f"| least; median distance | | {' | '.join(ends)} |"
+
+
+def rendered(seeds: int) -> Iterator[str]:
+    """Yield the lines of two Markdown tables: rendered pairs without depth, and two depth cameras, each hidden in turn."""
+    config = load_config("default")
+    yield "| pairs | frames | correct | right in the image | RMS seen, mm, median |"
+    yield "|---|---|---|---|---|"
+    scenes = [make_scene(family, seed + 1, PAIR_SIZE) for family in FAMILIES for seed in range(seeds)]
+    for masks, name in ((2, "masks of both views"), (1, "mask of the left view")):
+        records = [pair_score(scene, config, masks) for scene in scenes]
+        correct, image = (sum(bool(getattr(each, key)) for each in records) for key in ("correct", "image_correct"))
+        yield f"| {name} | {len(records)} | {correct} | {image} | {np.median([each.rms_seen for each in records]):.1f} |"
+    yield ""
+    yield "| two depth cameras | frames | correct |"
+    yield "|---|---|---|"
+    results: dict[str, list[bool]] = {"the camera with the block": [], "the other camera": [], "both": []}
+    for scene in (make_scene(family, seed + 1, RIG_SIZE) for family in FAMILIES for seed in range(seeds)):
+        for hidden in (0, 1):
+            blocked, views = hidden_views(scene, hidden)
+            for name, k in (("the camera with the block", hidden), ("the other camera", 1 - hidden)):
+                view = views[k].rendered
+                results[name].append(score(detect(view.frame, config, view.mask).chains, view.truths).correct)
+            results["both"].append(rig_score(blocked, views, config).correct)
+    for name, correct_frames in results.items():
+        yield f"| {name} | {len(correct_frames)} | {sum(correct_frames)} |"
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="python -m doo3d.evaluation.benchmark.rigs", description="Measure rigs of cameras.")
+    parser.add_argument("--seeds", type=int, default=3, help="rendered scenes of each family")
+    parser.add_argument("--pairs", type=Path, help="folder of real stereo pairs with masks; measures these instead")
+    parser.add_argument("--cameras", type=Path, help="their rig file or calibration")
+    parser.add_argument("--masks", type=Path, help="their masks, if these are elsewhere")
+    parser.add_argument("--left-only", action="store_true", help="give the masks of the left view only")
+    given = parser.parse_args()
+    lines = rendered(given.seeds) if given.pairs is None else real_pairs(given.pairs, given.cameras, given.masks, given.left_only)
+    for text in lines:
+        print(text, flush=True)  # noqa: T201

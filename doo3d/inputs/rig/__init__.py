@@ -1,0 +1,1 @@
+"""Rigs of several calibrated cameras: their calibration files, their images, and the rectification of a pair."""

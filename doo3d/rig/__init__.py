@@ -1,0 +1,1 @@
+"""Frames of rigs: strands triangulated from a stereo pair, and views of several depth cameras fused at each time."""
