@@ -177,6 +177,7 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
         id=_integer(values.get("id")),
         confidence=_confidence(values) if {"confidence", "sure"} & values.keys() else float("nan"),
+        deviations=_finite_array(values["deviations"], (len(joints), 2)) if values.get("deviations") is not None else None,
     )
 
 

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..sequence.background import BackgroundView
 from ..sequence.objects import Anchor, SequenceObject
 from ..sequence.observations import Observation, ObservedStrand
 from ..sequence.topology import Node
-from ..types import Detection
+from ..types import Detection, Floats
 from . import STRANDS
 from .atomic import write_text
 from .detection_json import dumps, read_object
@@ -39,12 +40,15 @@ class SequenceFile:
         confidence below which chains that no sequence confirms are left out.
     objects
         the objects.
+    poses
+        (T, 4, 4) m, camera to world, estimated from the frames; None if they are known, or the camera stands still.
     """
 
     frames: tuple[str, ...]
     max_gap: int
     min_confidence: float
     objects: tuple[SequenceObject, ...]
+    poses: Floats | None = None
 
 
 def encode_strands(observation: Observation) -> bytes:
@@ -56,10 +60,31 @@ def encode_strands(observation: Observation) -> bytes:
             "length": strand.length,
             "tips": list(strand.tips),
             "chain": strand.chain,
+            "sight": None if strand.sight is None else strand.sight.tolist(),
         }
         for strand in observation.strands
     ]
-    return dumps({"schema": STRANDS_SCHEMA, "strands": strands}).encode("utf-8")
+    pose = None if observation.pose is None else observation.pose.tolist()
+    view = observation.background
+    background = None if view is None else view.to_dict()
+    return dumps({"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background}).encode("utf-8")
+
+
+def read_background(folder: Path, frame: str) -> BackgroundView | None:
+    """Return the background of a frame as the first pass left it; None if the frame failed or has none.
+
+    Raises
+    ------
+    InputError : the file is damaged.
+    """
+    path = folder / f"{frame}{STRANDS}"
+    if not path.exists():
+        return None
+    values = read_object(path, (STRANDS_SCHEMA,), "the strands of a frame")
+    try:
+        return None if values.get("background") is None else BackgroundView.from_dict(values["background"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise _damaged(path, error) from None
 
 
 def read_observation(folder: Path, frame: str) -> Observation:
@@ -76,9 +101,10 @@ def read_observation(folder: Path, frame: str) -> Observation:
     values = read_object(path, (STRANDS_SCHEMA,), "the strands of a frame")
     try:
         strands = tuple(_strand(item) for item in values["strands"])
+        pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands)
+    return Observation(read_detection(file), strands, pose)
 
 
 def _strand(values: dict[str, Any]) -> ObservedStrand:
@@ -86,7 +112,8 @@ def _strand(values: dict[str, Any]) -> ObservedStrand:
     if points.shape != (len(arcs), 3) or not len(arcs):
         raise ValueError(f"points {points.shape}, arcs {arcs.shape}")
     start, end = values["tips"]
-    return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]))
+    sight = None if values.get("sight") is None else np.array(values["sight"], dtype=float).reshape(points.shape)
+    return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]), sight)
 
 
 def write_objects(folder: Path, known: SequenceFile) -> None:
@@ -94,6 +121,7 @@ def write_objects(folder: Path, known: SequenceFile) -> None:
     objects = [asdict(item) for item in known.objects]
     values = {"schema": OBJECTS_SCHEMA, "frames": known.frames, "max_gap": known.max_gap}
     values |= {"min_confidence": known.min_confidence, "objects": objects}
+    values |= {"poses": None if known.poses is None else known.poses.tolist()}
     write_text(folder / OBJECTS, dumps(values))
 
 
@@ -109,18 +137,22 @@ def read_objects(folder: Path) -> SequenceFile:
     try:
         objects = tuple(_object(item) for item in values["objects"])
         frames, min_confidence = tuple(map(str, values["frames"])), float(values.get("min_confidence", 0.0))
-        return SequenceFile(frames, int(values["max_gap"]), min_confidence, objects)
+        poses = None if values.get("poses") is None else np.array(values["poses"], dtype=float).reshape(len(frames), 4, 4)
+        return SequenceFile(frames, int(values["max_gap"]), min_confidence, objects, poses)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
 
 
 def _object(values: dict[str, Any]) -> SequenceObject:
     radius = float("nan") if values["radius"] is None else float(values["radius"])
-    anchors = tuple(Anchor(int(item["frame"]), int(item["chain"]), bool(item["backwards"])) for item in values["anchors"])
+    anchors = tuple(
+        Anchor(int(item["frame"]), int(item["chain"]), bool(item["backwards"]), float(item.get("start", 0.0)))
+        for item in values["anchors"]
+    )
     first, last = (None if node is None else Node(int(node[0]), float(node[1])) for node in values["nodes"])
     parts = tuple((int(frame), int(chain)) for frame, chain in values["parts"])
     known = (int(values["id"]), float(values["length"]), radius, int(values["segments"]), anchors)
-    return SequenceObject(*known, (first, last), bool(values["is_trunk"]), parts)
+    return SequenceObject(*known, (first, last), bool(values["is_trunk"]), parts, bool(values.get("closed", False)))
 
 
 def _damaged(path: Path, error: Exception) -> InputError:

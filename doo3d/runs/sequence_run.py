@@ -13,10 +13,12 @@ from ..errors import InputError
 from ..inputs import Capture
 from ..outputs import MANIFEST
 from ..outputs.atomic import PREFIX, write_text, writing
-from ..outputs.sequence_files import SequenceFile, read_observation, summary, write_objects
-from ..sequence.detect_sequence import check_mode, gap_frames
+from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
+from ..sequence.detect_sequence import check_mode, gap_frames, motion_of, with_poses
 from ..sequence.given_length import length_notes
+from ..sequence.moving_camera import in_world
 from ..sequence.objects import find_objects
+from ..sequence.steady_depth import steadied
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
 from .pictures import NO_PICTURES
@@ -77,11 +79,14 @@ def run_sequence(
     if not first.succeeded:
         return first
     observations = [read_observation(folder, name) for name in names]
-    objects = find_objects(observations, config)
-    known = SequenceFile(tuple(names), gap_frames(observations, config), config.output.min_confidence, tuple(objects))
+    motion = motion_of(observations, config, lambda frame: read_background(folder, names[frame]))
+    observations = with_poses(observations, motion)
+    objects = find_objects(in_world(steadied(observations, config.tracking)), config)
+    max_gap = gap_frames(observations, config)
+    known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
-    notes = length_notes(observations, config)
+    notes = (*(() if motion.note is None else (motion.note,)), *length_notes(observations, config))
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN

@@ -8,10 +8,11 @@ fixed borders, and reads some frames before and after each window: memory stays 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import InputError
@@ -19,19 +20,25 @@ from ..geometry.curves import runs
 from ..pipeline import detect_with_stages
 from ..stages.branches import Branched
 from ..stages.crossings import crossings_of_chains
-from ..types import Array, Chain, Cloud, Connection, Detection, Frame
+from ..types import Array, Chain, Cloud, Connection, Detection, Floats, Frame
 from ..types.arguments import refused
+from ..types.pose import as_pose
+from .background import BackgroundView, background_view
+from .camera_motion import CameraMotion, estimate_motion
+from .deviations import with_deviations
 from .given_length import length_notes
 from .junctions import assemble, join_shapes
-from .objects import CONTEXT, SequenceObject, find_objects
+from .moving_camera import in_world, poses_of, seen_from
+from .objects import SequenceObject, find_objects
 from .observations import Observation, observe
 from .registration import exact_lengths
-from .second_pass import Shape, follow
+from .rings import closed_lengths
+from .second_pass import follow
+from .shape import Shape
+from .steady_depth import is_of_camera, steadied
 from .topology import trees_of
 from .tracking import FRAME_RATE
-
-WINDOW = 300
-"""Frames of a window: 10 s of video."""
+from .tracks import CONTEXT, WINDOW
 
 BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
 """Note of a frame in which an object is missing between frames that show it."""
@@ -41,7 +48,10 @@ NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty")
 
 
 def detect_sequence(
-    frames: Iterable[Frame | Cloud], config: ConfigLike | None = None, masks: Iterable[Array | None] | None = None
+    frames: Iterable[Frame | Cloud],
+    config: ConfigLike | None = None,
+    masks: Iterable[Array | None] | None = None,
+    poses: Iterable[ArrayLike] | None = None,
 ) -> list[Detection]:
     """Detect the deformable linear objects of a capture in all frames together.
 
@@ -57,6 +67,10 @@ def detect_sequence(
         the settings, as for `detect`; section `sequence` is for this.
     masks
         for each frame the caller's own segmentation, as for `detect`, or None; None segments all frames as the config says.
+    poses
+        for each frame the pose of a camera that moves, camera to world: (4, 4) m. The objects are followed in the world; their
+        chains are in the camera's frame all the same. None: the camera stands still, or its motion is estimated from the
+        background of the frames, and a note says so.
 
     Returns
     -------
@@ -69,10 +83,14 @@ def detect_sequence(
     """
     config = as_config(config)
     check_mode(config)
-    observations = [observe_frame(frame, config, mask) for frame, mask in _with_masks(frames, masks)]
+    placed = zip(_with_masks(frames, masks), _poses(poses), strict=False)  # poses do not end before frames
+    observations = [observe_frame(frame, config, mask, pose) for (frame, mask), pose in placed]
+    motion = motion_of(observations, config, lambda k: observations[k].background)
+    observations = with_poses(observations, motion)
     detections = list(combine(observations, config))
     if detections:
-        notes = (*length_notes(observations, config), *detections[0].notes)
+        found = () if motion.note is None else (motion.note,)
+        notes = (*found, *length_notes(observations, config), *detections[0].notes)
         detections[0] = replace(detections[0], notes=notes)
     return detections
 
@@ -97,6 +115,17 @@ def _with_masks(
             ) from None
 
 
+def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
+    """Yield the pose of each frame, after a check that they are some, and None without end if there are none."""
+    if poses is None:
+        yield from itertools.repeat(None)
+        return
+    if not isinstance(poses, Iterable) or isinstance(poses, str | bytes) or getattr(poses, "ndim", 1) == 0:
+        raise refused(poses, "poses", "a sequence of poses (4, 4), such as a list: one for each frame")
+    yield from poses
+    raise InputError("there are fewer poses than frames: give one for each", code="pose-invalid")
+
+
 def check_mode(config: Config) -> None:
     """Raise an InputError if the config is for images."""
     if config.mode == "2d":
@@ -106,17 +135,18 @@ def check_mode(config: Config) -> None:
         )
 
 
-def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None) -> Observation:
+def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None, pose: ArrayLike | None = None) -> Observation:
     """Detect in one frame by itself, and return its detection with all strands seen: the first pass.
 
     A frame that shows nothing, such as one without depth, gives an observation without chains and with a note.
 
-    frame, config, mask : as for `detect`.
+    frame, config, mask : as for `detect`. pose : (4, 4) m, camera to world, of a camera that may move; None if unknown.
 
     Raises
     ------
-    InputError : the frame cannot be used.
+    InputError : the frame cannot be used; or the pose is no rotation and shift.
     """
+    to_world = None if pose is None else as_pose(pose)
     try:
         detection, stages = detect_with_stages(frame, config, mask)
     except InputError as error:
@@ -126,8 +156,34 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
         detection = Detection(
             chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
         )
-        return Observation(detection, ())
-    return observe(detection, stages, config)
+        return Observation(detection, (), to_world, _background(frame, mask, to_world))
+    background = _background(frame, stages.context.foreground.mask, to_world)
+    return replace(observe(detection, stages, config), pose=to_world, background=background)
+
+
+def _background(frame: Frame | Cloud, mask: Array | None, pose: Floats | None) -> BackgroundView | None:
+    """Return the background of a frame of an unknown pose, by which the motion of the camera can be estimated."""
+    return None if pose is not None or isinstance(frame, Cloud) else background_view(frame, mask)
+
+
+def motion_of(
+    observations: Sequence[Observation], config: Config, background_of: Callable[[int], BackgroundView | None]
+) -> CameraMotion:
+    """Return how the camera of a capture moves, as estimated from its frames; nothing if a pose is known.
+
+    observations : all frames, in order. config : its `sequence.max_gap` is the time over which a pose may be interpolated.
+    background_of : function that gives the background of frame 0, 1, ...
+    """
+    if any(observation.pose is not None for observation in observations):
+        return CameraMotion()
+    return estimate_motion(background_of, len(observations), gap_frames(observations, config))
+
+
+def with_poses(observations: Sequence[Observation], motion: CameraMotion) -> list[Observation]:
+    """Return observations with the estimated poses of their camera."""
+    if motion.poses is None:
+        return list(observations)
+    return [replace(observation, pose=pose) for observation, pose in zip(observations, motion.poses, strict=True)]
 
 
 def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:
@@ -143,12 +199,14 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
         True to find each object from earlier frames only, for comparison. Number and lengths of the objects still come from all
         frames.
     """
-    objects = find_objects(observations, config)
+    whole = steadied(observations, config.tracking)
+    objects = find_objects(in_world(whole), config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        yield from combine_window(window, objects, start, first, max_gap, config.output.min_confidence, past_only)
+        steady = whole if len(window) == len(whole) else steadied(window, config.tracking)
+        yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
@@ -161,6 +219,7 @@ def window_bounds(start: int, count: int) -> tuple[int, int]:
 
 def combine_window(
     observations: Sequence[Observation],
+    steady: Sequence[Observation],
     objects: Sequence[SequenceObject],
     start: int,
     first: int,
@@ -174,6 +233,8 @@ def combine_window(
     ----------
     observations
         the observations of the frames of `window_bounds`.
+    steady
+        the same with their depth smoothed over time, from `steadied`.
     objects
         the objects of the whole capture.
     start
@@ -187,6 +248,11 @@ def combine_window(
     past_only
         as for `combine`.
     """
+    placed = in_world(observations if past_only else steady)
+    cameras = None
+    if is_of_camera(observations):
+        moving = poses_of(placed)
+        cameras = np.tile(np.eye(4), (len(placed), 1, 1)) if moving is None else moving
     claimed = [_claimed(objects, first + k) for k in range(len(observations))]
     shapes: list[list[Shape | None]] = []
     for tree in trees_of([item.nodes for item in objects]):
@@ -194,10 +260,26 @@ def combine_window(
         of_others = [
             [chains - mine for chains, mine in zip(claimed, _own(item, first, len(observations)), strict=True)] for item in items
         ]
-        shapes += follow(items, observations, first, of_others, max_gap, past_only)
+        followed = follow(items, placed, first, of_others, max_gap, cameras, past_only)
+        known = [with_deviations(item, each, placed, past_only) for item, each in zip(items, followed, strict=True)]
+        shapes += [_in_camera(each, placed) for each in known]
     frames = range(start - first, min(start - first + WINDOW, len(observations)))
     is_branched = any(observation.detection.objects for observation in observations)
-    return [_detection(observations[k], objects, [shape[k] for shape in shapes], is_branched, min_confidence) for k in frames]
+    return [
+        _detection(observations[k], objects, [shape[k] for shape in shapes], claimed[k], is_branched, min_confidence)
+        for k in frames
+    ]
+
+
+def _in_camera(shapes: Sequence[Shape | None], observations: Sequence[Observation]) -> list[Shape | None]:
+    """Return the shapes of an object in the frame of the camera.
+
+    shapes, observations : of the same frames, in the world if `in_world` has brought them there.
+    """
+    poses = poses_of(observations)
+    if poses is None:
+        return list(shapes)
+    return [shape and replace(shape, joints=seen_from(pose, shape.joints)) for shape, pose in zip(shapes, poses, strict=True)]
 
 
 def gap_frames(observations: Sequence[Observation], config: Config) -> int:
@@ -230,10 +312,11 @@ def _detection(
     observation: Observation,
     objects: Sequence[SequenceObject],
     shapes: Sequence[Shape | None],
+    followed: set[int],
     is_branched: bool,
     min_confidence: float,
 ) -> Detection:
-    """Return the detection of a frame with the chains of the sequence in place of its own open ones.
+    """Return the detection of a frame with the chains of the sequence in place of its own ones.
 
     Parameters
     ----------
@@ -243,6 +326,8 @@ def _detection(
         the objects of the capture.
     shapes
         for each of them its shape in the frame, None where it is not there.
+    followed
+        the chains of the frame that are objects, or parts of them. Other rings are kept.
     is_branched
         whether branched objects are looked for.
     min_confidence
@@ -252,11 +337,16 @@ def _detection(
     if not objects:
         return single.confident(min_confidence)
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    rings = [replace(chain, id=None) for chain in single.chains if chain.closed and chain.confidence >= min_confidence]
+    rings = [
+        replace(chain, id=None)
+        for number, chain in enumerate(single.chains)
+        if chain.closed and chain.confidence >= min_confidence and number not in followed
+    ]
     shapes = join_shapes(objects, shapes)
     laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
     if is_branched:
-        found = assemble(objects, laid, rings)
+        rings += [chain for chain in laid if chain is not None and chain.closed]
+        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in laid], rings)
     else:
         found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
     crossings = crossings_of_chains(found.chains, single.coordinates) if found.chains else ()
@@ -273,16 +363,23 @@ def _detection(
 def as_chain(item: SequenceObject, shape: Shape) -> Chain:
     """Return an object in one frame as a chain of its number of segments."""
     seen = shape.seen[:-1] & shape.seen[1:]
-    joints = exact_lengths(shape.joints, item.segment_length)
+    joints = (closed_lengths if item.closed else exact_lengths)(shape.joints, item.segment_length)
     confidence = float(np.exp(-shape.cost))
-    gaps = [first for first, end in runs(~seen) if first > 0 and end < len(seen)]  # beyond an end nothing is connected
+    hidden = runs(~seen)
+    if item.closed:  # a gap over the first joint begins before the last
+        gaps = [first for first, _ in hidden if first > 0 or (seen[-1] and not seen[0])]
+    else:
+        gaps = [first for first, end in hidden if first > 0 and end < len(seen)]  # beyond an end nothing is connected
     return Chain(
         joints,
         item.segment_length,
         item.radius,
         occluded=~seen,
+        depth_filled=~(shape.measured[:-1] & shape.measured[1:]),
         from_time=~seen & shape.from_time[:-1],
         connections=tuple(Connection(gap, confidence) for gap in gaps),
         id=item.id,
         confidence=confidence if not seen.all() else 1.0,
+        deviations=shape.deviations,
+        closed=item.closed,
     )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..config import ConfigLike, as_config
+from ..config import Config, ConfigLike, as_config
 from ..errors import DooError, InputError
 from ..evidence.depth_model import MultiViewDepthModel
 from ..facts.cloud_facts import point_spacing
@@ -15,6 +15,7 @@ from ..inputs import FrameData, FrameRef
 from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
 from ..types.arguments import refused
+from ..types.display import counted
 from .voxel_sums import VoxelSums
 
 FUSED_NAME = "static"
@@ -137,6 +138,35 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
     config = as_config(config)
     if isinstance(frames, str | np.ndarray) or not isinstance(frames, Iterable):
         raise refused(frames, "frames", "the frames of a capture, as doo3d.open_capture returns it")
+    gathered = _gathered(frames, config)
+    gathered.voxels()
+    check_camera_moved(np.array(gathered.poses))
+    return _cloud(gathered, config, FUSED_NAME)
+
+
+def fuse_cameras(views: Iterable[FrameRef], config: Config, name: str, timestamp: float | None) -> Cloud:
+    """Fuse what several cameras of a rig see at one time to one cloud, as `fuse` does with the views of one camera.
+
+    A camera from which the object is hidden is left out; one view is enough.
+
+    Parameters
+    ----------
+    views
+        the frame of each camera, with its pose in the rig.
+    config
+        settings of segmentation and fusion.
+    name, timestamp
+        name and time (s) of the cloud.
+
+    Raises
+    ------
+    InputError : no frame can be used, or the object is in none.
+    """
+    return replace(_cloud(_gathered(views, config), config, name), timestamp=timestamp)
+
+
+def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
+    """Return what the frames show of the object, with a note for each frame that cannot be used."""
     gathered = _Accumulation()
     for frame in frames:
         if not isinstance(frame, FrameRef):
@@ -155,10 +185,14 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
             gathered.codes.add(error.code)
             continue
         gathered.add(foreground, pose)
+    return gathered
+
+
+def _cloud(gathered: _Accumulation, config: Config, name: str) -> Cloud:
+    """Return the cloud of what was gathered; raise InputError if nothing was."""
     fine, coarse = gathered.voxels()
     poses: Floats = np.array(gathered.poses)
-    check_camera_moved(poses)
-    notes = [f"{len(poses)} frames are fused", *gathered.notes]
+    notes = [f"{counted(len(poses), 'frame')} {'is' if len(poses) == 1 else 'are'} fused", *gathered.notes]
     if gathered.without_pose:
         notes.append(f"{gathered.without_pose} frames without a pose are left out")
     views = gathered.sampler.views
@@ -168,12 +202,25 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
         points,
         colors,
         viewpoint=_central_viewpoint(poses) if views else None,
-        name=FUSED_NAME,
+        name=name,
         views=tuple(views),
         segmented=True,
         coordinates="world",
         notes=tuple(notes),
     )
+
+
+def camera_moves(poses: Floats) -> bool:
+    """Tell whether a camera of poses (F, 4, 4), F >= 1, moves at least 5 mm or turns 1 degree from its first pose."""
+    motion, turn = _camera_motion(poses)
+    return bool(motion >= MIN_CAMERA_MOTION_M or turn >= MIN_CAMERA_TURN_RAD)
+
+
+def _camera_motion(poses: Floats) -> tuple[float, float]:
+    """Return how far a camera of poses (F, 4, 4) gets from its first pose at most: m, and rad."""
+    motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
+    cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2
+    return float(motion), float(np.arccos(np.clip(cos, -1, 1)).max())
 
 
 def check_camera_moved(poses: Floats) -> None:
@@ -185,10 +232,8 @@ def check_camera_moved(poses: Floats) -> None:
     ------
     InputError : the camera did not move, so that all frames show the same side of the object.
     """
-    motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
-    cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2
-    turn = np.arccos(np.clip(cos, -1, 1)).max()
-    if motion < MIN_CAMERA_MOTION_M and turn < MIN_CAMERA_TURN_RAD:
+    if not camera_moves(poses):
+        motion, turn = _camera_motion(poses)
         raise InputError(
             f"the camera did not move ({1000 * motion:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every "
             "frame shows the same parts, detect in them one by one, without --fuse-views",

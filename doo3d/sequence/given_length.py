@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..config import Config
-from .objects import MIN_FRAMES, find_objects
+from .moving_camera import in_world
+from .objects import find_objects
 from .observations import LENGTH_ERROR, Observation
+from .steady_depth import steadied
+from .tracks import MIN_FRAMES
 
 
 def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
@@ -23,7 +26,8 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
     if given is None or len(observations) < MIN_FRAMES:
         return ()
     measured = find_objects(
-        observations, config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
+        in_world(steadied(observations, config.tracking)),
+        config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})}),
     )
     segment = config.fit.segment_length
     lengths = [item.length for item in measured if item.nodes == (None, None)]

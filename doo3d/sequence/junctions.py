@@ -12,7 +12,7 @@ from ..stages.branches import Branched
 from ..types import Bools, Chain, ChainEnd, Floats, Junction, LinearObject
 from .objects import SequenceObject
 from .registration import exact_lengths, to_lengths
-from .second_pass import Shape
+from .shape import Shape
 from .topology import Node, Nodes, trees_of
 
 MIN_ENDS = 3

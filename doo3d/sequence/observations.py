@@ -13,8 +13,9 @@ from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
-from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground
+from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground, Ints
 from ..visibility import OCCLUDER_MARGIN_RADII
+from .background import BackgroundView
 
 MIN_STRAND_RADII = 6.0
 """Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
@@ -58,6 +59,9 @@ class ObservedStrand:
         confidence that the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
     chain
         index in the detection of the chain that the strand is part of; -1 for a strand that merging dropped.
+    sight
+        (K, 3) direction in which the place of each point is not known: from the camera where the image shows the strand and its
+        depth was not measured, 0 where it was. None: all were measured.
     """
 
     points: Floats
@@ -65,6 +69,7 @@ class ObservedStrand:
     length: float
     tips: tuple[float, float]
     chain: int
+    sight: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -77,10 +82,16 @@ class Observation:
         the detection of the frame by itself.
     strands
         the chains, cut at doubtful connections, and the pieces that merging dropped.
+    pose
+        (4, 4) m, camera to world; None if unknown.
+    background
+        what tells how the camera moves; None if the pose is known, or for a cloud.
     """
 
     detection: Detection
     strands: tuple[ObservedStrand, ...]
+    pose: Floats | None = None
+    background: BackgroundView | None = None
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
@@ -133,27 +144,55 @@ def _strands(
         edges += list(gap)
     edges.append(count)
     for first, end in zip(edges[::2], edges[1::2], strict=True):
-        seen = _seen_joints(chain, first, end)
+        seen = _bounds(~chain.depth_filled, first, end)
         if not seen.any():
             continue
         low, high = int(np.flatnonzero(seen)[0]), int(np.flatnonzero(seen)[-1])
         ends_there = at_junctions[0] and low <= JUNCTION_SEGMENTS, at_junctions[1] and high >= count - JUNCTION_SEGMENTS
-        low, high = (0 if ends_there[0] else low), (count if ends_there[1] else high)
+        if first == 0 and (ends_there[0] or not chain.occluded[:low].any()):
+            low = 0
+        if end == count and (ends_there[1] or not chain.occluded[high:].any()):
+            high = count
         length = (high - low) * chain.segment_length
         if length < MIN_STRAND_RADII * context.radius:
             continue
-        at = np.flatnonzero(seen)
+        center = None if context.foreground.camera is None else np.zeros(3)
+        shown, sight = visible_joints(chain, first, end, low, high, center)
         line = chain.joints[low : high + 1]
         tips = TIP if ends_there[0] else _is_tip(line[::-1], context), TIP if ends_there[1] else _is_tip(line, context)
-        yield ObservedStrand(chain.joints[at], (at - low) * chain.segment_length, length, tips, number)
+        yield ObservedStrand(chain.joints[shown], (shown - low) * chain.segment_length, length, tips, number, sight)
 
 
-def _seen_joints(chain: Chain, first: int, end: int) -> Bools:
-    """Tell which joints of a chain bound a seen segment of those from `first` to before `end`: (N + 1,) bool."""
-    seen = np.zeros(len(chain.joints), dtype=bool)
-    segments = first + np.flatnonzero(~chain.depth_filled[first:end])
-    seen[segments] = seen[segments + 1] = True
-    return seen
+def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats | None) -> tuple[Ints, Floats | None]:
+    """Return the joints of a chain that bound a visible segment, and their sights, as of `ObservedStrand`.
+
+    Parameters
+    ----------
+    chain
+        the chain.
+    first, end
+        range of the segments.
+    low, high
+        range of the joints, the last included.
+    center
+        (3,) m, place of the camera; None if no camera saw the chain, or several did: only measured joints are visible then.
+    """
+    measured, visible = _bounds(~chain.depth_filled, first, end), _bounds(~chain.occluded, first, end)
+    at = np.flatnonzero(measured if center is None else measured | visible)
+    at = at[(at >= low) & (at <= high)]
+    if center is None or measured[at].all():
+        return at, None
+    rays = chain.joints[at] - center
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return at, np.where(measured[at, None], 0.0, rays)
+
+
+def _bounds(chosen: Bools, first: int, end: int) -> Bools:
+    """Tell which joints bound one of the chosen segments (N,) from `first` to before `end`: (N + 1,) bool."""
+    joints = np.zeros(len(chosen) + 1, dtype=bool)
+    segments = first + np.flatnonzero(chosen[first:end])
+    joints[segments] = joints[segments + 1] = True
+    return joints
 
 
 def _is_tip(line: Floats, context: FrameContext) -> float:
@@ -211,10 +250,15 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
             continue
         first, last = strand.tips
         before, after = slice(0, k + 1), slice(k, None)
-        result.append(ObservedStrand(strand.points[before], strand.arcs[before], arc, (first, UNKNOWN), strand.chain))
+        result.append(_part(strand, before, arc, (first, UNKNOWN)))
         rest = strand.length - arc
-        result.append(ObservedStrand(strand.points[after], strand.arcs[after] - arc, rest, (UNKNOWN, last), strand.chain))
+        result.append(_part(strand, after, rest, (UNKNOWN, last)))
     return result
+
+
+def _part(strand: ObservedStrand, part: slice, length: float, tips: tuple[float, float]) -> ObservedStrand:
+    arcs, sight = strand.arcs[part], None if strand.sight is None else strand.sight[part]
+    return ObservedStrand(strand.points[part], arcs - arcs[0], length, tips, strand.chain, sight)
 
 
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:

@@ -25,17 +25,23 @@ STEPS_PER_SEGMENT = 3
 MAX_OVERLAP_SHARE = 0.2
 """Largest share of a strand that may overlap a strand placed earlier."""
 
-MISSING_COST = 25.0
+MISSING_COST, MAX_COST = 25.0, 9.0
 """Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
-standard deviations: 5 of them."""
+standard deviations: 5 of them. Largest cost of a strand that is placed, 3 of them: one that costs more has lost its depth, or
+joins parts that do not belong together, and would bend the object where it is hidden."""
 
 SHIFT_TOLERANCES = 2.5
 """Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
 square, since the whole object may have moved on."""
 
-SHAPE_WEIGHT, TURN_WEIGHT, PLACE_WEIGHT = 1.0, 0.02, 3e-6
-"""Weights of second differences, first differences and displacements from the expected shape, against 1 for a joint of a strand.
-Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far it moves much more slowly."""
+TOLERANCE_SHARE = 0.06
+"""Largest distance of a strand from the expected shape, as a share of the object's length; as in tracking, MIN_MOTION_RADII are
+always allowed."""
+
+TURN_WEIGHT, PLACE_WEIGHT = 0.02, 3e-6
+"""Weights of first differences of the displacements from the expected shape, and of these, against 1 for their second differences
+and for a joint of a strand. Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far
+it moves much more slowly."""
 
 LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
 """Times at most that all segments are brought to their length, and share of it by which they may miss it."""
@@ -58,12 +64,23 @@ class Placed:
         (first, last) m, arc lengths on the object between which the strand lies.
     cost
         misfit in squared standard deviations; 0 for a perfect fit.
+    sight
+        (K, 3) as of `ObservedStrand`.
     """
 
     arcs: Floats
     points: Floats
     span: tuple[float, float]
     cost: float
+    sight: Floats | None = None
+
+    @property
+    def measured(self) -> Placed:
+        """The samples whose depth was measured."""
+        if self.sight is None:
+            return self
+        known = ~self.sight.any(axis=1)
+        return Placed(self.arcs[known], self.points[known], self.span, self.cost)
 
 
 def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
@@ -107,12 +124,16 @@ def _best_place(
     if strand.length > length + 2 * overhang:
         return None
     best: tuple[float, float, bool] | None = None
-    squares = cdist(strand.points, dense, "sqeuclidean")
+    measured = Placed(strand.arcs, strand.points, (0.0, strand.length), 0.0, strand.sight).measured
+    points = measured.points
+    if not len(points):
+        return None
+    squares = cdist(points, dense, "sqeuclidean")
     for backwards in (False, True):
-        arcs = strand.length - strand.arcs if backwards else strand.arcs
+        arcs = strand.length - measured.arcs if backwards else measured.arcs
         index = np.clip(np.rint((starts[:, None] + arcs) / step).astype(int), 0, len(dense) - 1)
         mean = squares[np.arange(len(arcs)), index].mean(axis=1)
-        shift = strand.points.mean(axis=0) - dense[index].mean(axis=1)
+        shift = points.mean(axis=0) - dense[index].mean(axis=1)
         shifted = (shift**2).sum(axis=1)
         shape = np.maximum(mean - shifted, 0.0)
         first, last = strand.tips[::-1] if backwards else strand.tips
@@ -126,11 +147,11 @@ def _best_place(
         at = int(np.argmin(np.where(allowed, cost, np.inf)))
         if best is None or cost[at] < best[0]:
             best = float(cost[at]), float(starts[at]), backwards
-    if best is None:
+    if best is None or best[0] >= MAX_COST:
         return None
     cost_there, start, backwards = best
     arcs = start + (strand.length - strand.arcs if backwards else strand.arcs)
-    return Placed(arcs, strand.points, (start, start + strand.length), cost_there)
+    return Placed(arcs, strand.points, (start, start + strand.length), cost_there, strand.sight)
 
 
 def _capped(values: Floats) -> Floats:
@@ -174,36 +195,48 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
 
     Notes
     -----
-    The displacement d of the expected joints minimizes the squared distances from the samples, plus SHAPE_WEIGHT |d''|^2,
+    First with the samples whose depth was measured, then with all, of which the others pull across their sights only: the
+    displacement d of the expected joints minimizes the squared distances from the samples, plus |d''|^2,
     TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences for derivatives. The normal equations are pentadiagonal. Then
     joints are moved until all segments have one length, seen joints least (Mueller et al., "Position based dynamics", 2007).
     """
+    segment = length / (len(expected) - 1)
+    measured = [item.measured for item in placed]
+    bent = _bent(expected, measured, segment)
+    if any(item.sight is not None for item in placed):
+        bent = _bent(bent, placed, segment)
+    seen = covered(placed, len(expected), segment)
+    return to_lengths(bent, segment, seen), seen
+
+
+def _bent(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
+    """Return the joints (M + 1, 3) m of `bend` before they get their lengths; along sights, samples pull at nothing."""
     count = len(expected)
-    segment = length / (count - 1)
-    seen = covered(placed, count, segment)
-    if not placed:
-        return to_lengths(expected, segment, seen), seen
+    if not sum(len(item.arcs) for item in placed):
+        return expected
     at = np.clip(np.concatenate([item.arcs for item in placed]) / segment, 0.0, count - 1 - 1e-9)
     low = at.astype(int)
     part = at - low
     target = np.concatenate([item.points for item in placed])
     residual = target - (expected[low] * (1 - part)[:, None] + expected[low + 1] * part[:, None])
+    sight = np.concatenate([np.zeros_like(item.points) if item.sight is None else item.sight for item in placed])
+    residual -= (residual * sight).sum(axis=1, keepdims=True) * sight
     bands = np.zeros((3, count))  # the upper form of `solveh_banded`: diagonal last
     bands[2] = PLACE_WEIGHT + (np.bincount(low, (1 - part) ** 2, count) + np.bincount(low + 1, part**2, count)[:count])
     bands[1, 1:] = np.bincount(low + 1, part * (1 - part), count)[1:count]
     bands[2, :-1] += TURN_WEIGHT
     bands[2, 1:] += TURN_WEIGHT
     bands[1, 1:] -= TURN_WEIGHT
-    bands[2, :-2] += SHAPE_WEIGHT
-    bands[2, 1:-1] += 4 * SHAPE_WEIGHT
-    bands[2, 2:] += SHAPE_WEIGHT
-    bands[1, 1:-1] -= 2 * SHAPE_WEIGHT
-    bands[1, 2:] -= 2 * SHAPE_WEIGHT
-    bands[0, 2:] += SHAPE_WEIGHT
+    bands[2, :-2] += 1
+    bands[2, 1:-1] += 4
+    bands[2, 2:] += 1
+    bands[1, 1:-1] -= 2
+    bands[1, 2:] -= 2
+    bands[0, 2:] += 1
     right = np.zeros((count, 3))
     np.add.at(right, low, (1 - part)[:, None] * residual)
     np.add.at(right, low + 1, part[:, None] * residual)
-    return to_lengths(expected + solveh_banded(bands, right), segment, seen), seen
+    return np.asarray(expected + solveh_banded(bands, right))
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:

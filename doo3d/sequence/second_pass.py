@@ -5,61 +5,41 @@
    velocity. The strands of that frame are registered with it, and the object is fitted to them.
 3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was seen. If the two disagree,
    the shape that fits the strands better is used. The strands are registered once more, with that shape.
-4. Joints that were not seen are smoothed over time (Whittaker smoother); seen joints stay.
+4. Joints that were not measured are smoothed over time (Whittaker smoother), and the depth of all joints; seen joints stay where
+   they are in the image.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..geometry.curves import runs
-from ..geometry.polyline import whittaker_smooth
-from ..types import Bools, Chain, Floats, Ints
-from .objects import SequenceObject
-from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands
-from .registration import MISSING_COST, SHIFT_TOLERANCES, Placed, bend, place_strands, to_lengths
+from ..types import Chain, Floats
+from .objects import Anchor, SequenceObject
+from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
+from .registration import (
+    MISSING_COST,
+    SHIFT_TOLERANCES,
+    TOLERANCE_SHARE,
+    Placed,
+    bend,
+    covered,
+    place_strands,
+    to_lengths,
+)
+from .rings import bend_ring, closed_lengths, place_on_ring, ring_joints
+from .shape import Shape
+from .smoothing import smoothed
 from .tracking import MIN_MOTION_RADII
 
 SPEED_SHARE = 0.7
 """Share of the last displacement of an object that is expected again in the next frame."""
 
-TOLERANCE_SHARE = 0.06
-"""Largest distance of a strand from the expected shape, as a share of the object's length; as in tracking, MIN_MOTION_RADII are
-always allowed."""
-
-TIME_STIFFNESS, SEEN_WEIGHT = 30.0, 1e4
-"""Weights of the second differences over time, and of a position that was seen, relative to 1 for one that was not seen."""
-
 NEVER = 10**6
 """Age, in frames, of a joint that was never seen."""
-
-
-@dataclass(frozen=True)
-class Shape:
-    """The shape of an object in one frame.
-
-    Attributes
-    ----------
-    joints
-        (M + 1, 3) m, positions.
-    seen
-        (M + 1,) bool, True for joints seen in the frame.
-    age
-        (M + 1,) int, frames since each joint was seen last.
-    cost
-        misfit of the frame's strands to the expected shape, in squared standard deviations; 0 for an anchor.
-    from_time
-        (M + 1,) bool, True for joints whose positions come from other frames only.
-    """
-
-    joints: Floats
-    seen: Bools
-    age: Ints
-    cost: float
-    from_time: Bools
 
 
 @dataclass(frozen=True)
@@ -77,6 +57,7 @@ def follow(
     first: int,
     claimed: Sequence[Sequence[set[int]]],
     max_gap: int,
+    poses: Floats | None,
     past_only: bool = False,
 ) -> list[list[Shape | None]]:
     """Find the objects of one tree in every frame of a period; a single cable is a tree of one object.
@@ -93,6 +74,8 @@ def follow(
         for each object and each frame, the indices of the chains that belong to other objects.
     max_gap
         largest number of successive frames without any strand of the tree that are filled in.
+    poses
+        (T, 4, 4) m, camera to the frame of the observations, of each frame; None if no camera saw them, or several did.
     past_only
         True to use earlier frames only, as while recording: no shape before the first anchor, and no smoothing over time.
 
@@ -100,16 +83,23 @@ def follow(
     -------
     For each object and each frame its shape; None if the object is not in the frame.
     """
-    located = [_located(item, observations, first, own, past_only) for item, own in zip(items, claimed, strict=True)]
+    located = [_located(item, observations, first, own, poses, past_only) for item, own in zip(items, claimed, strict=True)]
     located = _without_long_gaps(located, max_gap)
-    return located if past_only else [_smoothed(item, shapes) for item, shapes in zip(items, located, strict=True)]
+    if past_only:
+        return located
+    return [smoothed(item, shapes, poses) for item, shapes in zip(items, located, strict=True)]
 
 
 def _located(
-    item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]], past_only: bool
+    item: SequenceObject,
+    observations: Sequence[Observation],
+    first: int,
+    claimed: Sequence[set[int]],
+    poses: Floats | None,
+    past_only: bool,
 ) -> list[Shape | None]:
     """Return an object in every frame, filled in however long it is hidden."""
-    clues = _clues(item, observations, first, claimed)
+    clues = _clues(item, observations, first, claimed, poses)
     forward = _pass(item, observations, clues, range(len(observations)))
     if past_only:
         return forward
@@ -120,7 +110,13 @@ def _located(
     return shapes
 
 
-def _clues(item: SequenceObject, observations: Sequence[Observation], first: int, claimed: Sequence[set[int]]) -> list[_Clues]:
+def _clues(
+    item: SequenceObject,
+    observations: Sequence[Observation],
+    first: int,
+    claimed: Sequence[set[int]],
+    poses: Floats | None,
+) -> list[_Clues]:
     anchors = {anchor.frame - first: anchor for anchor in item.anchors}
     result = []
     for frame, observation in enumerate(observations):
@@ -128,22 +124,30 @@ def _clues(item: SequenceObject, observations: Sequence[Observation], first: int
         own, whole = None, None
         if anchor is not None:
             chain = observation.detection.chains[anchor.chain]
-            own = (_own_place(chain, anchor.backwards, item),)
-            whole = _resampled(chain, anchor.backwards, item)
+            own = (_own_place(chain, anchor, item, None if poses is None else poses[frame, :3, 3]),)
+            whole = _resampled(chain, anchor, item)
         free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
         result.append(_Clues(own, whole, free))
     return result
 
 
-def _own_place(chain: Chain, backwards: bool, item: SequenceObject) -> Placed:
+def _own_place(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats | None) -> Placed:
     """Return the seen parts of a whole chain at their places along the object."""
-    seen = np.append(~chain.depth_filled, False) | np.append(False, ~chain.depth_filled)
-    along = np.flatnonzero(seen) * chain.segment_length * item.length / chain.length
-    return Placed(item.length - along if backwards else along, chain.joints[seen], (0.0, item.length), 0.0)
+    count = len(chain.depth_filled)
+    shown, sight = visible_joints(chain, 0, count, 0, count, center)
+    along = shown * chain.segment_length * item.length / chain.length
+    arcs = -along if anchor.backwards else along
+    if item.closed:
+        arcs = (arcs + anchor.start * item.length) % item.length
+    elif anchor.backwards:
+        arcs = item.length - along
+    return Placed(arcs, chain.joints[shown], (0.0, item.length), 0.0, sight)
 
 
-def _resampled(chain: Chain, backwards: bool, item: SequenceObject) -> Floats:
-    joints = chain.nodes(item.segments + 1)
+def _resampled(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floats:
+    if item.closed:
+        return closed_lengths(ring_joints(chain, anchor.backwards, anchor.start, item.segments), item.segment_length)
+    joints, backwards = chain.nodes(item.segments + 1), anchor.backwards
     return to_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
 
 
@@ -179,6 +183,7 @@ def _motion(last: Shape, shape: Shape) -> Floats:
 def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expected: Floats, last: Shape | None = None) -> Shape:
     """Return the object bent from where it is expected to what a frame shows."""
     cost = 0.0
+    place, fit = (place_on_ring, bend_ring) if item.closed else (place_strands, bend)
     if clue.own is not None:
         placed: Sequence[Placed] = clue.own
     else:
@@ -189,16 +194,18 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
             if node is not None:
                 least = MIN_STRAND_RADII * (item.radius if np.isfinite(item.radius) else 0.0)
                 strands = cut_strands(strands, expected[-side], least, tolerance)
-        placed = place_strands(strands, expected, item.length, tolerance)
+        placed = place(strands, expected, item.length, tolerance)
         if strands and not placed and not is_joined:  # beside a hidden part of a tree there are other parts
-            placed = place_strands(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)
+            placed = place(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)
         cost = _total_cost(strands, placed)
         if placed:
-            nearer, _ = bend(expected, placed, item.length)
-            placed = place_strands(strands, nearer, item.length, tolerance) or placed
-    joints, seen = bend(expected, placed, item.length)
+            nearer, _ = fit(expected, placed, item.length)
+            placed = place(strands, nearer, item.length, tolerance) or placed
+    joints, seen = fit(expected, placed, item.length)
     age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
-    return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen))
+    measured = seen & covered([each.measured for each in placed], len(joints), item.segment_length)
+    measured[-1] = measured[0] if item.closed else measured[-1]
+    return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen), measured)
 
 
 def _total_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
@@ -249,25 +256,3 @@ def _without_long_gaps(shapes: Sequence[list[Shape | None]], max_gap: int) -> li
             for each in result:
                 each[first:end] = [None] * (end - first)
     return result
-
-
-def _smoothed(item: SequenceObject, shapes: list[Shape | None]) -> list[Shape | None]:
-    """Smooth over time what was not seen; the joints that were seen stay."""
-    result = list(shapes)
-    for first, end in runs(np.array([shape is not None for shape in shapes], dtype=bool)):
-        result[first:end] = _smooth_run(item, [shape for shape in shapes[first:end] if shape is not None])
-    return result
-
-
-def _smooth_run(item: SequenceObject, shapes: Sequence[Shape]) -> list[Shape]:
-    """Smooth over time what was not seen in frames in a row."""
-    joints = np.array([shape.joints for shape in shapes])
-    seen = np.array([shape.seen for shape in shapes])
-    smooth = joints.copy()
-    for k in np.flatnonzero(~seen.all(axis=0)):
-        weights = np.where(seen[:, k], SEEN_WEIGHT, 1.0)[:, None, None] * np.eye(3)
-        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
-    return [
-        replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
-        for line, shape in zip(smooth, shapes, strict=True)
-    ]

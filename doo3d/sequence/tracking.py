@@ -321,7 +321,7 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
 
     Returns
     -------
-    chain : with joints, radii, occluded and depth-filled segments and connections in the new order.
+    chain : with joints, radii, deviations, occluded and depth-filled segments and connections in the new order.
     segments : (N,) int64; segments[i] is the new index of segment i of the given chain.
     """
     count = len(chain.occluded)
@@ -343,6 +343,7 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
         depth_filled=chain.depth_filled[index],
         from_time=chain.from_time[index],
         connections=connections,
+        deviations=None if chain.deviations is None else chain.deviations[joint],
     )
     return turned, segments
 

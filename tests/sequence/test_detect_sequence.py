@@ -13,9 +13,11 @@ from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.detect_sequence import combine, detect_sequence, frame_seconds
 from doo3d.sequence.given_length import length_notes
+from doo3d.sequence.moving_camera import in_world
 from doo3d.sequence.objects import find_objects, vote_length
 from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
 from doo3d.sequence.registration import exact_lengths
+from doo3d.sequence.tracks import without_leaps
 from doo3d.types import Chain, Detection
 
 SEGMENT, COUNT, RADIUS = 0.01, 60, 0.004
@@ -218,3 +220,61 @@ def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused(
     assert detections[2].chains[0].from_time.all()
     with pytest.raises(InputError, match="depth_scale"):
         detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
+
+
+@pytest.mark.parametrize("wrong", [[], [20], [5, 20], [39]])
+def test_a_whole_chain_that_lies_elsewhere_than_before_and_after_is_no_anchor(wrong):
+    items = [(k, 0, Chain(shape(time), SEGMENT, RADIUS)) for k, time in enumerate(times()) if not 12 <= k < 18]
+    joined = shape(times()[20])
+    folded = Chain(exact_lengths(np.concatenate((joined[:31], joined[29::-1])), SEGMENT), SEGMENT, RADIUS)
+    items = [(item[0], 0, folded) if item[0] in wrong else item for item in items]
+    kept = [frame for frame, *_ in without_leaps(items, load_config("default").tracking)]
+    assert kept == [frame for frame, *_ in items if frame not in wrong]
+
+
+def seen_by(observation, pose):
+    """The same observation by a camera at a pose (4, 4), camera to world."""
+    inverse = np.linalg.inv(pose)
+    strands = (replace(strand, points=strand.points @ inverse[:3, :3].T + inverse[:3, 3]) for strand in observation.strands)
+    detection = replace(observation.detection.transformed(inverse), coordinates="camera", pose=None)
+    return Observation(detection, tuple(strands), pose)
+
+
+def turned(angle, x):
+    pose = np.eye(4)
+    pose[:3, :3] = [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    pose[:3, 3] = x, 0.1 * x, 0.0
+    return pose
+
+
+def test_a_camera_that_moves_with_known_poses_follows_the_object_as_one_that_stands():
+    """Half of the cable is hidden while the camera swings round it by 30 degrees in a third of a second."""
+    plan = [[(0, 60)]] * 10 + [[(0, 30)]] * 10 + [[(0, 60)]] * 10
+    still = [seen_in(time, parts) for time, parts in zip(times(30), plan, strict=True)]
+    poses = [turned(0.05 * max(0, min(k - 9, 10)), 0.04 * max(0, min(k - 9, 10))) for k in range(30)]
+    seen = [seen_by(observation, pose) for observation, pose in zip(still, poses, strict=True)]
+    without = [replace(observation, pose=None) for observation in seen]
+
+    def off(observations):
+        """The largest distance of a joint from where a camera that stands finds it, m."""
+        joints = np.array([detection.chains[0].joints for detection in run(still)])
+        found = run(observations)
+        assert {detection.coordinates for detection in found} == {"camera"}
+        in_world = [detection.transformed(pose).chains[0].joints for detection, pose in zip(found, poses, strict=True)]
+        return np.linalg.norm(np.array(in_world) - joints, axis=2).max()
+
+    assert off(seen) < 0.001
+    assert off(without) > 0.05
+
+
+def test_a_frame_that_failed_needs_no_pose():
+    poses = [turned(0.05 * k, 0.04 * k) for k in range(12)]
+    seen = [seen_by(seen_in(time, [(0, 60)]), pose) for time, pose in zip(times(12), poses, strict=True)]
+    whole = run(seen)
+    seen[5] = Observation(Detection(chains=()), ())
+    found = run(seen)
+    for k in (3, 4, 6, 7):
+        np.testing.assert_allclose(found[k].chains[0].joints, whole[k].chains[0].joints, atol=1e-3)
+    assert in_world(seen)[6].detection.coordinates == "world"
+    seen[6] = replace(seen[6], pose=None)
+    assert in_world(seen)[7].detection.coordinates == "camera"

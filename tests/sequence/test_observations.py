@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from doo3d.sequence.observations import CUT_OFF, TIP, UNKNOWN, _tip_in_view
-from doo3d.types import Camera
+from doo3d.sequence.observations import CUT_OFF, TIP, UNKNOWN, _strands, _tip_in_view
+from doo3d.types import Camera, Chain
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=80.0, cy=60.0, width=160, height=120)
 RADIUS, DEPTH = 0.003, 0.7
@@ -42,3 +42,25 @@ def test_ends_at_a_hand_at_the_border_or_within_the_mask_are_cut_off():
 
 def test_without_depth_around_nothing_is_known():
     assert tip(0.0, END_COLUMN - 1) == UNKNOWN
+
+
+@pytest.mark.parametrize("has_camera", [False, True])
+@pytest.mark.parametrize(("occluded", "length"), [(0, 0.2), (8, 0.12)])
+def test_a_strand_ends_where_the_image_shows_its_tip_though_depth_is_lost_there(occluded, length, has_camera):
+    """What a camera shows without depth has its place across the line of sight only."""
+    joints = np.column_stack((0.01 * np.arange(21) - 0.1, np.zeros(21), np.full(21, DEPTH)))
+    hidden, lost = np.zeros(20, dtype=bool), np.zeros(20, dtype=bool)
+    hidden[:occluded] = lost[:8] = True
+    chain = Chain(joints, 0.01, RADIUS, occluded=hidden, depth_filled=lost)
+    camera = CAMERA if has_camera else None
+    foreground = SimpleNamespace(camera=camera, depth=np.full((120, 160), DEPTH), mask=np.zeros((120, 160), dtype=bool))
+    (strand,) = _strands(chain, 0, SimpleNamespace(radius=RADIUS, foreground=foreground))
+    assert strand.length == pytest.approx(length)
+    assert strand.arcs[-1] == pytest.approx(length)
+    if has_camera and not occluded:
+        np.testing.assert_allclose(strand.points, joints)
+        rays = joints / np.linalg.norm(joints, axis=1, keepdims=True)
+        np.testing.assert_allclose(strand.sight, np.where(np.arange(21)[:, None] < 8, rays, 0.0))
+    else:
+        np.testing.assert_allclose(strand.points, joints[8:])
+        assert strand.sight is None

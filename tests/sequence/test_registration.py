@@ -46,13 +46,31 @@ def test_a_tip_in_plain_view_is_the_tip_of_the_object():
     assert covered.tolist() == [True] * 26 + [False] * 25
 
 
+def test_a_stretch_without_depth_keeps_its_place_in_the_image():
+    """It lies where the camera sees it, and as deep as what is measured beside it says."""
+    joints = np.column_stack((np.arange(51) * SEGMENT - 0.25, np.zeros((51, 1)), np.full(51, 1.0)))
+    true = joints + np.column_stack((np.zeros(51), 0.01 * np.sin(np.linspace(0, np.pi, 51)), np.full(51, 0.02)))
+    shown = true.copy()
+    shown[15:35] *= 1.2  # depth lost: the background's in its place
+    rays = shown / np.linalg.norm(shown, axis=1, keepdims=True)
+    sight = np.where((np.arange(51)[:, None] >= 15) & (np.arange(51)[:, None] < 35), rays, 0.0)
+    seen = ObservedStrand(shown, np.arange(51) * SEGMENT, 0.5, (TIP, TIP), 0, sight)
+    (placed,) = place_strands([seen], joints, 0.5, 0.05)
+    bent, covered = bend(joints, [placed], 0.5)
+    assert covered.all()
+    pixels = 600 * bent[:, :2] / bent[:, 2:]
+    assert np.abs(pixels - 600 * true[:, :2] / true[:, 2:])[:, 1].max() < 0.5
+    assert np.abs(bent[:, 2] - true[:, 2]).max() < 0.005
+
+
 def test_strands_do_not_lie_on_each_other():
     joints = np.column_stack((np.arange(51) * SEGMENT, np.zeros((51, 1)), np.ones((51, 1))))
-    strands = [strand(joints, 0, 20), strand(joints, 5, 24, moved=(0.0, 0.002, 0.0))]
-    placed = place_strands(strands, joints, 0.5, 0.5)
-    spans = sorted(item.span for item in placed)
+    first = strand(joints, 0, 20)
+    beside, over = (strand(joints, start, start + 19, moved=(0.0, 0.002, 0.0)) for start in (17, 5))
+    spans = sorted(item.span for item in place_strands([first, beside], joints, 0.5, 0.5))
     assert len(spans) == 2
     assert spans[1][0] - spans[0][1] > -0.2 * 0.2
+    assert len(place_strands([first, over], joints, 0.5, 0.5)) == 1  # it would have to lie 11 cm from where it is seen
 
 
 def test_a_strand_of_something_else_is_left_out():

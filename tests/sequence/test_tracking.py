@@ -159,6 +159,7 @@ def test_what_refers_to_segments_goes_with_them(closed):
         base, radii=np.append(np.arange(count), 0 if closed else count),
         occluded=np.arange(count) < 5, depth_filled=np.arange(count) < 9,
         connections=(Connection(2, 0.5), Connection(7, 0.25)),
+        deviations=np.outer(np.append(np.arange(count), 0 if closed else count), (1, 2)),
     )  # fmt: skip
     for backwards, start in ((True, 0), (False, 9), (True, 9)) if closed else ((True, 0),):
         new, moved = reversed_chain(chain, backwards, start)
@@ -167,6 +168,7 @@ def test_what_refers_to_segments_goes_with_them(closed):
             np.testing.assert_array_equal(then, was[::-1] if backwards else was)
             assert new.occluded[now] == chain.occluded[old]
             assert new.depth_filled[now] == chain.depth_filled[old]
+        np.testing.assert_array_equal(new.deviations, np.outer(new.radii, (1, 2)))
         for joint, radius in zip(new.joints, new.radii, strict=True):
             np.testing.assert_array_equal(joint, chain.joints[int(radius)])
         assert {(item.segment, item.confidence) for item in new.connections} == {(moved[2], 0.5), (moved[7], 0.25)}

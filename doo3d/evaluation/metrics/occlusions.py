@@ -74,7 +74,8 @@ def _with_opposite_seam(chain: Chain) -> Chain | None:
         return None
     joints = np.roll(chain.joints[:-1], len(chain.joints) // 2, axis=0)
     none = np.zeros(0, dtype=bool)
-    return replace(chain, joints=np.vstack((joints, joints[:1])), radii=np.zeros(0), occluded=none, depth_filled=none)
+    joints = np.vstack((joints, joints[:1]))
+    return replace(chain, joints=joints, radii=np.zeros(0), occluded=none, depth_filled=none, deviations=None)
 
 
 def _passes(chain: Chain, alignment: ChainAlignment, truth: Truth, cable: int, run: SampleRun) -> bool:

@@ -117,7 +117,9 @@ def _color_image(caster: RayCaster, hits: Hits, directions: Floats, rng: Generat
     """Return the shaded image, (H, W, 3) uint8, with four rays per pixel wherever a solid is near."""
     scene = caster.scene
     shape = (scene.camera.height, scene.camera.width)
-    table = _table_light(caster, directions).reshape(-1, 1) * _texture(shape, rng).reshape(-1, 1)
+    table = _table_light(caster, directions).reshape(-1, 1)
+    if scene.table is None or scene.table.cloth is None:
+        table = table * _texture(shape, rng).reshape(-1, 1)
     image = _shade(caster, hits, directions, table)
     solid = hits.solid.reshape(shape) >= 0
     near = np.flatnonzero(binary_dilation(solid, iterations=2))
@@ -147,8 +149,9 @@ def _shade(caster: RayCaster, hits: Hits, directions: Floats, table: Floats) -> 
     if scene.table is not None:
         on_table = hits.solid == TABLE
         result[on_table] = table[on_table] * np.array(scene.table.color, dtype=float)
-        if scene.table.grain is not None:
-            result[on_table] *= scene.table.grain.brightness(hits.depth[on_table, None] * directions[on_table])[:, None]
+        for pattern in (scene.table.grain, scene.table.cloth):
+            if pattern is not None:
+                result[on_table] *= pattern.brightness(hits.depth[on_table, None] * directions[on_table])[:, None]
     on = np.flatnonzero(hits.solid >= 0)
     normals, ray = hits.normals[on], directions[on]
     normals = np.where((np.einsum("ij,ij->i", normals, ray) > 0)[:, None], -normals, normals)

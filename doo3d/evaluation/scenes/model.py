@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from ...types import Array, Bools, Camera, Floats, Ints
 
@@ -65,6 +66,33 @@ class Grain:
         bent = self.wobble * (np.sin(along / (23 * self.pitch)) + np.sin(across[:, 0] / (5 * self.pitch)))
         ring = (np.linalg.norm(across, axis=1) + bent) / self.pitch
         return np.asarray(1 - self.strength * (ring % 1) ** 3)
+
+
+@dataclass(frozen=True)
+class Print:
+    """A printed table cloth: a square picture that repeats along two directions of the plane, the same seen from everywhere.
+
+    Attributes
+    ----------
+    point
+        (3,) m, a corner of a square, in the camera's optical frame.
+    axes
+        (2, 3) unit vectors along the sides of the squares.
+    side
+        m, length of a side.
+    picture
+        (P, P) factors of the brightness.
+    """
+
+    point: Floats
+    axes: Floats
+    side: float
+    picture: Floats
+
+    def brightness(self, points: Floats) -> Floats:
+        """Return the factor of the brightness at points (N, 3) m of the plane, in the camera's optical frame: (N,)."""
+        pixels = (points - self.point) @ self.axes.T * (len(self.picture) / self.side)
+        return np.asarray(map_coordinates(self.picture, pixels.T, order=1, mode="grid-wrap"))
 
 
 @dataclass(frozen=True)
@@ -152,12 +180,15 @@ class Table:
         8-bit RGB.
     grain
         the grain of its wood; None for one color.
+    cloth
+        the print of its cloth; None gives each image a texture of its own, fixed to the image.
     """
 
     point: Floats
     normal: Floats
     color: Color = (150, 150, 150)
     grain: Grain | None = None
+    cloth: Print | None = None
 
 
 @dataclass(frozen=True)
@@ -250,7 +281,16 @@ def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: C
         name=name,
         cables=tuple(replace(cable, axis=np.asarray(move_points(cable.axis))) for cable in scene.cables),
         occluders=tuple(replace(solid, vertices=np.asarray(move_points(solid.vertices))) for solid in scene.occluders),
-        table=None if table is None else Table(move_points(table.point[None])[0], rotate(table.normal), table.color),
+        table=None if table is None else _moved_table(table, move_points, rotate),
         light=tuple(rotate(np.asarray(scene.light)).tolist()),
         trees=tuple(replace(tree, nodes=np.asarray(move_points(tree.nodes))) for tree in scene.trees),
     )
+
+
+def _moved_table(table: Table, move_points: Callable[[Floats], Floats], rotate: Callable[[Floats], Floats]) -> Table:
+    """Return a table after a rigid motion, as of `moved_scene`; without the grain of its wood, with the print of its cloth."""
+    cloth = table.cloth
+    if cloth is not None:
+        axes = np.array([rotate(axis) for axis in cloth.axes])
+        cloth = replace(cloth, point=move_points(cloth.point[None])[0], axes=axes)
+    return Table(move_points(table.point[None])[0], rotate(table.normal), table.color, cloth=cloth)

@@ -13,20 +13,23 @@ import numpy as np
 from ...config import Config
 from ...errors import DooError
 from ...pipeline import detect_with_stages
-from ...sequence.detect_sequence import check_mode, combine
+from ...sequence.background import background_view
+from ...sequence.detect_sequence import check_mode, combine, motion_of, with_poses
 from ...sequence.objects import find_objects
 from ...sequence.observations import Observation, observe
-from ...types import Array, Bools, Chain, Detection
+from ...sequence.steady_depth import steadied
+from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
 from ..benchmark.pictures import panels, truth_chain
 from ..benchmark.run import Benchmark
-from ..metrics.correct import FRAMES
+from ..metrics.correct import FRAMES, IN_IMAGE
 from ..metrics.record import Column, Record, Records, amount, decimals, number
 from ..metrics.score import score
 from ..rendering.renderer import Rendered
 from ..scenes.model import Truth
 from .motions import FRAME_RATE
 from .nodes import find_jumps, measured_nodes, node_offsets
+from .oracle import ORACLES, oracle_detections
 from .recorded import RecordedSequence
 from .scenes import Sequence as TrueSequence
 
@@ -34,6 +37,8 @@ VARIANTS = {
     "single": "each frame for itself",
     "forward": "with earlier frames only, as a tracker",
     "sequence": "with earlier and later frames",
+    "oracle-past": "the truth where it was measured, in this frame and earlier ones",
+    "oracle-both": "the truth where it was measured, in this frame, earlier and later ones",
 }
 """The variants that the records of a sequence compare, and what is known in each."""
 
@@ -50,6 +55,7 @@ def _ratio(name: str, title: tuple[str, str], width: int, of: str, to: str, digi
 
 COLUMNS = (
     FRAMES,
+    *IN_IMAGE.columns,
     amount(("", "missing"), 8, "frames_missing", lambda rows: sum(row.chains == 0 for row in rows)),
     number(("nodes", "mm"), 7, "nodes_seen nodes_hidden", 1, np.mean, name="node_error"),
     number(("hidden", "median"), 7, "nodes_hidden", 1, name="hidden_median"),
@@ -60,10 +66,11 @@ COLUMNS = (
     number(("time", "ms"), 7, "ms", 0, np.mean),
     _ratio("time_ratio", ("of", "single"), 7, "ms", "ms_single", 2),
 )
-"""The columns of the table: frames correct by the strict rule; frames without any chain, which have no nodes; distance of the
-nodes of the chains from their points of the material, mm, of all, of those where the sensor measured nothing, and of the others;
-RMS distance of hidden parts from the true axis, median over frames; of 1,000 nodes, those that move more than 5 radii against the
-material since the frame before; processor time per frame, and as a multiple of that of single frames."""
+"""The columns of the table: frames correct by the strict rule, and right in the image; frames without any chain, which have no
+nodes; distance of the nodes of the chains from their points of the material, mm, of all, of those where the sensor measured
+nothing, and of the others; RMS distance of hidden parts from the true axis, median over frames; of 1,000 nodes, those that move
+more than 5 radii against the material since the frame before; processor time per frame, and as a multiple of that of single
+frames."""
 
 
 def sequence_benchmark(config: Config, give_count: bool = True) -> Benchmark:
@@ -96,6 +103,8 @@ class FirstPass:
         (K,) bool, the nodes of the cable that the sensor measured.
     score
         the score of the detection.
+    camera
+        the intrinsics.
     seconds
         processor time of the detection, and of finding the strands in it, s.
     """
@@ -104,11 +113,12 @@ class FirstPass:
     truth: Truth
     measured: Bools
     score: Record
+    camera: Camera
     seconds: tuple[float, float]
 
 
 def measure_sequence(case: Case, config: Config, give_count: bool = True) -> list[Record]:
-    """Render a sequence, detect in it in three variants (see VARIANTS), and compare the chains with the cable.
+    """Render a sequence, detect in it in three variants, and compare the chains and two oracles (see VARIANTS) with the cable.
 
     Images are rendered, used and dropped one after the other.
 
@@ -143,10 +153,14 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     seconds = {"single": sum(frame.seconds[0] for frame in frames)}
     for variant, past_only in (("forward", True), ("sequence", False)):
         start = time.process_time()
-        detections[variant] = list(combine(observations, config, past_only))
+        motion = motion_of(observations, config, lambda k: observations[k].background)
+        detections[variant] = list(combine(with_poses(observations, motion), config, past_only))
         seconds[variant] = time.process_time() - start + sum(sum(frame.seconds) for frame in frames)
     detections["forward"] = [_or_single(*both) for both in zip(detections["forward"], detections["single"], strict=True)]
-    found = max((item.length for item in find_objects(observations, config)), default=float("nan"))
+    for variant, past_only in ORACLES.items():
+        truths, measured = [frame.truth for frame in frames], [frame.measured for frame in frames]
+        detections[variant], seconds[variant] = oracle_detections(truths, measured, past_only), float("nan")
+    found = max((item.length for item in find_objects(steadied(observations, config.tracking), config)), default=float("nan"))
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:
@@ -164,7 +178,8 @@ def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
     try:
         detection, stages = detect_with_stages(frame, config, rendered.mask)
         detected = time.process_time()
-        observation = observe(detection, stages, config)
+        background = background_view(frame, stages.context.foreground.mask)
+        observation = replace(observe(detection, stages, config), background=background)
     except DooError as error:
         detected = time.process_time()
         nothing = Detection((), frame=frame.name, timestamp=frame.timestamp, notes=(str(error),))
@@ -172,7 +187,7 @@ def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
     seconds = detected - start, time.process_time() - detected
     chains = observation.detection.chains
     measured = measured_nodes(truth, frame.depth)
-    return FirstPass(observation, truth, measured, score(chains, (truth,)), seconds)
+    return FirstPass(observation, truth, measured, score(chains, (truth,), camera=frame.camera), frame.camera, seconds)
 
 
 def _or_single(detection: Detection, single: Detection) -> Detection:
@@ -183,12 +198,12 @@ def _or_single(detection: Detection, single: Detection) -> Detection:
 def _rows(variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
     """Return the values of each frame in one variant; the longest chain of a frame is compared node by node."""
     truths = [frame.truth for frame in frames]
-    offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant == "sequence")
+    offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant not in ("single", "forward"))
     jumps, counted = find_jumps(offsets, truths[0].radius)
     distances = 1e3 * np.linalg.norm(offsets, axis=2)
     rows = []
     for k, (frame, detection) in enumerate(zip(frames, detections, strict=True)):
-        values = frame.score if variant == "single" else score(detection.chains, (frame.truth,))
+        values = frame.score if variant == "single" else score(detection.chains, (frame.truth,), camera=frame.camera)
         known = np.isfinite(distances[k])
         seen, hidden = distances[k][known & frame.measured], distances[k][known & ~frame.measured]
         rows.append(
@@ -197,6 +212,7 @@ def _rows(variant: str, frames: Sequence[FirstPass], detections: Sequence[Detect
                 time=k / FRAME_RATE,
                 variant=variant,
                 correct=values.correct,
+                image_correct=values.image_correct,
                 chains=values.chains,
                 hidden_share=float((~frame.measured).mean()),
                 node_error=_mean(distances[k][known]),

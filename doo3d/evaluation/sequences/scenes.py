@@ -105,7 +105,7 @@ class Sequence:
             if loss.part is not None and loss.start <= index < loss.end
         )
         cable = Truth(axis, motion.radius, color=self.color, shiny=shiny)
-        solids = tuple(solid for hand in self.hands if (solid := _solid(hand, axis, index)) is not None)
+        solids = tuple(solid for hand in self.hands if (solid := solid_of(hand, axis, index)) is not None)
         return Scene(f"{index:04d}", self.name, self.seed, motion.camera, (cable,), solids, motion.table, motion.light)
 
     def frame(self, index: int, sensor: str = "d435") -> Rendered:
@@ -123,7 +123,7 @@ class Sequence:
         return (self.frame(index, sensor) for index in range(len(self)))
 
 
-def _solid(hand: Hand, axis: Floats, index: int) -> Solid | None:
+def solid_of(hand: Hand, axis: Floats, index: int) -> Solid | None:
     """Return a hand as it is in a frame; None if it is not there."""
     passing = PASSING_SECONDS * FRAME_RATE
     if not hand.start - passing < index < hand.end + passing:

@@ -8,6 +8,7 @@ import pytest
 from builders.errors import refuses
 from builders.photos import save
 
+from doo3d.evaluation.sequences.evaluate import VARIANTS
 from doo3d.evaluation.sequences.recorded import recorded_sequences
 from doo3d.evaluation.sequences.scenes import make_sequence
 
@@ -48,9 +49,7 @@ def test_frames_and_truth_are_those_that_were_written(capture):
 def test_the_command_measures_them_in_all_variants(capture, doo3d):
     code, out, err = doo3d("evaluate", "sequences", "--own", "none", "--captures", capture[1], "--out", "out")
     assert (code, err) == (0, "")
-    assert [line.split()[:2] for line in out.splitlines()[2:5]] == [
-        ["cable_0", name] for name in ("single", "forward", "sequence")
-    ]
+    assert [line.split()[:2] for line in out.splitlines()[2:7]] == [["cable_0", name] for name in VARIANTS]
 
 
 def test_a_folder_without_one_is_refused(tmp_path):

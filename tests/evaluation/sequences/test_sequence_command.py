@@ -10,6 +10,8 @@ import pytest
 from builders.errors import code_in
 from builders.paths import DATA
 
+from doo3d.evaluation.sequences.evaluate import VARIANTS
+
 SMALL = ("--size", "160x120", "--sensor", "perfect")
 MOTION = DATA / "motion" / "DLO1_101.npy"
 
@@ -19,11 +21,11 @@ def test_own_motions_are_scored_drawn_and_written(doo3d):
     code, out, err = doo3d("evaluate", "sequences", *SMALL, *options)
     assert (code, err) == (0, "")
     lines = [line.split() for line in out.splitlines()]
-    assert [line[:2] for line in lines[2:5]] == [["dragged-0", name] for name in ("single", "forward", "sequence")]
+    assert [line[:2] for line in lines[2:7]] == [["dragged-0", name] for name in VARIANTS]
     with Path("rows.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [(row["variant"], int(row["frame"])) for row in rows[::12]] == [("single", 0), ("forward", 0), ("sequence", 0)]
-    assert len(rows) == 3 * 12
+    assert [(row["variant"], int(row["frame"])) for row in rows[::12]] == [(name, 0) for name in VARIANTS]
+    assert len(rows) == 5 * 12
     written = json.loads(Path("all.json").read_text())
     assert written["schema"] == "doo3d/evaluation/3"
     assert written["settings"]["motions"] == ["dragged"]
@@ -37,6 +39,8 @@ def test_own_motions_are_scored_drawn_and_written(doo3d):
     assert whole["frames_correct"] >= single["frames_correct"]
     assert whole["node_error"] < single["node_error"]
     assert single["time_ratio"] == 1
+    assert summary["oracle-both"]["frames_correct"] == 12
+    assert summary["oracle-both"]["node_error"] < summary["oracle-past"]["node_error"] < whole["node_error"]
     drawn = [Path(line) for line in out.splitlines() if line.endswith(".png")]
     assert sorted(drawn) == sorted(Path("hard").iterdir())
     assert sum(path.stem.endswith("_single") for path in drawn) == 3
@@ -58,7 +62,7 @@ def test_motion_capture_is_read_and_a_branched_file_of_the_folder_left_out(doo3d
     options = ("--own", "none", "--frames", 4, "--level", "easy", "--count", "auto")
     code, out, err = doo3d("evaluate", "sequences", *SMALL, *options, "--motions", folder)
     assert code == 0, err
-    assert [line.split()[0] for line in out.splitlines()[2:]] == ["a-0"] * 3
+    assert [line.split()[0] for line in out.splitlines()[2:]] == ["a-0"] * len(VARIANTS)
     assert err.startswith("note: left out: ")
     assert "b.npy" in err
     code, out, err = doo3d("evaluate", "sequences", *SMALL, *options, "--motions", folder / "b.npy")

@@ -1,0 +1,103 @@
+"""The standard deviations of joints in a sequence: those of the frame where a joint is seen, more where it is hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..kernels import nearest
+from ..types import Bools, Floats, Ints
+from .objects import SequenceObject
+from .observations import Observation
+from .shape import Shape
+
+WEIGHTS = np.array(((1.41, 0.954), (0.277, 0.0609)))
+"""Weights, across and along the ray, of a joint's deviations in the frame, and of how far it is from what is known of it
+(`deviation_terms`), whose squares are added. Fitted by docs/fit_deviations.py."""
+
+
+def with_deviations(
+    item: SequenceObject, shapes: Sequence[Shape | None], observations: Sequence[Observation], past_only: bool
+) -> list[Shape | None]:
+    """Return the shapes of an object in successive frames with the standard deviations of their joints.
+
+    Parameters
+    ----------
+    item
+        the object.
+    shapes
+        its shape in each frame; None where it is not there.
+    observations
+        the observations of these frames.
+    past_only
+        whether a hidden joint is known from earlier frames only.
+    """
+    terms = deviation_terms(item, shapes, observations, past_only)
+    if terms is None:
+        return list(shapes)
+    deviations = np.sqrt(((terms * WEIGHTS) ** 2).sum(axis=2))
+    return [None if shape is None else replace(shape, deviations=each) for shape, each in zip(shapes, deviations, strict=True)]
+
+
+def deviation_terms(
+    item: SequenceObject, shapes: Sequence[Shape | None], observations: Sequence[Observation], past_only: bool
+) -> Floats | None:
+    """Return the terms (T, M + 1, 2, 2) m of T frames and M + 1 joints; None if no chain of the frames has deviations.
+
+    The first is the pair of deviations that the frame gives to its own chain nearest to the joint, or to the seen joints on
+    both sides of a hidden one. The second, twice, is how far a hidden joint is from what is known: half the harmonic mean of
+    the length of object from the nearest joint seen in the frame, and of the way that the object moves since the joint was
+    seen, or until it is, with a radius.
+    """
+    seen = np.array([np.zeros(item.segments + 1, dtype=bool) if shape is None else shape.seen for shape in shapes])
+    reach = item.segment_length
+    own = [_own(shape, observation, reach) for shape, observation in zip(shapes, observations, strict=True)]
+    known = [each for each in own if each is not None]
+    if not known:
+        return None
+    usual = np.median(np.concatenate(known), axis=0)
+    at = np.arange(item.segments + 1)
+    base = np.empty((*seen.shape, 2))
+    for k, values in enumerate(own):
+        base[k] = usual if values is None else np.column_stack([np.interp(at, at[seen[k]], column) for column in values.T])
+    radius = item.radius if np.isfinite(item.radius) else item.segment_length
+    steps = np.minimum(_steps(seen.T).T, item.segments) * item.segment_length
+    moved = radius + _speed(shapes) * np.minimum(_steps(seen, past_only), len(seen))
+    away = np.where(seen, 0.0, steps * moved / (steps + moved))
+    return np.stack((base, np.repeat(away[..., None], 2, axis=2)), axis=2)
+
+
+def _own(shape: Shape | None, observation: Observation, reach: float) -> Floats | None:
+    """Return for the seen joints of a shape the deviations that the frame itself gives to the nearest joint; None without any.
+
+    reach : m, distance within which most are found; it only sets the time taken.
+    """
+    chains = [chain for chain in observation.detection.chains if chain.deviations is not None]
+    if shape is None or not chains or not shape.seen.any():
+        return None
+    points = np.concatenate([chain.joints for chain in chains])
+    index = nearest(shape.joints[shape.seen], points, reach, False)[1]
+    return np.asarray(np.concatenate([chain.deviations for chain in chains])[index])
+
+
+def _steps(seen: Bools, past_only: bool = False) -> Ints:
+    """Return for each row and column (R, C) the rows to the nearest one that has the column, before it or after it."""
+    rows = np.arange(len(seen))[:, None]
+    never = 2 * len(seen)
+    before = rows - np.maximum.accumulate(np.where(seen, rows, -never), axis=0)
+    after = np.minimum.accumulate(np.where(seen, rows, 2 * never)[::-1], axis=0)[::-1] - rows
+    return np.asarray(before if past_only else np.minimum(before, after))
+
+
+def _speed(shapes: Sequence[Shape | None]) -> float:
+    """Return by how much seen joints move from a frame to the next, m, 90th percentile; 0 if that is not known."""
+    moves = [
+        np.linalg.norm((after.joints - before.joints)[before.seen & after.seen], axis=1)
+        for before, after in pairwise(shapes)
+        if before is not None and after is not None
+    ]
+    moved = np.concatenate([np.zeros(0), *moves])
+    return float(np.percentile(moved, 90)) if len(moved) else 0.0

@@ -1,0 +1,222 @@
+"""Rings over time: which chains of the frames are one ring, and which of its points is which.
+
+A ring has no ends that tell where it begins. So its first joint is carried from frame to frame: of all ways to lay a ring onto
+the one before, that counts after which the least is left to bend, and to turn and slide. Where it is hidden, it is cut open in
+the middle of what is not seen, and the strands are registered as with a cable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..config import TrackingConfig
+from ..geometry.equal_segments import close_ring
+from ..types import Bools, Chain, Floats
+from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation, ObservedStrand
+from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, bend, covered, place_strands
+from .tracking import Tracker
+
+
+@dataclass(frozen=True)
+class RingTrack:
+    """The chains of one ring: in the order of their frames the frame, the index of the chain in it, and the chain."""
+
+    items: tuple[tuple[int, int, Chain], ...]
+
+    @property
+    def closed(self) -> list[Chain]:
+        """The chains that are closed."""
+        return [chain for _, _, chain in self.items if chain.closed]
+
+    def is_whole(self, chain: Chain, length: float) -> bool:
+        """Tell whether one of the chains is the whole ring, of a length in m."""
+        is_known = chain.closed and chain.confidence >= MIN_JOINED_CONFIDENCE
+        return is_known and abs(chain.length - length) <= LENGTH_ERROR * length
+
+
+def ring_tracks(observations: Sequence[Observation], tracking: TrackingConfig, least: int) -> list[RingTrack]:
+    """Return the rings of a capture, with the chains that show a part of one.
+
+    A track is a ring if at least `least` of its chains are closed, and more than there are open ones as long as these: the ends
+    of a cable may touch for a while."""
+    if not any(chain.closed for observation in observations for chain in observation.detection.chains):
+        return []
+    tracker, tracks = Tracker(tracking), dict[int, list[tuple[int, int, Chain]]]()
+    for frame, observation in enumerate(observations):
+        if not observation.detection.chains:
+            continue
+        tracked = tracker.update(replace(observation.detection, crossings=(), junctions=(), objects=()))
+        for number, chain in enumerate(tracked.chains):
+            assert chain.id is not None
+            tracks.setdefault(chain.id, []).append((frame, number, observation.detection.chains[number]))
+    return [track for track in map(RingTrack, map(tuple, tracks.values())) if _is_ring(track, least)]
+
+
+def _is_ring(track: RingTrack, least: int) -> bool:
+    lengths = [chain.length for chain in track.closed]
+    if len(lengths) < least:
+        return False
+    length = float(np.median(lengths))
+    long = [chain.joints for _, _, chain in track.items if not chain.closed and chain.length >= (1 - LENGTH_ERROR) * length]
+    apart = [joints for joints in long if np.linalg.norm(joints[-1] - joints[0]) > 2 * LENGTH_ERROR * length]
+    return len(lengths) > len(apart)
+
+
+def lay_rings(
+    track: RingTrack, observations: Sequence[Observation], length: float, segments: int, tolerance: float
+) -> list[tuple[bool, float]]:
+    """Return for each whole chain of a ring whether it runs backwards, and where its first joint is: a share of the ring, 0 to 1.
+
+    Each is laid onto the ring in the frame before, which strands carry on where a frame does not show it whole.
+
+    Parameters
+    ----------
+    track
+        the chains of the ring; the first whole one begins at its beginning.
+    observations
+        all frames of the capture.
+    length, segments
+        length of the ring, m, and its number of segments.
+    tolerance
+        m, largest RMS distance of a strand from where the ring was a frame before.
+    """
+    result = list[tuple[bool, float]]()
+    last: Floats | None = None
+    for frame, number, chain in track.items:
+        if track.is_whole(chain, length):
+            result.append((False, 0.0) if last is None else _laid_on(last[:-1], chain))
+            last = ring_joints(chain, *result[-1], segments)
+        elif last is not None:
+            strands = [strand for strand in observations[frame].strands if strand.chain == number]
+            placed = place_on_ring(strands, last, length, tolerance)
+            last = bend_ring(last, placed, length)[0] if placed else last
+    return result
+
+
+def ring_joints(chain: Chain, backwards: bool, start: float, segments: int) -> Floats:
+    """Return the joints (segments + 1, 3) m of a ring, the last as the first, from a chain laid as of `lay_rings`."""
+    at = np.linspace(0.0, 1.0, segments + 1)[:-1] - start
+    return _on_ring(chain.joints, -at if backwards else at)
+
+
+def _on_ring(joints: Floats, shares: Floats) -> Floats:
+    """Return points of a closed chain at shares of its length, and the first again."""
+    count = len(joints) - 1
+    at = (shares % 1.0) * count
+    low = np.minimum(at.astype(np.int64), count - 1)
+    part = (at - low)[:, None]
+    points = joints[low] * (1 - part) + joints[low + 1] * part
+    return np.concatenate((points, points[:1]))
+
+
+def _laid_on(before: Floats, chain: Chain) -> tuple[bool, float]:
+    """Return how a chain is laid onto the joints (M, 3) of its ring in an earlier frame: backwards or not, and its start.
+
+    What is left after the best turn and shift counts as bending; how far it turns and slides counts by TURN_WEIGHT only.
+    """
+    count = len(before)
+    steps = STEPS_PER_SEGMENT * count
+    reference = before - before.mean(axis=0)
+    own = np.linspace(0.0, 1.0, steps + 1)[:-1]
+    best: tuple[float, bool, float] | None = None
+    for backwards in (False, True):
+        dense = _on_ring(chain.joints, -own if backwards else own)[:-1]
+        index = (np.arange(steps)[:, None] + STEPS_PER_SEGMENT * np.arange(count)) % steps
+        laid = dense[index]
+        laid = laid - laid.mean(axis=1, keepdims=True)
+        product = np.einsum("ski,kj->sij", laid, reference)
+        squares = (laid**2).sum(axis=(1, 2)) + (reference**2).sum()
+        moved = squares - 2 * np.trace(product, axis1=1, axis2=2)
+        strength = np.linalg.svd(product, compute_uv=False)
+        strength[:, 2] *= np.sign(np.linalg.det(product))
+        cost = squares - 2 * strength.sum(axis=1) + moved * TURN_WEIGHT
+        k = int(np.argmin(cost))
+        left, middle, right = cost[k - 1], cost[k], cost[(k + 1) % steps]
+        bow = left - 2 * middle + right
+        finer = k + (0.5 * (left - right) / bow if bow > 0 else 0.0)
+        if best is None or middle < best[0]:
+            best = float(middle), backwards, float(finer / steps)
+    assert best is not None
+    _, backwards, first = best  # the ring's first joint is at this share of the dense ring
+    return backwards, -first % 1.0
+
+
+def place_on_ring(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+    """Find the position along a ring of each strand of a frame, as `place_strands` does along a cable.
+
+    The ring is cut open opposite the middle of the longest strand; no end of a strand is a tip.
+
+    Parameters
+    ----------
+    strands
+        the strands of the frame.
+    expected
+        (M + 1, 3) m, expected joints of the ring, the last as the first.
+    length, tolerance
+        m, as of `place_strands`.
+    """
+    if not strands:
+        return []
+    count = len(expected) - 1
+    segment = length / count
+    strands = [replace(strand, tips=(CUT_OFF, CUT_OFF)) for strand in strands]
+    longest = max(strands, key=lambda strand: strand.length)
+    twice = place_strands([longest], np.concatenate((expected[:-1], expected)), 2 * length, tolerance)
+    if not twice:
+        return []
+    seam = round((sum(twice[0].span) / 2 + length / 2) / segment) % count
+    opened = np.concatenate((expected[seam:-1], expected[: seam + 1]))
+    placed = place_strands(strands, opened, length, tolerance)
+    return [replace(item, arcs=(_slid(item, opened, segment) + seam * segment) % length) for item in placed]
+
+
+def _slid(item: Placed, expected: Floats, segment: float) -> Floats:
+    """Return the arc lengths of a strand after it slides and turns to where the expected joints fit best.
+
+    Positions are tried in steps of a third of a segment, which is enough for a cable, whose ends tell where it lies; a ring has
+    only the frame before to tell. segment : m, length of a segment.
+    """
+    low = np.clip((item.arcs / segment).astype(np.int64), 0, len(expected) - 2)
+    along = (expected[low + 1] - expected[low]) / segment
+    there = expected[low] + (item.arcs - low * segment)[:, None] * along
+    off, along, there = (each - each.mean(axis=0) for each in (item.points - there, along, there))
+    turned = [np.cross(axis, there) for axis in np.eye(3)]
+    moves = np.array([along, *turned]).reshape(4, -1).T
+    normal = moves.T @ moves
+    normal[1:, 1:] *= 1 + TURN_WEIGHT
+    slide = float(np.linalg.lstsq(normal, moves.T @ off.ravel(), rcond=None)[0][0])
+    return np.asarray(item.arcs + np.clip(slide, -segment, segment))
+
+
+def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:
+    """Fit the joints of a ring to the strands placed on it, as `bend` does with a cable: three turns of it, of which one counts.
+
+    Parameters
+    ----------
+    expected
+        (M + 1, 3) m, expected joints, the last as the first.
+    placed
+        the strands, with arc lengths from 0 to `length` along the ring.
+    length
+        m, length of the ring.
+
+    Returns
+    -------
+    joints : (M + 1, 3) m, neighbors exactly `length` / M apart, the last as the first.
+    seen : (M + 1,) bool, True for the joints that a strand covers.
+    """
+    count = len(expected) - 1
+    turns = np.concatenate((expected[:-1], expected[:-1], expected))
+    around = [replace(item, arcs=item.arcs + turn * length) for item in placed for turn in range(3)]
+    joints, _ = bend(turns, around, 3 * length)
+    seen = covered(around, len(turns), length / count)[count : 2 * count]
+    return closed_lengths(joints[count : 2 * count + 1], length / count), np.append(seen, seen[0])
+
+
+def closed_lengths(joints: Floats, segment: float) -> Floats:
+    """Return the joints (M + 1, 3) m of a ring with segments of exactly `segment` m; the last joint becomes the first."""
+    ring = close_ring(joints[:-1], segment)
+    return np.concatenate((ring, ring[:1]))

@@ -1,0 +1,86 @@
+"""Smooth an object over time: what is hidden moves on between what is seen, and what is seen keeps its place in the image."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import distance_transform_cdt
+
+from ..geometry.curves import runs
+from ..geometry.polyline import whittaker_smooth
+from ..types import Bools, Floats
+from .moving_camera import in_frame_of, seen_from
+from .objects import SequenceObject
+from .registration import TURN_WEIGHT, to_lengths
+from .rings import closed_lengths
+from .shape import Shape
+from .steady_depth import steady_shapes
+
+TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
+"""Weights of the second differences over time, and of a position that nothing seen is near, relative to 1 for one beside what was
+seen; one that was seen weighs as much more. With more stiffness, positions of a shape that turns are drawn together."""
+
+
+def smoothed(item: SequenceObject, shapes: list[Shape | None], poses: Floats | None) -> list[Shape | None]:
+    """Smooth over time what was not seen, and the depth that a camera measured; what was seen stays in its place in the image.
+
+    poses : (T, 4, 4) m, camera to the frame of the shapes; None if no camera saw them.
+    """
+    result = list(shapes)
+    for first, end in runs(np.array([shape is not None for shape in shapes], dtype=bool)):
+        result[first:end] = _smooth_run(
+            item, [shape for shape in shapes[first:end] if shape is not None], None if poses is None else poses[first:end]
+        )
+    return result
+
+
+def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | None) -> list[Shape]:
+    """Smooth frames in a row over time.
+
+    A joint that is seen without depth takes its depth from the frames around, and keeps its place in the image.
+    """
+    joints = np.array([shape.joints for shape in shapes])
+    seen = np.array([shape.seen for shape in shapes])
+    measured = np.array([shape.measured for shape in shapes])
+    weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))
+    smooth = joints.copy()
+    for k in np.flatnonzero(~measured.all(axis=0)):
+        weights = weight[:, k, None, None] * np.eye(3)
+        smooth[:, k] = np.where(measured[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
+    if poses is not None:
+        rays = joints - poses[:, None, :3, 3]
+        rays /= np.linalg.norm(rays, axis=2, keepdims=True)
+        off = np.where((seen & ~measured)[:, :, None], joints - smooth, 0.0)
+        smooth += off - (off * rays).sum(axis=2, keepdims=True) * rays
+    if item.closed:
+        return [
+            replace(shape, joints=closed_lengths(line, item.segment_length)) for line, shape in zip(smooth, shapes, strict=True)
+        ]
+    if poses is not None:
+        in_view = np.array([seen_from(pose, line) for pose, line in zip(poses, smooth, strict=True)])
+        steady = steady_shapes(in_view, measured)
+        smooth = np.array([in_frame_of(pose, line) for pose, line in zip(poses, steady, strict=True)])
+    return [
+        replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
+        for line, shape in zip(smooth, shapes, strict=True)
+    ]
+
+
+def _certainty(seen: Bools, closed: bool) -> Floats:
+    """Return how well each joint is known in each frame from what the frame shows, UNKNOWN_WEIGHT (0.01) to 1: (T, M + 1).
+
+    A strand tells how the object goes on for 7 segments (see TURN_WEIGHT); farther on the error of a position grows with the
+    square of the distance.
+
+    seen : (T, M + 1) bool, which joints the frames show. closed : whether the last joint is the first.
+    """
+    count = seen.shape[1]
+    around = np.hstack((seen[:, :-1], seen, seen[:, 1:])) if closed else seen
+    first = count - 1 if closed else 0
+    away = np.full(seen.shape, float(count))
+    for frame, shown in enumerate(around):
+        if shown.any():
+            away[frame] = distance_transform_cdt(~shown)[first : first + count]
+    return np.asarray(UNKNOWN_WEIGHT + 1 / (1 + (TURN_WEIGHT * away**2) ** 2))

@@ -1,0 +1,271 @@
+"""Smooth the depth of an object over the frames of a capture that show it whole.
+
+A stereo camera measures where a strand is in the image to a fraction of a pixel, and how far away it is with errors in waves of
+many radii along the strand, which no single frame can tell from bends. From frame to frame these waves change, while the bends
+of the object change smoothly. So its inverse range is smoothed over time and along the object together: mostly the change over
+time of its bends, by the share of noise in it. How fast bends change is known across the line of sight, where the image measures
+well.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import interp1d
+from scipy.linalg import solveh_banded
+
+from ..config import TrackingConfig
+from ..geometry.noise import MAD_TO_DEVIATION
+from ..geometry.polyline import arc_length, resample, steps
+from ..types import Bools, Chain, Floats
+from .moving_camera import in_world
+from .observations import Observation, ObservedStrand
+from .registration import exact_lengths, to_lengths
+from .tracking import reversed_chain
+from .tracks import WINDOW, tracks_of
+
+NODES = 40
+"""Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds."""
+
+MIN_FRAMES = 5
+"""Frames that show an object whole at least: fewer do not tell noise from motion."""
+
+ALIKE = 0.1
+"""Share by which the length of a chain may differ from the median of its track and still be the same object, seen with noise."""
+
+AROUND, SEEN_ERROR = 4, 0.03
+"""Frames on either side, and share by which the length of an object in the image may differ from its median over them: the image
+tells better than depth whether an end is hidden."""
+
+UNSEEN_WEIGHT = 0.05
+"""Weight of depth that no reading supports, beside 1."""
+
+BEND_SHARE = 0.01
+"""Weight of the bends and of the acceleration of an object, beside 1 for the change over time of its bends: both are large where
+it is bent away from the camera, or pushed."""
+
+OUTLIER_DEVIATIONS, ROUNDS = 2.0, 5
+"""Standard deviations at which a reading weighs a quarter (Geman and McClure's estimator), and rounds of weighing."""
+
+LEAST_VARIANCE = 1e-10
+"""Least variance of relative inverse range and of its changes: depth of rendered scenes can be without noise."""
+
+
+def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> list[Observation]:
+    """Return observations whose chains and strands have their depth smoothed over time, where a frame shows a whole object.
+
+    Parameters
+    ----------
+    observations
+        frames in order, of one camera, in its frame; of clouds, which have no line of sight, they are returned as they are. The
+        poses of a camera that moves tell which chains are the same object.
+    tracking
+        how a chain is recognized from frame to frame.
+    """
+    result = list(observations)
+    if not is_of_camera(observations):
+        return result
+    for track in tracks_of(in_world(observations), tracking).values():
+        usual = float(np.median([chain.length for _, _, chain in track.items]))
+        alike = [item for item in track.items if abs(item[2].length - usual) <= ALIKE * usual]
+        for _, block in itertools.groupby(alike, lambda item: item[0] // WINDOW):
+            items = list(block)
+            seen = [
+                reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
+                for frame, number, _ in items
+            ]
+            chains = steady_chains([frame for frame, _, _ in items], seen)
+            for (frame, number, _), chain in zip(items, chains, strict=True):
+                own = reversed_chain(chain, track.backwards[frame])[0]
+                result[frame] = _with_chain(result[frame], number, own)
+    return result
+
+
+def is_of_camera(observations: Sequence[Observation]) -> bool:
+    """Tell whether observations are in the frame of a camera, whose errors of depth are along the line of sight."""
+    return all(observation.detection.coordinates == "camera" for observation in observations)
+
+
+def _with_chain(observation: Observation, number: int, chain: Chain) -> Observation:
+    """Return an observation with another chain of as many segments in place of one, and its strands on the joints of that."""
+    detection = observation.detection
+    before = detection.chains[number]
+    chains = (*detection.chains[:number], chain, *detection.chains[number + 1 :])
+    strands = (_moved(each, before, chain) if each.chain == number else each for each in observation.strands)
+    return replace(observation, detection=replace(detection, chains=chains), strands=tuple(strands))
+
+
+def _moved(strand: ObservedStrand, before: Chain, chain: Chain) -> ObservedStrand:
+    """Return a strand on the same joints of another chain of as many segments."""
+    start = int(np.argmin(np.linalg.norm(before.joints - strand.points[0], axis=1)))
+    at = start + np.rint((strand.arcs - strand.arcs[0]) / before.segment_length).astype(np.int64)
+    share = chain.segment_length / before.segment_length
+    return replace(strand, points=chain.joints[at], arcs=strand.arcs * share, length=strand.length * share)
+
+
+def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]:
+    """Return the chains of one object with their depth smoothed over time; what is across the line of sight stays.
+
+    Parameters
+    ----------
+    frames
+        the index in the capture of the frame of each chain, ascending.
+    chains
+        the chains, each the whole object or nearly so, in one direction and in the camera's frame. Fewer than MIN_FRAMES (5) are
+        returned as they are, and so is a chain that is shorter or longer in the image than those around it.
+
+    Returns
+    -------
+    Chains of as many segments each, of equal length again.
+    """
+    in_image = np.array([_turned_by(chain.joints)[-1] for chain in chains])
+    usual = np.array([np.median(in_image[max(0, k - AROUND) : k + AROUND + 1]) for k in range(len(chains))])
+    whole = np.flatnonzero(np.abs(in_image - usual) <= SEEN_ERROR * usual).tolist()
+    if len(whole) < MIN_FRAMES:
+        return list(chains)
+    at = np.array([frames[k] for k in whole]) - frames[whole[0]]
+    places = np.linspace(0.0, 1.0, NODES)
+    inverse, weight, rays = np.zeros((at[-1] + 1, NODES)), np.zeros((at[-1] + 1, NODES)), np.full((at[-1] + 1, NODES, 3), np.nan)
+    for k, row in zip(whole, at.tolist(), strict=True):
+        joints = chains[k].joints
+        along, distance = _turned_by(joints) / in_image[k], np.linalg.norm(joints, axis=1)
+        inverse[row] = np.interp(places, along, 1 / distance)
+        weight[row] = np.interp(places, along, np.where(_is_seen(chains[k]), 1.0, UNSEEN_WEIGHT))
+        rays[row] = np.column_stack([np.interp(places, along, each) for each in (joints / distance[:, None]).T])
+    change = smooth_in_time(inverse, weight, rays) - inverse
+    result = list(chains)
+    for k, row in zip(whole, at.tolist(), strict=True):
+        joints = chains[k].joints
+        distance = np.linalg.norm(joints, axis=1)
+        nearer = distance * np.interp(_turned_by(joints) / in_image[k], places, change[row])
+        result[k] = _laid(chains[k], joints / (1 + nearer)[:, None])
+    return result
+
+
+def _turned_by(joints: Floats) -> Floats:
+    """Return the angle between the ray to the first joint and that to each of the joints (M, 3), along the chain, rad: (M,)."""
+    return arc_length(joints / np.linalg.norm(joints, axis=1, keepdims=True))
+
+
+def _is_seen(chain: Chain) -> Bools:
+    """Tell which joints of a chain bound a segment whose depth was measured: (M + 1,)."""
+    return np.asarray(np.append(~chain.depth_filled, False) | np.append(False, ~chain.depth_filled))
+
+
+def steady_shapes(joints: Floats, seen: Bools) -> Floats:
+    """Return the joints (T, M + 1, 3) m of an object in successive frames with their depth smoothed over time.
+
+    seen : (T, M + 1) bool, which joints the frames show.
+    """
+    if len(joints) < MIN_FRAMES:
+        return joints
+    distance = np.linalg.norm(joints, axis=2)
+    places, at = np.linspace(0.0, 1.0, NODES), np.linspace(0.0, 1.0, joints.shape[1])
+    values = np.dstack((1 / distance, np.where(seen, 1.0, UNSEEN_WEIGHT), joints / distance[:, :, None]))
+    inverse, weight, *rays = np.moveaxis(interp1d(at, values, axis=1)(places), 2, 0)
+    change = smooth_in_time(inverse, weight, np.stack(rays, axis=2)) - inverse
+    nearer = distance * interp1d(places, change, axis=1)(at)
+    return np.asarray(joints / (1 + nearer)[:, :, None])
+
+
+def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats) -> Floats:
+    """Smooth the inverse range of places along an object over time.
+
+    Parameters
+    ----------
+    inverse
+        (T, K) 1/m, inverse range of K >= 3 evenly spaced places in T >= 3 frames.
+    weight
+        (T, K), 0 where it is not known.
+    rays
+        (T, K, 3) unit, direction from the camera to each place; NaN where it is not known.
+
+    Returns
+    -------
+    (T, K) 1/m, known everywhere; the given values where bends change no more along the line of sight than across it.
+
+    Notes
+    -----
+    The result x minimizes the sum of w (x - y)^2 over y, the given values, in shares of their median, plus
+    n |D_t D_k x|^2 / b^2 + BEND_SHARE (n |D_k x|^2 / k^2 + n |D_t x|^2 / t^2), where D_k and D_t are second differences along
+    the object and over time, b, k and t the robust standard deviations of these differences across the line of sight, and n the
+    variance of the noise, from how much more D_t D_k y and D_t y vary. Weights w fall with the misfit (Geman and McClure).
+    """
+    known = weight > 0
+    scale = float(np.median(inverse[known]))
+    values = np.where(known, inverse / scale, np.nan)
+    tangent = np.gradient(rays, axis=1)
+    across = np.cross(rays, tangent)
+    across /= np.maximum(np.linalg.norm(across, axis=2, keepdims=True), LEAST_VARIANCE)
+    over_time, along = np.diff(rays, 2, axis=0), np.diff(rays, 2, axis=1)
+    moved = _variance((over_time * across[1:-1]).sum(axis=2))
+    bent = _variance((along * across[:, 1:-1]).sum(axis=2))
+    bends_moved = _variance((np.diff(along, 2, axis=0) * across[1:-1, 1:-1]).sum(axis=2))
+    changed = _variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
+    if changed <= bends_moved:
+        return inverse
+    noise = max(changed / 36, (_variance(np.diff(values, 2, axis=0)) - moved) / 6)  # a second difference has 6 times the variance
+    stiffness = _stiffness(weight.shape, noise / bends_moved, BEND_SHARE * noise / bent, BEND_SHARE * noise / moved)
+    values = np.where(known, values, 0.0)
+    smooth, current = values, weight
+    for _ in range(ROUNDS):
+        bands = stiffness.copy()
+        bands[-1] += current.ravel()
+        smooth = solveh_banded(bands, (current * values).ravel(), overwrite_ab=True, check_finite=False).reshape(values.shape)
+        off = values - smooth
+        limit = OUTLIER_DEVIATIONS**2 * max(noise, _variance(off[known]))
+        current = weight / (1 + off**2 / limit) ** 2
+    return np.asarray(smooth * scale)
+
+
+def _variance(values: Floats) -> float:
+    """Return the robust variance of values, those that are NaN left out."""
+    known = values[np.isfinite(values)]
+    return max(float(MAD_TO_DEVIATION * np.median(np.abs(known))) ** 2 if len(known) else 0.0, LEAST_VARIANCE)
+
+
+def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: float) -> Floats:
+    """Return the upper bands of the penalties on second differences for `solveh_banded`: (2 K + 3, T K), diagonal last.
+
+    shape : (T, K) frames and places. both, along, over_time : weights of the differences over time of those along the object, of
+    those along it, and of those over time.
+    """
+    frames, nodes = shape
+    bands = np.zeros((2 * nodes + 3, frames, nodes))
+    line, time = _squared_differences(nodes), _squared_differences(frames)
+    for later in range(3):
+        for farther in range(-2 if later else 0, 3):
+            by_place = line[abs(farther)] if farther >= 0 else np.roll(line[-farther], farther)
+            weight = both * np.outer(time[later], by_place)
+            if not later:
+                weight += along * by_place
+            if not farther:
+                weight += over_time * time[later][:, None]
+            bands[-1 - later * nodes - farther] = weight
+    bands[-1] += LEAST_VARIANCE
+    return np.asarray(bands.reshape(2 * nodes + 3, frames * nodes))
+
+
+def _squared_differences(count: int) -> Floats:
+    """Return the diagonals of the matrix whose quadratic form is the sum of squared second differences of N values: (3, N).
+
+    Row k holds for each column the entry k rows above the main diagonal, 0 outside.
+    """
+    diagonals = np.zeros((3, count))
+    for row, entries in enumerate(((1, 4, 1), (-2, -2), (1,))):
+        for k, entry in enumerate(entries):
+            first = row + k
+            diagonals[row, first : first + count - 2] += entry
+    return diagonals
+
+
+def _laid(chain: Chain, line: Floats) -> Chain:
+    """Return a chain laid anew along a line (M + 1, 3) m, with as many segments, equally long."""
+    count = len(line)
+    nodes = resample(line, np.linspace(0.0, steps(line).sum(), count))
+    segment = float(steps(nodes).mean())
+    joints = exact_lengths(to_lengths(nodes, segment, np.zeros(count, dtype=bool)), segment)
+    return replace(chain, joints=joints, segment_length=segment)

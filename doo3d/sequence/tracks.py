@@ -1,0 +1,139 @@
+"""The open chains of a capture by the id that tracking gives them, and which of them show an object whole."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..config import TrackingConfig
+from ..types import Chain, Floats
+from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
+from .topology import OPEN, ChainInFrame, Pattern, pattern_of
+from .tracking import FRAME_RATE, Tracker
+
+JUNCTION_SLACK_RADII = 1.5
+"""Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
+
+MIN_FRAMES = 3
+"""Fewest frames in which an object is seen whole; all frames in a shorter capture."""
+
+LEAP_NODES = 20
+"""Points of a chain at which its place in one frame is compared with that in others."""
+
+WINDOW = 10 * FRAME_RATE
+"""Frames of a window, which are followed and whose depth is smoothed together: 10 s of video."""
+
+CONTEXT = 3 * FRAME_RATE
+"""Frames over which an object is followed though it is not seen: up to so many frames after a chain was lost, one of its length
+is taken for it, wherever it lies, and so many are read before and after a window. 3 s of video."""
+
+
+@dataclass
+class Track:
+    """The open chains of one id, in one direction.
+
+    Attributes
+    ----------
+    items
+        in the order of their frames: the frame, the index of the chain in it, and the chain in the direction of tracking.
+    backwards
+        by frame, whether the chain in the frame runs the other way.
+    patterns, pattern
+        which ends of the chain are at junctions: by frame, and as most frames say.
+    """
+
+    items: list[tuple[int, int, Chain]]
+    backwards: dict[int, bool]
+    patterns: dict[int, Pattern]
+    pattern: Pattern = OPEN
+
+    @property
+    def lengths(self) -> Floats:
+        """The lengths (K,) m of the chains that show both ends; of all if there are none.
+
+        Chains that end at other junctions than most are left out.
+        """
+        items = [item for item in self.items if self.patterns[item[0]] == self.pattern]
+        shown = [chain.length for _, _, chain in items if _shows_both_ends(chain, self.pattern)]
+        return np.array(shown or [chain.length for _, _, chain in items or self.items])
+
+    def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
+        """Tell whether one of its chains is the whole object, of a length in m."""
+        frame, _, chain = item
+        if chain.confidence < MIN_JOINED_CONFIDENCE or self.patterns[frame] != self.pattern:
+            return False
+        slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
+        return _shows_both_ends(chain, self.pattern) and abs(chain.length - length) <= LENGTH_ERROR * length + slack
+
+    @property
+    def tracked(self) -> list[ChainInFrame]:
+        """The chains that end at junctions as most do, by frame and index."""
+        return [
+            ChainInFrame(frame, chain, self.backwards[frame])
+            for frame, chain, _ in self.items
+            if self.patterns[frame] == self.pattern
+        ]
+
+
+def tracks_of(
+    observations: Sequence[Observation], tracking: TrackingConfig, taken: Collection[tuple[int, int]] = ()
+) -> dict[int, Track]:
+    """Return the open chains of all frames by the id that tracking gives them, all of one id in one direction.
+
+    taken : (frame, chain) of the chains to leave out.
+    """
+    tracker = Tracker(tracking)
+    tracks: dict[int, Track] = {}
+    for frame, observation in enumerate(observations):
+        all_chains = enumerate(observation.detection.chains)
+        chains = [(number, chain) for number, chain in all_chains if not chain.closed and (frame, number) not in taken]
+        if not chains:
+            continue
+        tracked = tracker.update(
+            replace(observation.detection, chains=tuple(chain for _, chain in chains), crossings=(), junctions=(), objects=())
+        )
+        for (number, _), chain in zip(chains, tracked.chains, strict=True):
+            assert chain.id is not None
+            track = tracks.setdefault(chain.id, Track([], {}, {}))
+            track.items.append((frame, number, chain))
+            backwards = not np.array_equal(chain.joints[0], observation.detection.chains[number].joints[0])
+            track.backwards[frame] = backwards
+            track.patterns[frame] = pattern_of(observation.detection, number, backwards)
+    return tracks
+
+
+def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
+    """Return whole chains without those that lie elsewhere than the ones before and after, the farthest first.
+
+    One frame that joins the strands wrongly would bend the object in all frames in which a part of it is hidden.
+    """
+    kept = list(items)
+    nodes = [chain.nodes(LEAP_NODES) for _, _, chain in items]
+    while len(kept) > MIN_FRAMES:
+        leaps = [_leap(kept, nodes, k) for k in range(len(kept))]
+        farthest = int(np.argmax(leaps))
+        if leaps[farthest] <= tracking.max_motion_lengths:
+            break
+        del kept[farthest], nodes[farthest]
+    return kept
+
+
+def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> float:
+    """Return how far a chain lies from where those before and after say, mean over its nodes, in lengths of the chain."""
+    frame, _, chain = items[k]
+    before, after = max(0, k - 1), min(len(items) - 1, k + 1)
+    first, last = items[before][0], items[after][0]
+    if k in (before, after):
+        other = after if before == k else before
+        expected, frames = nodes[other], abs(items[other][0] - frame)
+    else:
+        share = (frame - first) / (last - first)
+        expected, frames = (1 - share) * nodes[before] + share * nodes[after], 1
+    return float(np.linalg.norm(nodes[k] - expected, axis=1).mean()) / (frames * chain.length)
+
+
+def _shows_both_ends(chain: Chain, pattern: Pattern) -> bool:
+    """Tell whether both ends were seen; one at a junction is where the strands that meet there say."""
+    return not (chain.depth_filled[0] and not pattern[0]) and not (chain.depth_filled[-1] and not pattern[1])
