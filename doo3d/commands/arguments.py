@@ -73,6 +73,15 @@ CameraOption = Annotated[
     ),
 ]
 
+CamerasOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--cameras",
+        metavar="FILE",
+        help="INPUT holds the images of several calibrated cameras: a rig file, or a stereo pair's calibration (ZED, OpenCV).",
+    ),
+]
+
 EveryOption = Annotated[int, typer.Option(min=1, metavar="N", help="Keep every Nth of the selected frames.")]
 StartOption = Annotated[
     str | None,

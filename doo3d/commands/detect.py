@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from ..runs.option_checks import check_one_mode, check_pose_use
 from .arguments import (
     CameraOption,
+    CamerasOption,
     EndOption,
     EveryOption,
     FramesOption,
@@ -48,6 +48,7 @@ def detect(
         ),
     ] = None,
     camera: CameraOption = None,
+    cameras: CamerasOption = None,
     every: EveryOption = 1,
     start: StartOption = None,
     end: EndOption = None,
@@ -109,6 +110,7 @@ def detect(
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
       doo3d detect capture -o out --sequence --workers 4
+      doo3d detect pairs -o out --cameras rig.yaml
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early;
     130: interrupted with Ctrl-C.
@@ -123,15 +125,18 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..inputs import ReadOptions, open_capture
+        from ..inputs import ReadOptions
         from ..inputs.frame_selection import Selection, select_frames
+        from ..rig.opening import open_frames
+        from ..runs.option_checks import check_one_mode, check_pose_use, check_rig_use
 
         effective = config_of(config, overrides)
         given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
-        read_options = ReadOptions.from_pairs(given, camera)
+        read_options = ReadOptions.from_pairs(given, camera, cameras)
         check_one_mode(fuse_views, sequence)
         check_pose_use(read_options, effective, fuse_views)
-        opened = open_capture(capture, effective.mode == "2d", mask, read_options, limits=effective.input.limits())
+        opened = open_frames(capture, effective, mask, read_options)
+        check_rig_use(opened, fuse_views)
         opened = select_frames(opened, Selection(every, start, end, frames))
         for note in () if quiet else opened.notes:
             typer.echo(f"note: {note}", err=True)

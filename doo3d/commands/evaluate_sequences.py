@@ -48,8 +48,10 @@ def sequences(
 ) -> None:
     """Render cables in motion, detect in them in three variants, and compare the chains with the truth.
 
-    Prints a table with three lines per sequence. single: each frame for itself. forward: with earlier frames only, as a tracker.
-    sequence: with earlier and later frames, as doo3d detect --sequence. The detection is given the true mask.
+    Prints a table with five lines per sequence. single: each frame for itself. forward: with earlier frames only, as a
+    tracker. sequence: with earlier and later frames, as doo3d detect --sequence. The detection is given the true mask.
+    oracle-past, oracle-both: what a perfect estimator would reach that knows the cable where the camera measured it, in
+    earlier frames, or in later ones, too.
 
     \b
     Examples:

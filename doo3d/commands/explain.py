@@ -10,6 +10,7 @@ import typer
 
 from .arguments import (
     CameraOption,
+    CamerasOption,
     FrameOption,
     InputOption,
     MaskOption,
@@ -37,6 +38,7 @@ def explain(
     mask: MaskOption = None,
     input_options: InputOption = None,
     camera: CameraOption = None,
+    cameras: CamerasOption = None,
     document: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the explanation with all its numbers to this file.")
     ] = None,
@@ -51,11 +53,11 @@ def explain(
       doo3d explain sample_clouds/crossing --frame 0
       doo3d explain photo.jpg -c image --json why.json
     """
-    from ..inputs import ReadOptions, open_capture
+    from ..inputs import ReadOptions
+    from ..rig.opening import open_frames
 
     effective = config_of(config, overrides)
-    reading = ReadOptions.from_pairs(input_options, camera)
-    opened = open_capture(capture, effective.mode == "2d", mask, reading, limits=effective.input.limits())
+    opened = open_frames(capture, effective, mask, ReadOptions.from_pairs(input_options, camera, cameras))
     frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)

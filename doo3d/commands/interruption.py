@@ -46,7 +46,22 @@ def interruptible() -> Iterator[Interruption]:
     """Yield an Interruption for the duration of a `with` block; on Ctrl-C print its line on stderr and exit with code 130."""
     interruption = Interruption()
     try:
-        yield interruption
+        with unmasked_interrupts():
+            yield interruption
     except KeyboardInterrupt:
         typer.echo(interruption.line(), err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def unmasked_interrupts() -> Iterator[None]:
+    """Raise the KeyboardInterrupt behind an error that a compiled module raises if Ctrl-C comes while it is loaded."""
+    try:
+        yield
+    except (ImportError, SystemError) as error:
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, KeyboardInterrupt):
+                raise KeyboardInterrupt from None
+            cause = cause.__cause__ or cause.__context__
+        raise

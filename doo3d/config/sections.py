@@ -41,7 +41,7 @@ class VoxelizeConfig(Section):
     split_at_depth_step: float = expert(
         0.0,
         "Split strands where the depth steps down by at least this much, as where one passes beneath another. Radii, "
-        "0 or more; 0 turns it off. Set it to 1 for piles of stiff tubes.",
+        "0 or more; 0 turns it off. Set it to 0.5 for piles of stiff tubes.",
         ge=0,
     )
 

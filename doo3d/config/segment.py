@@ -57,18 +57,19 @@ def _with_plugins(value: Any, check: ValidatorFunctionWrapHandler) -> Any:
         raise
 
 
-_Method = Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge", "strands", "onnx"]
+_Method = Literal["auto", "hsv", "mask", "plane", "background", "everything", "ridge", "strands", "network", "onnx"]
 Method = Annotated[_Method, WrapValidator(_with_plugins), PlainSerializer(str, return_type=str)]
 """Name of a segmentation method: one of doo3d's, or that of an installed plug-in."""
 
 
 class OnnxConfig(Section):
-    """Settings of the method onnx: the user's own segmentation network, as an ONNX file."""
+    """Settings of the methods network and onnx: the user's own segmentation network, as an ONNX file."""
 
     model: str | None = Field(
         None,
-        description="Segmentation network, for the method onnx. Path of an ONNX file with one input (1, 3, height, width) and "
-        "the output (1, classes, height, width). Set it if you have trained one.",
+        description="Your own segmentation network. Path of an ONNX file: from doo3d train for the method network, which has one "
+        "of its own; any other, with one input (1, 3, height, width) and the output (1, classes, height, width), for the method "
+        "onnx. Set it if you have trained one.",
     )
     input_size: tuple[PositiveInt, PositiveInt] | None = Field(
         None,
@@ -108,9 +109,10 @@ class SegmentConfig(Section):
         description="Method that tells the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
         "plane (whatever stands out of the dominant plane), background (whatever differs from `reference`), "
         "strands (bands of one width, told by color or raised from the plane), everything (all points), ridge (thin lines, "
-        "2-D only), onnx (the network `onnx.model`) or auto: the mask if "
+        "2-D only), network (a small network and the rules of strands; your own by `onnx.model`, from `doo3d train`), "
+        "onnx (any other network, `onnx.model`) or auto: the mask if "
         "one is given, else hsv if `ranges` are set, background if `reference` is set, "
-        "strands in 2-D and if most of the scene is a broad surface (plane without color), everything otherwise; "
+        "network in 2-D, strands if most of the scene is a broad surface (plane without color), everything otherwise; "
         "or the name of a method that a plug-in adds. Set it if auto chooses wrongly.",
     )
     ranges: tuple[HsvRange, ...] = Field(
@@ -145,9 +147,10 @@ class SegmentConfig(Section):
     )
     onnx: OnnxConfig = expert(
         OnnxConfig(),
-        "Your own segmentation network, for the method onnx: `segment.onnx.model`, path of an ONNX file; `input_size`, width and "
-        "height that it takes, px; `mean` and `scale` of its input; `channels`, rgb or bgr; `class_index` of the object; "
-        "`threshold` of a network of one class. Set them as the network was trained and exported.",
+        "Your own segmentation network. For the methods network (a file of doo3d train) and onnx (any other): "
+        "`segment.onnx.model`, path of an ONNX file; `threshold`, the score above which a pixel is the object. For the method "
+        "onnx: `input_size`, width and height that it takes, px; `mean` and `scale` of its input; `channels`, rgb or bgr; "
+        "`class_index` of the object. Set them as the network was trained and exported.",
     )
     plane_distance: float = Field(
         0.003,

@@ -15,9 +15,10 @@ def helix(count: int = 25, shift: float = 0.0, **values) -> doo3d.Chain:
     along = np.column_stack((np.cos(turn), np.sin(turn), np.full(count, 0.5))) / np.sqrt(1.25)
     joints = np.concatenate((np.zeros((1, 3)), np.cumsum(along * LENGTH, axis=0))) + np.array((0.1, shift, 0.7))
     radii = RADIUS + 1e-4 * np.sin(np.arange(count + 1))
-    return doo3d.Chain(
-        joints, LENGTH, RADIUS, radii=radii, occluded=np.arange(count) % 5 == 3, depth_filled=np.arange(count) % 5 > 2, **values
-    )
+    deviations = 1e-4 * np.column_stack((2 + np.sin(np.arange(count + 1)), np.arange(count + 1)))
+    filled = np.arange(count) % 5 > 2
+    values = {"occluded": np.arange(count) % 5 == 3, "depth_filled": filled, "deviations": deviations} | values
+    return doo3d.Chain(joints, LENGTH, RADIUS, radii=radii, **values)
 
 
 def ring(count: int = 40) -> doo3d.Chain:

@@ -50,6 +50,24 @@ def convolution(weights: np.ndarray, bias: np.ndarray, size: tuple[int, int]) ->
     return _model([node], tensors, (1, 3, *size), (1, classes, *size))
 
 
+def at_half_size(weights: np.ndarray, bias: float, size: tuple[int, int]) -> bytes:
+    """Return a model of the shape of doo3d's network: 8 channels at half the size of the image, two classes of 2 x 2 pixels.
+
+    Class 0 is sigmoid(weights @ color + bias) at each pixel, class 1 the same.
+
+    weights : (3,). size : (height, width) of the input, both even.
+    """
+    kernel = np.zeros((8, 3, 2, 2))
+    for channel in range(8):
+        kernel[channel, :, channel % 4 // 2, channel % 2] = weights
+    nodes = [
+        _node("Conv", ["image", "kernel", "bias"], "a", kernel_shape=[2, 2], strides=[2, 2]),
+        _node("Sigmoid", ["a"], "scores"),
+    ]
+    shape = (1, 8, size[0] // 2, size[1] // 2)
+    return _model(nodes, {"kernel": kernel, "bias": np.full(8, bias)}, (1, 3, *size), shape)
+
+
 def mixed(size: tuple[int, int]) -> bytes:
     """Return a model of one class with operators of several kinds: strides, pooling, reshaping, joining, resizing.
 

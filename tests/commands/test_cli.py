@@ -18,7 +18,7 @@ from doo3d import __version__
 from doo3d.config import Config, load_config, preset_names
 from doo3d.inspection import scaling
 
-COMMANDS = "detect info tune explain report video view export compare evaluate bench presets config samples".split()
+COMMANDS = "detect info tune explain report video view export compare evaluate bench train presets config samples".split()
 
 
 def test_one_line_per_frame_and_the_files(doo3d, capture):

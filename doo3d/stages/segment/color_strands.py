@@ -80,11 +80,16 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
     if len(told):
         selected.ravel()[_other_things(selected, told, parts, strands[~flat], color)] = False
-    note = ""
-    if flat.any():
-        bands = "1 band that is" if flat.sum() == 1 else f"{flat.sum()} bands that are"
-        note = f"segment (strands): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
-    return Selected(selected, note)
+    left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
+    return Selected(selected, flat_note("strands", len(left_out)), left_out=left_out)
+
+
+def flat_note(method: str, count: int) -> str:
+    """Return the sentence on the number of flat bands that a method left out of a frame with depth; empty for none."""
+    if not count:
+        return ""
+    bands = "1 band that is" if count == 1 else f"{count} bands that are"
+    return f"segment ({method}): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
 
 
 class _Parts(NamedTuple):

@@ -71,8 +71,8 @@ class Checked(NamedTuple):
     fault: str
 
 
-def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tuple[list[Checked], int]:
-    """Return the strands that look like an object, the most likely first, and the number of shadows and joints left out.
+def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tuple[list[Checked], list[Checked]]:
+    """Return the strands that look like an object, the most likely first, and the shadows and joints left out.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tup
     """
     ranks = np.array([_rank(strand) for strand in strands])
     covered = np.zeros(color.shape[:2], dtype=bool)
-    chosen, shadows = list[Checked](), 0
+    chosen, shadows = list[Checked](), list[Checked]()
     for k in np.argsort(-ranks, kind="stable").tolist():
         if ranks[k] < MIN_RANK_SHARE * (chosen[0].rank if chosen else 0.0):
             break
@@ -94,7 +94,7 @@ def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tup
         if entry.fault not in ("", "shadow") or covered[row, column].mean() > MAX_OVERLAP:
             continue
         if entry.fault:
-            shadows += 1
+            shadows.append(entry)
             continue
         chosen.append(entry)
         covered |= draw_strand(entry.line, OVERLAP_WIDTHS * entry.width + OVERLAP_PX, covered.shape)

@@ -11,7 +11,7 @@ from ...errors import InputError
 from ...facts.frame_facts import FrameFacts
 from ...geometry.limits import MAX_CELLS
 from ...geometry.noise import SAMPLES
-from ...types import Array, Bools, Cloud, CloudSampling, Floats, Foreground, Frame, Image, Plane, check_mask
+from ...types import Array, Cloud, CloudSampling, Floats, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .mask_cleanup import CleanedMask, clean_mask
@@ -26,10 +26,11 @@ from .split_strands import SplitMask, split_strands
 from .strand_filter import filter_along_strands
 from .supporting_plane import find_supporting_plane
 
-BY_SHAPE = ("strands", "plane", "ridge")
+BY_SHAPE = ("network", "strands", "plane", "ridge")
 """Methods that look for strands by their shape; all others are told by the user what the object is."""
 
 AUTO_NOTES = {
+    "network": "segment: method network (auto), since no mask or color is given; segment.method strands finds them by rules",
     "strands": "segment: method strands (auto), since no mask or color is given; doo3d tune proposes colors",
     "plane": "segment: method plane (auto), since no mask or color is given; doo3d tune proposes settings",
     "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
@@ -106,7 +107,8 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
         (wrong unit).
     """
     extended = _segment(data, config, mask, 0)
-    foreground = replace(extended.foreground, is_told=base.foreground.is_told, plane=base.foreground.plane)
+    known = base.foreground
+    foreground = replace(extended.foreground, is_told=known.is_told, plane=known.plane, probability=known.probability)
     return replace(extended, foreground=foreground, method=EXTENDED, choice=base.choice, base=base.base or base)
 
 
@@ -121,7 +123,8 @@ def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | N
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     if mask is None:
         _check_frame_depth(frame, config)
-    method, selected, note, plane = _select(frame, config, mask, seed, frame.depth.shape)
+    method, made = _select(frame, config, mask, seed, frame.depth.shape)
+    selected, note, plane = made[:3]
     is_told = _is_told(method, config)
     may_have_wide = method not in (MASK, "everything")
     if method != "everything":
@@ -170,17 +173,18 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     shape = image.color.shape[:2]
     drawn = object_in_mask_image(image.color)
-    if drawn is not None and mask is None and config.method == "auto" and resolve_method(image, config) == "strands":
+    if drawn is not None and mask is None and config.method == "auto" and resolve_method(image, config) in ("network", "strands"):
         mask = drawn
-    method, selected, note, _ = _select(image, config, mask, seed, shape)
+    method, made = _select(image, config, mask, seed, shape)
+    selected, note = made[:2]
     is_told = _is_told(method, config)
     # an image of the mask tells nothing that the mask does not
     color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
+    _check_size(int(np.count_nonzero(selected)))
     cleaned = clean_mask(selected, config, mask is None)
     facts = cleaned.facts
-    _check_size(facts.count)
     holes = selected if cleaned.closed_holes else None
     split = split_strands(facts, holes, color, None, config.equal_widths, is_told and config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
@@ -193,6 +197,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         side_by_side=split.side_by_side,
         colors=split.colors,
         color=color,
+        probability=made.probability,
         notes=_notes(method, note, len(pixels) > 0),
         is_told=is_told,
     )
@@ -202,7 +207,8 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     spread = quantiles(cloud.points, SPREAD) if len(cloud.points) else np.zeros((len(SPREAD), 3))
     _check_extent(spread, len(cloud.points), config)
-    method, selected, note, plane = _select(cloud, config, mask, seed, (len(cloud.points),))
+    method, made = _select(cloud, config, mask, seed, (len(cloud.points),))
+    selected, note, plane = made[:3]
     is_told = cloud.segmented or _is_told(method, config)
     chosen, limits = draw_points(cloud.points if selected.all() else cloud.points[selected], seed)
     facts, points, means = filter_points(chosen, spread if chosen is cloud.points else None)
@@ -232,18 +238,18 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
 
 def _select(
     data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int, shape: tuple[int, ...]
-) -> tuple[str, Bools, str, Plane | None]:
-    """Return the method, the mask of the given shape that the caller or the method gives, and the method's note and plane."""
+) -> tuple[str, Selected]:
+    """Return the method, and the mask of the given shape that the caller or the method gives, with what else the method knows."""
     if mask is not None:
         given = check_mask(mask, shape)
         if not given.any():
             element = "point" if isinstance(data, Cloud) else "pixel"
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
-        return MASK, given, "", None
+        return MASK, Selected(given)
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
     selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
-    chosen, note, plane = selected if isinstance(selected, Selected) else Selected(selected)
-    return method, chosen if SEGMENTERS.is_built_in(method) else check_mask(chosen, shape), note, plane
+    made = selected if isinstance(selected, Selected) else Selected(selected)
+    return method, made if SEGMENTERS.is_built_in(method) else made._replace(mask=check_mask(made.mask, shape))
 
 
 def _check_size(pixels: int) -> None:

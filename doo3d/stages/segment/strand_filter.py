@@ -14,8 +14,7 @@ from scipy.ndimage import uniform_filter1d
 from ...evidence.support import BESIDE_PX
 from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
-from ...geometry.polyline import unit, whittaker_smooth
-from ...kernels import nearest, sample_across, smooth_strand_depth
+from ...kernels import nearest, smooth_depth_beside, smooth_strand_depth, upper_of_groups
 from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
@@ -111,7 +110,7 @@ def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
 def _smooth_readings(readings: Readings, line: Ints, bounds: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
     """Return the smooth depth (N,) m of the readings on branches that are smoothed, 0 for the others."""
     near = _nearest_samples(readings.pixels.astype(float), line.astype(float))
-    value, count = _nearer_readings(1 / readings.depth, near, len(line))
+    value, count = upper_of_groups(1 / readings.depth, near, len(line), NEARER_SHARE)
     smooth = np.zeros(len(line))
     measured = np.concatenate(([0], np.cumsum(count > 0)))
     for k in np.flatnonzero(np.diff(measured[bounds]) >= MIN_BRANCH_PX).tolist():  # of noise most branches are short
@@ -128,14 +127,6 @@ def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
         reach *= 2
         distance[far], near[far] = nearest(pixels[far], line, reach, True)
     return near
-
-
-def _nearer_readings(inverse: Floats, sample: Ints, size: int) -> tuple[Floats, Ints]:
-    """Return the nearer inverse depth at each of so many samples, 0 without readings, and the number of readings: (S,), (S,)."""
-    order = np.lexsort((inverse, sample))
-    count = np.bincount(sample, minlength=size)
-    index = np.cumsum(count) - 1 - np.floor(NEARER_SHARE * np.maximum(count - 1, 0)).astype(int)
-    return np.where(count > 0, inverse[order][np.maximum(index, 0)], 0.0), count
 
 
 def _is_torn(depth: Floats, bounds: Ints, radius: float) -> bool:
@@ -172,10 +163,6 @@ def _smooth_depth(value: Floats, measured: Bools, line: Ints, mask: Bools, radiu
     return _drawn_to_surface(depth, waves, line, mask, radius, frame) if waves > MAX_WAVES_RADII * radius else depth
 
 
-def _deviation(residual: Floats) -> float:
-    return MAD_TO_DEVIATION * float(np.median(np.abs(residual)))
-
-
 def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
     """Return the depth (S,) m of a strand, drawn towards the surface beside it as far as the strand probably lies on it.
 
@@ -191,18 +178,6 @@ def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radi
 
 def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats | None:
     """Return the smooth depth (S,) m of what is seen on both sides of a strand; None if less than half of it is seen."""
-    along = uniform_filter1d(np.gradient(line.astype(float), axis=0), 9, axis=0, mode="nearest")
-    lateral = unit(along)[:, ::-1] * (-1, 1)
-    offset = (radius * frame.camera.fx / depth)[:, None] + BESIDE_PX
-    readings = sample_across(line.astype(float), lateral, np.concatenate((-offset, offset), axis=1), mask, frame.depth)[1]
-    known = np.flatnonzero(~np.isnan(readings).all(axis=1))
-    if 2 * len(known) < len(line):
-        return None
-    medians = np.nanmedian(readings[known], axis=1)
-    surface: Floats = np.interp(np.arange(len(line)), known, medians)
-    weight, smooth = np.ones(len(line)), np.asarray(surface)
-    for _ in range(SMOOTHINGS):
-        smooth = whittaker_smooth(surface[:, None], weight[:, None, None], SURFACE_SMOOTHING_PX**4)[:, 0]
-        residual = surface - smooth
-        weight = 1 / (1 + (residual / max(2 * _deviation(residual), 1e-6)) ** 2)
-    return smooth
+    numbers = SURFACE_SMOOTHING_PX**4, MAD_TO_DEVIATION, SMOOTHINGS
+    smooth = smooth_depth_beside(line, radius * frame.camera.fx / depth, BESIDE_PX, mask, frame.depth, *numbers)
+    return smooth if len(smooth) else None

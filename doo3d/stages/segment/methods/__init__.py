@@ -13,7 +13,7 @@ from .... import plugins
 from ....config import SegmentConfig
 from ....plugins import Registry
 from ....types import Bools, Cloud, Frame, Image
-from . import auto, background, everything, hsv, onnx, plane, ridge, strands
+from . import auto, background, everything, hsv, network, onnx, plane, ridge, strands
 from .selected import Selected
 
 Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools | Selected]
@@ -27,6 +27,7 @@ SEGMENTERS: Registry[Segmenter] = Registry(
         "everything": everything.mask,
         "ridge": ridge.mask,
         "strands": strands.mask,
+        "network": network.mask,
         "onnx": onnx.mask,
     },
 )

@@ -10,6 +10,7 @@ from ....kernels import fill_cells, neighborhood_spreads, wide_readings
 from ....types import Cloud, Frame, Image
 from ..point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from ..sparse_strands import is_sparse
+from .network import IS_PACKAGED
 
 MIN_BROAD_FRACTION = 0.5
 """A scene is broad when more than this fraction of it belongs to surfaces wider than `segment.max_width`."""
@@ -24,16 +25,16 @@ DEPTH_STRIDE_PX = 4
 def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
     """Return the name of the segmentation method that fits the settings and the data.
 
-    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "strands" for an image and for a
-    frame with color of mostly wide surfaces such as a table, "plane" for such a scene without color, and "everything" for any
-    other.
+    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "network" for an image, "strands" if none
+    is installed; "strands" for a frame with color of mostly wide surfaces such as a table, "plane" for such a scene without
+    color, and "everything" for any other.
     """
     if config.ranges:
         return "hsv"
     if config.reference is not None:
         return "background"
     if isinstance(data, Image):
-        return "strands"
+        return "network" if IS_PACKAGED else "strands"
     if not is_broad(data, config):
         return "everything"
     return "strands" if isinstance(data, Frame) and data.color is not None else "plane"

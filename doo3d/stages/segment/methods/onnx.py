@@ -53,7 +53,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     if color is None:
         raise InputError("segment.method is onnx, which needs a color image", code="method-needs-color")
     settings = config.onnx
-    scores = _scores(_run(str(settings.model), _input(color, settings)), settings)
+    scores = _scores(run_model(str(settings.model), _input(color, settings)), settings)
     size = color.shape[1], color.shape[0]
     if len(scores) == 1:
         return np.asarray(cv2.resize(scores[0], size, interpolation=cv2.INTER_LINEAR) > settings.threshold)
@@ -90,17 +90,18 @@ _tried: set[tuple[str, tuple[int, ...]]] = set()
 """Digests of models that ran in a process of their own, with the shapes of their inputs."""
 
 
-def _run(path: str, image: Array) -> Array:
+def run_model(path: str, image: Array, is_trusted: bool = False) -> Array:
     """Return the output of the model for an image (1, 3, H, W).
 
-    OpenCV ends the process on some damaged models. The first image of each shape is therefore run in another process before.
+    OpenCV ends the process on some damaged models. Unless the model is trusted, the first image of each shape is therefore run in
+    another process before.
     """
     try:
         status = os.stat(path)
         model = _read(path, status.st_mtime_ns, status.st_size)
     except OSError as error:
         raise InputError(f"segment.onnx.model {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
-    if (model.digest, image.shape) not in _tried:
+    if not is_trusted and (model.digest, image.shape) not in _tried:
         isolated(
             _try, model, image, where=model.name, code="onnx-unreadable", memory=_MAX_FIRST_RUN_BYTES, seconds=_MAX_FIRST_RUN_S
         )

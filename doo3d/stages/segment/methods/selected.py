@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ....types import Bools, Plane
+from ....types import Array, Bools, Ints, Plane
 
 
 class Selected(NamedTuple):
-    """The pixels that a method selects, a sentence about what it left out, and the plane behind them.
+    """The pixels that a method selects, with what else it knows of the image.
 
     Attributes
     ----------
@@ -18,8 +18,15 @@ class Selected(NamedTuple):
         the sentence; empty if there is nothing to say.
     plane
         the plane that the method found, its normal to either side; None if it looked for none, or found too few readings on it.
+    left_out
+        row-major indices of the pixels of each band that the rules leave out: as a shadow or a joint of a photograph, or as flat
+        in a frame.
+    probability
+        (H, W) float32, the probability that a pixel belongs to a thin object; None if the method knows none.
     """
 
     mask: Bools
     note: str = ""
     plane: Plane | None = None
+    left_out: tuple[Ints, ...] = ()
+    probability: Array | None = None

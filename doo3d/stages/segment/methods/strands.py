@@ -51,16 +51,17 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
             "segment.method is strands, which needs an image: for a cloud use plane or everything", code="method-needs-image"
         )
     if isinstance(data, Image):
-        return _in_image(data.color)
+        return select_in_image(data.color)
     raised = plane.mask(data, config, seed)
     return select_in_frame(raised.mask, data)._replace(plane=raised.plane)
 
 
-def _in_image(color: Array) -> Selected:
+def select_in_image(color: Array, pixels: int = IMAGE_PIXELS) -> Selected:
+    """Select strands in a photograph (H, W, 3) uint8 RGB; one with more pixels is scaled down to so many before."""
     shape = color.shape[:2]
     if max(shape) > MAX_ASPECT * min(shape):
         return Selected(np.zeros(shape, dtype=bool), ASPECT_NOTE.format(shape[1], shape[0], MAX_ASPECT))
-    shrink = max(1.0, (shape[0] * shape[1] / IMAGE_PIXELS) ** 0.5)
+    shrink = max(1.0, (shape[0] * shape[1] / pixels) ** 0.5)
     color = np.ascontiguousarray(color)
     if shrink > 1:
         color = cv2.resize(color, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
@@ -70,11 +71,13 @@ def _in_image(color: Array) -> Selected:
     scale = np.array((shape[1] / color.shape[1], shape[0] / color.shape[0]))
     for strand in chosen:
         selected |= draw_strand((strand.line + 0.5) * scale - 0.5, strand.width * float(scale.mean()), shape)
-    return Selected(selected, _note(shadows))
+    drawn = (draw_strand((each.line + 0.5) * scale - 0.5, each.width * float(scale.mean()), shape) for each in shadows)
+    return Selected(selected, shadow_note("strands", len(shadows)), left_out=tuple(map(np.flatnonzero, drawn)))
 
 
-def _note(shadows: int) -> str:
+def shadow_note(method: str, shadows: int) -> str:
+    """Return the sentence on the number of bands that a method left out of a photograph as shadows or joints; empty for none."""
     if not shadows:
         return ""
     bands = "1 band that is" if shadows == 1 else f"{shadows} bands that are"
-    return f"segment (strands): left out {bands} only darker than both sides, as shadows and joints are; give a mask if wrong"
+    return f"segment ({method}): left out {bands} only darker than both sides, as shadows and joints are; give a mask if wrong"

@@ -48,10 +48,10 @@ def overlap(found, truth):
     return (found & truth).sum() / (found | truth).sum()
 
 
-def test_auto_selects_strands_where_there_is_color():
+def test_auto_selects_strands_in_frames_with_color():
     grey = np.full((*SHAPE, 3), 90, np.uint8)
     depth = np.full(SHAPE, 0.8, np.float32)
-    assert resolve_method(Image(grey), SegmentConfig()) == "strands"
+    assert resolve_method(Image(grey), SegmentConfig()) == "network"
     assert resolve_method(Frame(grey, depth, CAMERA), SegmentConfig()) == "strands"
     assert resolve_method(Frame(None, depth, CAMERA), SegmentConfig()) == "plane"
 
@@ -76,7 +76,7 @@ def test_a_shadow_is_left_out_with_a_note():
     drawn(light, SHADE, 10, 1.0)
     shaded = (image * (1 - 0.35 * cv2.GaussianBlur(light, (0, 0), 2.5))[..., None]).astype(np.uint8)
     drawn(shaded, BEND, 10, (200, 40, 40))
-    found = segment(Image(shaded), SegmentConfig(max_width=np.inf, max_width_ratio=np.inf)).foreground
+    found = segment(Image(shaded), SegmentConfig(method="strands", max_width=np.inf, max_width_ratio=np.inf)).foreground
     assert overlap(found.mask, pixels(BEND, 10)) > 0.75
     assert not (found.mask & pixels(SHADE, 6) & ~pixels(BEND, 16)).any()
     assert any("only darker" in note for note in found.notes)

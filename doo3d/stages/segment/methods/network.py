@@ -1,0 +1,126 @@
+"""Select the pixels that a network for thin objects, trained by `doo3d train`, takes for the object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from ....config import SegmentConfig
+from ....errors import InputError
+from ....types import Array, Bools, Cloud, Frame, Image
+from ..color_strands import flat_note
+from . import strands
+from .onnx import run_model
+from .selected import Selected
+from .strands import IMAGE_PIXELS, MAX_ASPECT
+
+PACKAGED = Path(__file__).parents[1] / "network.onnx"
+"""The network that comes with doo3d."""
+
+IS_PACKAGED = PACKAGED.is_file()
+
+PYRAMID = (1.0, 1.5)
+"""Sizes at which the network looks at a photograph, whose strands have any width; a frame is looked at once, at video rate.
+Chosen on CVF3D-DLO and 50 photographs of others, where a third size of 0.75 made nothing better."""
+
+RULES_PIXELS = IMAGE_PIXELS // 4
+"""Pixels that a photograph is scaled down to before the rules look at it: they take a fifth of their time then."""
+
+PHOTOGRAPH_ODDS, FRAME_ODDS = (3.0, 2.0), (4.0, 4.0)
+"""Factors by which a pixel's odds rise if the rules select it, and fall if not. Chosen for photographs on CVF3D-DLO and 50
+photographs of others: given the network's odds, those of the labelled pixels there are 2.7 and 1.9 times as high where the rules
+select, and 4.7 and 1.9 times as low elsewhere. In a frame the rules know depth: the network outdoes them from 0.8 on."""
+
+STRIDE_PX = 32
+"""The network takes images whose sides are multiples of this."""
+
+
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
+    """Select the pixels of thin objects, such as cables, ropes and hoses, by a network that OpenCV runs, and by the rules.
+
+    A frame is scaled to 640 x 360 pixels at most; a photograph is looked at in this size and in one and a half of it. The rules
+    of the method `strands`, which know edges of color and in a frame also depth, vote on each pixel.
+
+    Parameters
+    ----------
+    data
+        a Frame with color, or an Image.
+    config
+        section `segment` of the settings: `onnx.model`, a file that `doo3d train` wrote, without which the packaged network is
+        used, and `onnx.threshold`.
+    seed
+        seed of the random draws of the rules.
+
+    Returns
+    -------
+    (H, W) bool, with the probability of each pixel, a note on what both left out as shadows or as flat, and the plane that the
+    rules found.
+
+    Raises
+    ------
+    InputError : the data has no color image; there is no network; the file cannot be read, or is no network of `doo3d train`.
+    """
+    color = None if isinstance(data, Cloud) else data.color
+    if color is None:
+        raise InputError("segment.method is network, which needs a color image", code="method-needs-color")
+    if config.onnx.model is None and not IS_PACKAGED:
+        raise InputError(
+            "segment.method is network, but none is installed: set segment.onnx.model to a file that doo3d train wrote",
+            code="network-missing",
+        )
+    if isinstance(data, Image):
+        rules = strands.select_in_image(color, RULES_PIXELS)
+        if max(color.shape[:2]) > MAX_ASPECT * min(color.shape[:2]):
+            return rules
+        probability = object_probability(color, config.onnx.model, PYRAMID)
+        probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
+    else:
+        rules = strands.mask(data, config, seed)
+        probability = _with_votes(object_probability(color, config.onnx.model), rules.mask, FRAME_ODDS)
+    selected = probability > config.onnx.threshold
+    left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
+    note = strands.shadow_note("network", left_out) if isinstance(data, Image) else flat_note("network", left_out)
+    return Selected(selected, note, rules.plane, probability=probability)
+
+
+def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> Array:
+    """Return the probability (H, W) float32 of pixels after the rules' votes (H, W) bool; odds : factors for and against."""
+    raised = probability * np.where(voted, np.float32(odds[0]), np.float32(1 / odds[1]))
+    return np.asarray(raised / (raised + (1 - probability)))
+
+
+def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1.0,)) -> Array:
+    """Return the probability (H, W) float32 that a pixel belongs to a thin object.
+
+    color : (H, W, 3) uint8 RGB. model : path of the network; None takes the packaged one. scales : sizes, of 640 x 360 pixels at
+    most, at which the network looks at the image; their probabilities are averaged.
+    """
+    path = str(PACKAGED if model is None else model)
+    shrink = min(1.0, (IMAGE_PIXELS / (color.shape[0] * color.shape[1])) ** 0.5)
+    found = np.zeros(color.shape[:2], np.float32)
+    for scale in scales:
+        found += _at_scale(np.ascontiguousarray(color), path, shrink * scale)
+    return found / len(scales)
+
+
+def _at_scale(image: Array, path: str, scale: float) -> Array:
+    shape = image.shape[:2]
+    if scale != 1:
+        kind = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+        image = cv2.resize(image, (max(1, round(shape[1] * scale)), max(1, round(shape[0] * scale))), interpolation=kind)
+    height, width = image.shape[:2]
+    padded = cv2.copyMakeBorder(image, 0, -height % STRIDE_PX, 0, -width % STRIDE_PX, cv2.BORDER_REPLICATE)
+    output = run_model(path, cv2.dnn.blobFromImage(padded, 1 / 255), is_trusted=path == str(PACKAGED))
+    rows, columns = padded.shape[0] // 2, padded.shape[1] // 2
+    if output.shape != (1, 8, rows, columns):
+        raise InputError(
+            f"segment.onnx.model {path}: its output has shape {output.shape}, expected (1, 8, {rows}, {columns}): the method "
+            "network takes files of doo3d train, the method onnx any other",
+            code="onnx-output",
+        )
+    shuffled = output[0, :4].reshape(2, 2, rows, columns).transpose(2, 0, 3, 1).reshape(2 * rows, 2 * columns)
+    found = np.ascontiguousarray(shuffled[:height, :width])
+    return np.asarray(cv2.resize(found, shape[::-1], interpolation=cv2.INTER_LINEAR))

@@ -1,0 +1,139 @@
+"""The method network: images of any size through a network of doo3d train."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from builders.errors import refuses
+from builders.onnx_model import at_half_size, convolution
+
+from doo3d.config import OnnxConfig, SegmentConfig
+from doo3d.stages.segment.methods import auto, network, strands
+from doo3d.stages.segment.methods.network import mask, object_probability
+from doo3d.types import Camera, Cloud, Frame, Image
+
+SIZE = (64, 96)
+
+
+@pytest.fixture
+def model(tmp_path):
+    """A network to which red is the object."""
+    path = tmp_path / "red.onnx"
+    path.write_bytes(at_half_size(np.array([40.0, 0, 0]), -20.0, SIZE))
+    return path
+
+
+def picture(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return an image with a red line of an odd shape, and the line."""
+    rows, columns = np.mgrid[0:height, 0:width]
+    line = np.abs(rows - 0.4 * height - 0.2 * columns) < 5
+    return np.where(line[..., None], (220, 30, 40), (20, 90, 160)).astype(np.uint8), line
+
+
+@pytest.fixture(autouse=True)
+def one_size(monkeypatch):
+    """The small models of these tests take images of one size."""
+    monkeypatch.setattr(network, "PYRAMID", (1.0,))
+
+
+def settings(path, **options) -> SegmentConfig:
+    return SegmentConfig(method="network", onnx=OnnxConfig(model=str(path), **options))
+
+
+@pytest.mark.parametrize("size", [SIZE, (61, 83), (64, 70)])
+def test_pixels_stay_where_they_are(model, size):
+    color, line = picture(*size)
+    np.testing.assert_array_equal(mask(Image(color), settings(model), 0).mask, line)
+
+
+def test_the_threshold_is_a_setting(model):
+    color, _ = picture(*SIZE)
+    assert not mask(Image(color), settings(model, threshold=1.0), 0).mask.any()
+
+
+@pytest.mark.parametrize("probability", [0.3, 0.6])
+def test_the_rules_decide_where_the_network_is_in_doubt(tmp_path, probability):
+    path = tmp_path / "doubtful.onnx"
+    size = (128, 192)
+    path.write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), size))
+    color, line = picture(*size)
+    found = mask(Image(color), settings(path), 0)
+    np.testing.assert_array_equal(found.mask, strands.mask(Image(color), SegmentConfig(), 0).mask)
+    assert (found.mask & line).sum() > 0.8 * line.sum()
+
+
+def test_the_probability_is_that_after_the_vote(model):
+    color, line = picture(*SIZE)
+    found = mask(Image(color), settings(model), 0)
+    assert found.probability.dtype == np.float32
+    np.testing.assert_array_equal(found.probability > 0.5, line)
+
+
+@pytest.mark.parametrize(("probability", "is_said"), [(0.05, True), (0.95, False)])
+def test_a_frame_says_which_flat_bands_the_network_leaves_out_too(tmp_path, probability, is_said):
+    v, u = np.mgrid[0:240, 0:320]
+    lies, color = np.abs(v - 80 - 0.1 * u) < 4, np.full((240, 320, 3), (200, 190, 170), np.uint8)
+    color[lies | (np.abs(v - 130 - 0.1 * u) < 4)] = (60, 60, 60)
+    frame = Frame(color, np.where(lies, 0.792, 0.8).astype(np.float32), Camera(300.0, 300.0, 160.0, 120.0, 320, 240))
+    assert "1 band that is flat on the surface" in strands.mask(frame, SegmentConfig(), 0).note
+    (tmp_path / "any.onnx").write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), (256, 320)))
+    note = mask(frame, settings(tmp_path / "any.onnx"), 0).note
+    assert ("segment (network): left out 1 band that is flat" in note) == is_said
+
+
+def test_a_certain_network_outdoes_the_rules(tmp_path):
+    for probability, share in ((0.1, 0.0), (0.9, 1.0)):
+        (tmp_path / "certain.onnx").write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), SIZE))
+        assert mask(Image(picture(*SIZE)[0]), settings(tmp_path / "certain.onnx"), 0).mask.mean() == share
+
+
+def test_large_images_are_scaled_down(model, monkeypatch):
+    monkeypatch.setattr(network, "IMAGE_PIXELS", 64 * 96)
+    color, line = picture(256, 384)
+    found = mask(Image(color), settings(model), 0).mask
+    assert found.shape == line.shape
+    assert (found != line).mean() < 0.03
+
+
+def test_probabilities_are_within_zero_and_one(model):
+    values = object_probability(picture(*SIZE)[0], str(model))
+    assert 0 <= values.min() < 0.1
+    assert 0.9 < values.max() <= 1
+
+
+def test_a_network_of_another_shape_is_refused(tmp_path):
+    (tmp_path / "other.onnx").write_bytes(convolution(np.eye(3), np.zeros(3), SIZE))
+    with refuses("onnx-output", "other.onnx", "method onnx"):
+        mask(Image(picture(*SIZE)[0]), settings(tmp_path / "other.onnx"), 0)
+
+
+def test_data_without_color_is_refused(model):
+    with refuses("method-needs-color"):
+        mask(Cloud(np.random.default_rng(0).random((20, 3))), settings(model), 0)
+
+
+def test_without_a_network_the_setting_is_named(monkeypatch):
+    monkeypatch.setattr(network, "IS_PACKAGED", False)
+    with refuses("network-missing", "segment.onnx.model"):
+        mask(Image(picture(*SIZE)[0]), SegmentConfig(method="network"), 0)
+
+
+def test_auto_takes_the_network_if_there_is_one(monkeypatch):
+    image = Image(picture(*SIZE)[0])
+    monkeypatch.setattr(auto, "IS_PACKAGED", False)
+    assert auto.choose_method(image, SegmentConfig()) == "strands"
+    monkeypatch.setattr(auto, "IS_PACKAGED", True)
+    assert auto.choose_method(image, SegmentConfig()) == "network"
+
+
+@pytest.mark.parametrize(("probability", "is_said"), [(0.5, True), (0.9, False)])
+def test_a_note_tells_of_shadows_that_the_network_leaves_out_too(tmp_path, probability, is_said):
+    rows = np.mgrid[0:240, 0:320][0] - np.linspace(150, 190, 320)
+    shade = cv2.GaussianBlur((np.abs(rows) < 5).astype(np.float32), (0, 0), 2.5)
+    color = ((200, 190, 170) * (1 - 0.35 * shade[..., None])).astype(np.uint8)
+    (tmp_path / "any.onnx").write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), (256, 320)))
+    found = mask(Image(color), settings(tmp_path / "any.onnx"), 0)
+    assert "only darker" in strands.mask(Image(color), SegmentConfig(), 0).note
+    assert found.mask.mean() == (not is_said)
+    assert ("segment (network): left out 1 band that is only darker" in found.note) == is_said
