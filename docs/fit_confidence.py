@@ -10,8 +10,9 @@ chain. The weights of strays (short chains beside one five times as long) are fi
 and to masks by color with the number left to the data, the other weights staying as they are.
 
 UNTOLD, UNTOLD_IMAGE: the same scenes and those without a cable, by stereo and by the D435, and their color images alone, with
-nothing given; to the images come every second of the labelled photographs of --photos. Every chain is right or wrong by itself:
-in a frame by the strict rule, in an image if it lies on a cable.
+nothing given (images by the method strands; docs/fit_photographs.py has the network); to the images come every second of the
+labelled photographs of --photos. Every chain is right or wrong by itself: in a frame by the strict rule, in an image if it lies
+on a cable.
 
 `--check` seeds that follow are not fitted, but their likelihood is printed.
 """
@@ -134,7 +135,7 @@ def photographs(folder: Path, fitted: int, checked: int) -> Iterator[Frame]:
 def detected_in_image(color: np.ndarray, on: np.ndarray, seed: int) -> Iterator[Frame]:
     """Yield what is found in a color image (H, W, 3) alone; on : (H, W) bool, the pixels of cables."""
     try:
-        _, stages = run_with_stages(Image(np.ascontiguousarray(color)), load_config("image"))
+        _, stages = run_with_stages(Image(np.ascontiguousarray(color)), load_config("image", {"segment.method": "strands"}))
     except DooError:
         return
     size = 2 * CABLE_MARGIN_PX + 1

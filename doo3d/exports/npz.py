@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..types import Detection
+from ..types import Chain, Detection, Floats
 from .motion import JointMotion, MotionExport
 from .trees import graph_of
 
@@ -55,6 +55,7 @@ def arrays(frames: Sequence[Detection], motions: Sequence[Sequence[JointMotion]]
         - "joints" : (J, 3), or (J, 2) in 2-D, position of each joint, in "units".
         - "velocities", "accelerations" : (J, 3), or (J, 2) in 2-D, of each joint, in "units" per s and per s²; NaN if unknown.
         - "radii" : (J,) radius at each joint, in "units"; NaN if unknown.
+        - "deviations" : (J, 2) m, standard deviation of each joint across and along the ray to it; NaN if unknown; not in 2-D.
         - "occluded" : (S,) bool, true for each occluded segment.
         - "depth_filled" : (S,) bool, true for each segment whose depth was interpolated and not measured; not in 2-D.
         - "from_time" : (S,) bool, true for each occluded segment that was filled in from other frames of a sequence.
@@ -70,7 +71,10 @@ def arrays(frames: Sequence[Detection], motions: Sequence[Sequence[JointMotion]]
     moving = [motion for frame in motions for motion in frame]
     counts = [len(chain.joints) for chain in chains]
     flags, vectors = np.zeros(0, dtype=bool), np.zeros((0, dim))
-    depth = {"depth_filled": np.concatenate([flags, *(chain.depth_filled for chain in chains)])} if dim == 3 else {}
+    depth = {}
+    if dim == 3:
+        depth["deviations"] = np.concatenate([np.zeros((0, 2)), *map(_deviations, chains)])
+        depth["depth_filled"] = np.concatenate([flags, *(chain.depth_filled for chain in chains)])
     return {
         "schema": np.array("doo3d/chains/1"),
         "units": np.array("m" if dim == 3 else "px"),
@@ -94,6 +98,10 @@ def arrays(frames: Sequence[Detection], motions: Sequence[Sequence[JointMotion]]
         "closed": np.array([chain.closed for chain in chains], dtype=bool),
         "confidence": np.array([chain.confidence for chain in chains], dtype=float),
     }
+
+
+def _deviations(chain: Chain) -> Floats:
+    return np.full((len(chain.joints), 2), np.nan) if chain.deviations is None else chain.deviations
 
 
 def _graph(frames: Sequence[Detection], dim: int) -> dict[str, Any]:

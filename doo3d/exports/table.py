@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from ..types import Detection
+from ..types.tables import DEVIATIONS
 from .motion import JointMotion, MotionExport
 from .trees import graph_of
 
@@ -36,11 +37,12 @@ class Csv(MotionExport):
         """Write the table of all frames, with a header line and a row per joint.
 
         The columns are: frame (name), timestamp (s), chain (number in its frame, from 0), id, closed (0 or 1), segment_length,
-        chain_radius, joint (number in its chain, from 0), x, y, z (no z in 2-D), radius (at the joint), occluded (0 or 1, of the
-        segment that starts at the joint), depth ("seen" or "filled", of the same segment; not in 2-D), from_time (0 or 1, of the
-        same segment), vx, vy, vz and ax, ay, az (velocity and acceleration of the joint, per s and per s²). Lengths are in m, or
-        px in 2-D. An unknown timestamp, id, velocity or acceleration is an empty field, an unknown radius is "nan". `occluded`,
-        `depth` and `from_time` are empty at the last joint of a chain.
+        chain_radius, joint (number in its chain, from 0), x, y, z (no z in 2-D), radius (at the joint), occluded (0 or 1, of
+        the segment that starts at the joint), depth ("seen" or "filled", of the same segment; not in 2-D), from_time (0 or 1,
+        of the same segment), deviation_across and deviation_along (standard deviations of the joint; not in 2-D), vx, vy, vz
+        and ax, ay, az (velocity and acceleration of the joint, per s and per s²). Lengths are in m, or px in 2-D. An unknown
+        timestamp, id, deviation, velocity or acceleration is an empty field, an unknown radius is "nan". `occluded`, `depth`
+        and `from_time` are empty at the last joint of a chain.
 
         With the option `table` set to nodes: frame, node (number in its frame), kind ("junction" or "tip"), x, y, z. With edges:
         frame, chain, object, first_node, last_node, length, radius, confidence.
@@ -50,7 +52,15 @@ class Csv(MotionExport):
             return
         planar = bool(frames) and all(frame.mode == "2d" for frame in frames)
         axes = "xy" if planar else "xyz"
-        columns = [*COLUMNS, *axes, "radius", "occluded", *([] if planar else ["depth"]), "from_time"]
+        columns = [
+            *COLUMNS,
+            *axes,
+            "radius",
+            "occluded",
+            *([] if planar else ["depth"]),
+            "from_time",
+            *(() if planar else DEVIATIONS),
+        ]
         columns += [f"{quantity}{axis}" for quantity in "va" for axis in axes]
         with path.open("x", newline="", encoding="utf-8") as file:
             table = csv.writer(file, lineterminator="\n")

@@ -21,6 +21,10 @@ WORDS = {
     "edge": "other colors on its two sides",
     "stray": "short beside the longest object",
     "odd": "of another width than the longest object",
+    "doubted": "the network doubts it",
+    "inside": "ends within the view",
+    "rod": "straight from end to end",
+    "unsure": "no chain of the photograph is sure",
 }
 """Kind of evidence -> what it says against a chain."""
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..config import Config, load_config
 from ..errors import DooError, InputError, require
-from ..inputs import FrameRef, ReadOptions, open_capture
+from ..inputs import FrameRef, ReadOptions
 from ..outputs import CONFIG
 from ..outputs.run_reader import Results
 from ..pipeline import as_mode_data, run_with_stages
+from ..rig.opening import open_frames
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
 from ..types.display import objects_text
 from ..viz import draw
@@ -100,9 +101,8 @@ class RerunRecording:
         """Return name -> frame of the capture; empty, with a warning, if it cannot be read any more."""
         source = self.results.manifest.get("input", {})
         try:
-            images_only = self.config is not None and self.config.mode == "2d"
             reading = ReadOptions(**source.get("reading", {}))
-            capture = open_capture(source["path"], images_only, source.get("masks"), reading)
+            capture = open_frames(source["path"], self.config or Config(), source.get("masks"), reading)
             if capture.format != source.get("format"):
                 raise InputError(
                     f"{source['path']}: is a capture of another format now; run doo3d detect again", code="input-changed"

@@ -20,8 +20,9 @@ SPARSE_GAP_SPACING, SURFACE_GAP_SPACING = 0.001, 0.004
 """m; spacing of points along strands, and on surfaces, for which the settings of gaps in the section `merge` hold."""
 
 
-SPARSE_MAX_TURN, CLOUD_MAX_TURN = math.pi / 2, 0.9 * math.pi
-"""Radians; turn across a gap at most, between sparse points and in any other cloud."""
+SPARSE_MAX_TURN, CLOUD_MAX_TURN, BRANCHED_MAX_TURN = math.pi / 2, 0.9 * math.pi, 0.9
+"""Radians; turn across a gap at most, between sparse points, in any other cloud, and in one of branched objects: a cable turns
+less, two branches of a trunk that was not measured turn more."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,9 @@ class FrameContext:
         sampling = self.foreground.sampling
         if sampling is None or self.visibility is not None:
             return math.pi
-        return SPARSE_MAX_TURN if sampling.is_sparse else CLOUD_MAX_TURN
+        if sampling.is_sparse:
+            return SPARSE_MAX_TURN
+        return BRANCHED_MAX_TURN if self.branches else CLOUD_MAX_TURN
 
     @property
     def shows_surface(self) -> bool:

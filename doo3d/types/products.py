@@ -55,6 +55,8 @@ class Foreground:
         (H, W) float32 m, the depth of the whole frame, 0 = no reading; None in 2-D and for clouds.
     color
         (H, W, 3) uint8 RGB, the whole color image; None if there is none.
+    probability
+        (H, W) float32, the probability that a pixel of a photograph belongs to a thin object; None unless a network tells.
     camera
         the intrinsics; None in 2-D and for clouds.
     viewpoint
@@ -92,6 +94,7 @@ class Foreground:
     mask: Bools | None = None
     depth: Array | None = None
     color: Array | None = None
+    probability: Array | None = None
     camera: Camera | None = None
     viewpoint: Floats | None = None
     mask_radius: float | None = None
@@ -106,7 +109,8 @@ class Foreground:
     cloud_facts: Any = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side", "colors"):
+        arrays = ("points", "filtered", "bridges", "pixels", "mask", "depth", "color", "viewpoint", "side_by_side", "colors")
+        for name in (*arrays, "probability") if self.probability is not None else arrays:
             set_sealed(self, **{name: getattr(self, name)})
 
 

@@ -9,6 +9,9 @@ from typing import Any
 
 Table = dict[str, list[Any]]
 
+DEVIATIONS = ("deviation_across", "deviation_along")
+"""Columns of the standard deviations of a joint."""
+
 
 def chains_table(detection: Any) -> Table:
     """Return a table with one row per chain of a detection; see `Detection.table` for the columns."""
@@ -50,6 +53,9 @@ def joints_table(detection: Any) -> Table:
     if detection.mode == "3d":
         columns["depth"] = [word for _, chain in numbered for word in (*chain.depth, None)]
     columns["from_time"] = [value for _, chain in numbered for value in (*chain.from_time.tolist(), None)]
+    if detection.mode == "3d":
+        for k, name in enumerate(DEVIATIONS):
+            columns[name] = [value for _, chain in numbered for value in _deviations(chain, k)]
     return _framed(detection, columns)
 
 
@@ -92,6 +98,10 @@ def junctions_table(detection: Any) -> Table:
 
 TABLES = {"chains": chains_table, "joints": joints_table, "crossings": crossings_table, "junctions": junctions_table}
 """What a row is -> the function that makes the table."""
+
+
+def _deviations(chain: Any, k: int) -> list[float | None]:
+    return [None] * len(chain.joints) if chain.deviations is None else chain.deviations[:, k].tolist()
 
 
 def _object_of(detection: Any, chain: int) -> int | None:

@@ -35,6 +35,9 @@ def test_npz_bit_for_bit(tmp_path, frames):
         assert radii[i].tobytes() == chain.radii.tobytes()
         assert occluded[i].tolist() == chain.occluded.tolist()
         assert filled[i].tolist() == chain.depth_filled.tolist()
+        if chain.deviations is not None:
+            first, end = file["joint_offsets"][i : i + 2]
+            assert file["deviations"][first:end].tobytes() == chain.deviations.tobytes()
         assert file["ids"][i] == (-1 if chain.id is None else chain.id)
         assert (file["radius"][i], file["segment_length"][i]) == (chain.radius, chain.segment_length)
         assert (file["closed"][i], file["confidence"][i]) == (chain.closed, chain.confidence)
@@ -57,6 +60,13 @@ def test_csv_bit_for_bit(tmp_path, frames):
             assert [row["occluded"] for row in own] == [*(str(int(hidden)) for hidden in chain.occluded), ""]
             if frame.mode == "3d":
                 assert [row["depth"] for row in own] == [*chain.depth, ""]
+                known = [[row[name] for row in own] for name in ("deviation_across", "deviation_along")]
+                expected = (
+                    [[""] * len(own)] * 2
+                    if chain.deviations is None
+                    else [list(map(repr, row)) for row in chain.deviations.T.tolist()]
+                )
+                assert known == expected
             else:
                 assert "depth" not in own[0]
             for row in own:

@@ -10,8 +10,10 @@ import pytest
 from builders.drawn_masks import CAMERA, frame_of, line, wave
 
 import doo3d
-from doo3d.pipeline import run_stages
-from doo3d.stages.confidence import TOLD, UNTOLD, UNTOLD_IMAGE, Evidence, with_confidence
+from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
+from doo3d.stages.confidence import TOLD, UNTOLD, UNTOLD_IMAGE, UNTOLD_NETWORK, Evidence, with_confidence
+from doo3d.stages.confidence.looks import _straightness
+from doo3d.stages.segment import segment
 from doo3d.types import Connection, Crossing, SegmentRef
 
 STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5])
@@ -44,7 +46,12 @@ def test_nothing_speaks_against_a_plain_cable(plain):
 
 KINDS = [
     (name, how)
-    for weights, how in ((TOLD, {}), (UNTOLD, {"is_told": False}), (UNTOLD_IMAGE, {"is_told": False, "is_planar": True}))
+    for weights, how in (
+        (TOLD, {}),
+        (UNTOLD, {"is_told": False}),
+        (UNTOLD_IMAGE, {"is_told": False, "is_planar": True}),
+        (UNTOLD_NETWORK, {"is_told": False, "is_planar": True, "is_judged": True}),
+    )
     for name in weights
     if name != "base"
 ]
@@ -160,6 +167,7 @@ def test_a_stub_beside_a_long_chain_is_stray_unless_the_number_is_given(plain):
         occluded=chain.occluded[:2],
         depth_filled=chain.depth_filled[:2],
         from_time=chain.from_time[:2],
+        deviations=None,
     )
     whole, short = untold(plain, [chain, stub])
     assert (whole.stray, short.stray) == (0.0, 1.0)
@@ -189,3 +197,38 @@ def test_the_edge_between_two_surfaces_lies_between_two_colors(plain):
         values.append(with_confidence(plain.chains, (), 0.0, context, doo3d.load_config("default"))[1][0].edge)
     assert values[0] < 0.05
     assert values[1] > 0.4
+
+
+def judged(probability, ends=(-50, 400)):
+    """The evidence against the chains of a photograph with a cable from one column to another, of pixels so probable."""
+    v, u = np.mgrid[0:240, 0:320]
+    on = (np.abs(v - 100 - 0.2 * u) < 4) & (u > ends[0]) & (u < ends[1])
+    image = np.where(on[..., None], (30, 60, 200), (200, 190, 170)).astype(np.uint8)
+    config = doo3d.load_config("image", {"segment.method": "strands"})
+    segmentation = segment(doo3d.Image(image), config.segment)
+    known = replace(segmentation.foreground, probability=np.where(on, probability, 0.02).astype(np.float32))
+    return run_from_segmentation(replace(segmentation, foreground=known), config, _Clock()).evidence
+
+
+def test_a_network_that_doubts_a_cable_lowers_its_confidence():
+    ((sure,), (doubtful,)) = judged(0.99), judged(0.6)
+    assert sure.is_judged
+    assert (sure.doubted, sure.inside) == (0.0, 0)
+    assert doubtful.doubted > 1.9
+    assert doubtful.log_odds < sure.log_odds - 2
+
+
+def test_ends_within_the_view_speak_against_a_chain():
+    assert [judged(0.99, ends)[0].inside for ends in ((-50, 400), (-50, 250), (60, 250))] == [0, 1, 2]
+
+
+def test_the_surest_chain_of_a_photograph_counts_for_all():
+    (evidence,) = judged(0.6, (60, 250))
+    assert evidence.unsure == pytest.approx(sum(replace(evidence, unsure=0.0).losses().values()))
+
+
+def test_a_straight_chain_within_the_view_may_be_a_rod():
+    assert judged(0.99, (60, 250))[0].rod > 0.8
+    assert judged(0.99, (-50, 250))[0].rod == 0
+    curved = np.column_stack((np.linspace(20, 300, 200), 120 + 30 * np.sin(np.linspace(0, 4, 200))))
+    assert _straightness(curved, np.full(200, 4.0)) == 0

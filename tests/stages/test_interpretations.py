@@ -10,6 +10,7 @@ from builders.drawn_masks import frame_of, line, wave
 from scipy.special import expit, logit
 
 import doo3d
+from doo3d import pipeline
 from doo3d.errors import InputError
 from doo3d.pipeline import run_stages
 from doo3d.stages.confidence import Evidence, interpretations, most_probable, other_interpretations
@@ -103,8 +104,6 @@ def test_an_interpretation_in_finer_voxels_halves_their_edge(uncertain, monkeypa
 
 
 def test_an_interpretation_with_too_many_voxels_is_passed_over(uncertain, monkeypatch):
-    from doo3d import pipeline
-
     usual = pipeline.voxelize
 
     def limited(foreground, config, edge=1.0):
@@ -115,3 +114,12 @@ def test_an_interpretation_with_too_many_voxels_is_passed_over(uncertain, monkey
     monkeypatch.setattr(pipeline, "voxelize", limited)
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.004)
     assert len(run_stages(frame, CONFIG, mask).chains) == 1
+
+
+def test_a_frame_of_many_pieces_is_interpreted_in_one_way_and_says_so(uncertain, monkeypatch):
+    frame, mask = frame_of(wave(), radius=0.004)
+    assert not run_stages(frame, CONFIG, mask).limit_notes
+    monkeypatch.setattr(pipeline, "MAX_UNCERTAIN_PIECES", 0)
+    monkeypatch.setattr(interpretations, "OTHERS", (None,))
+    (note,) = run_stages(frame, CONFIG, mask).limit_notes
+    assert "in one way only" in note

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -14,13 +14,14 @@ import numpy as np
 from ...config import Config
 from ...facts.frame_facts import facts_of
 from ...geometry.curves import Curves
-from ...geometry.depth_support import depth_support
+from ...geometry.depth_support import DepthSupport, depth_support
 from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
 from ...geometry.projection import Projection
 from ...geometry.radii import STEP_RADII
 from ...kernels import percentiles, strands_beside, turn_cosines
 from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
 from .. import FrameContext
+from .deviations import deviations_of
 from .evidence import Evidence
 from .looks import Looks, looks_of
 
@@ -61,7 +62,7 @@ def with_confidence(
     config: Config,
     bodies: Sequence[Sequence[int]] | None = None,
 ) -> tuple[list[Chain], list[Evidence]]:
-    """Return the chains with their confidence, and the evidence that it comes from.
+    """Return the chains with their confidence and the deviations of their joints, and the evidence that confidence comes from.
 
     Parameters
     ----------
@@ -91,7 +92,9 @@ def with_confidence(
     samples = _samples(curves, chains, context.view)
     beside = _beside(samples, chains)
     turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
-    doubts = _depth_doubts(curves, chains, foreground)
+    support = depth_support(curves, [chain.radius for chain in chains], foreground)
+    doubts = _depth_doubts(curves, chains, support)
+    deviations = deviations_of(curves, chains, support, foreground) if curves.points.shape[1] == 3 else [None] * len(chains)
     unclaimed = math.sqrt(_unclaimed(samples, foreground))
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
@@ -117,15 +120,21 @@ def with_confidence(
                 is_wide=not foreground.is_told and foreground.camera is not None and 2 * chain.radius > config.segment.max_width,
                 is_told=foreground.is_told,
                 is_planar=chain.joints.shape[1] == 2,
+                is_judged=foreground.probability is not None and not foreground.is_told,
             )
         )
-    return [_with_confidence(chain, each.confidence) for chain, each in zip(chains, evidence, strict=True)], evidence
+    if evidence[0].is_judged:
+        unsure = min(sum(each.losses().values()) for each in evidence)
+        evidence = [replace(each, unsure=unsure) for each in evidence]
+    return [_with_confidence(*each) for each in zip(chains, evidence, deviations, strict=True)], evidence
 
 
-def _with_confidence(chain: Chain, confidence: float) -> Chain:
-    """Return a chain with another confidence. All else was checked when the chain was made, and is not checked again."""
+def _with_confidence(chain: Chain, evidence: Evidence, deviations: Floats | None) -> Chain:
+    """Return a chain with confidence and deviations. All else was checked when the chain was made, and is not checked again."""
     result = copy(chain)
-    object.__setattr__(result, "confidence", confidence)
+    object.__setattr__(result, "confidence", evidence.confidence)
+    if deviations is not None:
+        object.__setattr__(result, "deviations", deviations)
     return result
 
 
@@ -169,17 +178,16 @@ def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samp
     return _Samples(in_view, reach, along[seen] / radius[owner])
 
 
-def _depth_doubts(curves: Curves, chains: Sequence[Chain], foreground: Foreground) -> list[tuple[float, float]]:
+def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport | None) -> list[tuple[float, float]]:
     """Return for each chain the share of segments whose depth is doubtful, and the residual of the readings in radii."""
-    supports = depth_support(curves, [chain.radius for chain in chains], foreground)
-    doubts = []
+    doubts, bounds = [], [] if support is None else curves.segment_bounds.tolist()
     for i, chain in enumerate(chains):
-        support = None if supports is None else supports[i]
         if support is None or not chain.radius > 0:
             doubts.append((float(chain.occluded.mean()), 0.0))
             continue
-        residual = float(percentiles(support.residual, RESIDUAL_PERCENTILE)[0])
-        unsupported = float(((support.share < SUPPORTED_SHARE) | chain.occluded).mean())
+        part = slice(bounds[i], bounds[i + 1])
+        residual = float(percentiles(support.residual[part], RESIDUAL_PERCENTILE)[0])
+        unsupported = float(((support.share[part] < SUPPORTED_SHARE) | chain.occluded).mean())
         doubts.append((unsupported, min(MAX_RESIDUAL_RADII, residual)))
     return doubts
 

@@ -62,6 +62,21 @@ UNTOLD_IMAGE = {
 }
 """The same in a photograph: fitted to the color images of these scenes and to labelled photographs."""
 
+UNTOLD_NETWORK = {
+    "base": 7.83,
+    "bend": 1.17,
+    "unclaimed": 4.48,
+    "stubby": 0.98,
+    "uneven": 3.90,
+    "edge": 0.77,
+    "odd": 6.06,
+    "doubted": 0.86,
+    "inside": 0.28,
+    "rod": 2.75,
+    "unsure": 1.36,
+}
+"""The same in a photograph whose pixels a network judged: fitted by docs/fit_photographs.py."""
+
 
 @dataclass(frozen=True)
 class Evidence:
@@ -87,18 +102,23 @@ class Evidence:
         length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
     rivals
         by how much the mean log odds of all interpretations of an uncertain frame are below those of the best, which is kept.
-    stubby, uneven, flat, edge
+    stubby, uneven, flat, edge, doubted, inside, rod
         how little the chain looks like a cable by itself, see `Looks`; 0 where somebody said what the object is, unless `stray`.
     stray
         1 if the number of chains was left to the data and another object is five times as long; else 0.
     odd
         logarithm of the ratio of the two radii, absolute, where `stray` is 1; else 0.
+    unsure
+        what all this takes from the surest chain of a photograph whose pixels a network judged: where no chain is sure, there may
+        be no object at all.
     is_wide
         whether it is wider than `segment.max_width` in a frame where nobody said what the object is: it is none then.
     is_told
         whether somebody said what the object is; if not, strands were looked for by their shape alone.
     is_planar
         whether the chain was found in an image, without depth.
+    is_judged
+        whether a network said how probable each pixel is.
     """
 
     joins: float = 0.0
@@ -116,9 +136,14 @@ class Evidence:
     edge: float = 0.0
     stray: float = 0.0
     odd: float = 0.0
+    doubted: float = 0.0
+    inside: float = 0.0
+    rod: float = 0.0
+    unsure: float = 0.0
     is_wide: bool = False
     is_told: bool = True
     is_planar: bool = False
+    is_judged: bool = False
 
     @property
     def may_be_clutter(self) -> bool:
@@ -145,4 +170,6 @@ class Evidence:
         return self._weights()["base"] - sum(self.losses().values())
 
     def _weights(self) -> dict[str, float]:
-        return TOLD if self.is_told else UNTOLD_IMAGE if self.is_planar else UNTOLD
+        if self.is_told or not self.is_planar:
+            return TOLD if self.is_told else UNTOLD
+        return UNTOLD_NETWORK if self.is_judged else UNTOLD_IMAGE

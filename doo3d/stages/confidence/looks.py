@@ -2,7 +2,8 @@
 
 A segmentation that looks for strands by their shape alone also takes edges of boxes and tables, fingers, tools and shadows for
 strands. They differ from a cable in what is measured here: they are short for their width, their width changes, they do not rise
-on both sides from what lies beside them, or they lie between two surfaces of different colors.
+on both sides from what lies beside them, or they lie between two surfaces of different colors. In a photograph a network says how
+probable each pixel is, and most cables leave the view.
 """
 
 from __future__ import annotations
@@ -10,13 +11,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import cv2
 import numpy as np
+from scipy.special import logit
 
 from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
 from ...geometry.polyline import unit
 from ...geometry.radii import CORE_OFFSETS
 from ...kernels import percentiles, strand_sides
-from ...types import Chain, Floats, Foreground
+from ...types import Array, Chain, Floats, Foreground
 
 CABLE_WIDTHS = 40.0
 """Widths of length from which on a chain is as long as a cable's: 95 % of the right chains in the rendered scenes are longer, and
@@ -44,6 +47,10 @@ MIN_FLAT_REACH_PX = 2.0
 MAX_EDGE = 2.0
 """Differences of the colors on both sides, over the contrast of the strand, that count at most."""
 
+SURE_ODDS, DOUBTFUL_ODDS, CLEAR_ODDS = logit((0.95, 0.5, 0.995)).tolist()
+"""Logarithms of the odds of pixels. Of the mean over an axis: above which a network is sure, and below which it cannot doubt
+more, so that a network alone leaves out no strand that has nothing else against it. Of one pixel: beyond which more says nothing.
+Chosen with the kinds of evidence on the frames of docs/measure_without_cable.py and the photographs."""
 
 SIDE_LIMITS = np.array(
     (
@@ -68,12 +75,23 @@ class Looks(NamedTuple):
     edge
         difference of the colors on its two sides over that of its own color to the nearer of them, median over its samples, at
         most 2: a strand lies on one surface, the edge of a box is between two. 0 without color.
+    doubted
+        by how much the logarithm of the odds of the pixels on its axis, by a network and the rules, is below SURE_ODDS, mean over
+        the axis, down to DOUBTFUL_ODDS; 0 without a network.
+    inside
+        number of its ends in the view, more than two radii from the border; 0 without a network.
+    rod
+        1 if both ends are in the view and it is straight, as pens and handles are, 0 if it bows by its width or more, in between
+        linear; 0 without a network.
     """
 
     stubby: float = 0.0
     uneven: float = 0.0
     flat: float = 0.0
     edge: float = 0.0
+    doubted: float = 0.0
+    inside: int = 0
+    rod: float = 0.0
 
 
 def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foreground: Foreground) -> Looks:
@@ -101,7 +119,34 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     flat, edge = strand_sides(
         view, across, reach, chain.radius, depth, color, mask, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
     )
-    return Looks(stubby, _uneven(chain), flat, edge)
+    looks = Looks(stubby, _uneven(chain), flat, edge)
+    if foreground.probability is None:
+        return looks
+    inside = 0 if chain.closed else _ends_inside(view, reach, mask.shape)
+    rod = _straightness(view, reach) if inside == 2 else 0.0
+    return looks._replace(doubted=_doubted(view, foreground.probability), inside=inside, rod=rod)
+
+
+def _doubted(view: Floats, probability: Array) -> float:
+    """Return how far the mean log odds of the pixels along an axis (S, 2) px are below those of a pixel that is sure."""
+    at = view.astype(np.float32)[None]
+    read = cv2.remap(probability, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    odds = np.asarray(logit(read.astype(float))).clip(-CLEAR_ODDS, CLEAR_ODDS)
+    return float(SURE_ODDS - odds.mean().clip(DOUBTFUL_ODDS, SURE_ODDS))
+
+
+def _straightness(view: Floats, reach: Floats) -> float:
+    """Return 1 for a straight axis (S, 2) px of radii (S,) px, 0 for one that bows by its width or more; in between linear."""
+    across = unit(view[-1:] - view[:1])[0, ::-1] * (-1, 1)
+    bow = float(np.abs((view - view[0]) @ across).max())
+    return max(0.0, 1 - bow / (2 * float(np.median(reach))))
+
+
+def _ends_inside(view: Floats, reach: Floats, shape: tuple[int, ...]) -> int:
+    """Return how many ends of an axis (S, 2) px are more than two radii (S,) inside a view of (height, width)."""
+    ends, last = view[[0, -1]], np.array(shape[::-1]) - 1
+    border = np.minimum(ends, last - ends).min(axis=1)
+    return int(np.count_nonzero(border > 2 * reach[[0, -1]] + SIDE_MARGIN_PX))
 
 
 def _uneven(chain: Chain) -> float:

@@ -59,9 +59,9 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
     Returns
     -------
     dict
-        "joints" and "radii" in the form of `pack_points` (radii None if any is unknown), "occluded" and "filled" (the
-        depth was filled in) each as a text such as "0110" with a digit for each segment, "from_time" likewise for chains of which
-        other frames filled in segments, "color" as "#rrggbb", the same as in the
+        "joints", "radii" and "deviations" in the form of `pack_points` (radii None if any is unknown; no "deviations" if those
+        are), "occluded" and "filled" (the depth was filled in) each as a text such as "0110" with a digit for each segment,
+        "from_time" likewise for chains of which other frames filled in segments, "color" as "#rrggbb", the same as in the
         pictures, for doubtful chains "doubt" (words for the legend) and "width" (factor of widths), and "id", "closed",
         "length", "radius", "confidence" of the chain.
     """
@@ -73,6 +73,7 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         **({"doubt": style.doubt, "width": style.width} if style.doubt else {}),
         "joints": pack_points(chain.joints),
         "radii": pack_points(radii) if np.isfinite(radii).all() else None,
+        **({} if chain.deviations is None else {"deviations": pack_points(chain.deviations)}),
         "occluded": "".join("01"[int(each)] for each in chain.occluded),
         "filled": "".join("01"[int(each)] for each in chain.depth_filled),
         **({"from_time": "".join("01"[int(each)] for each in chain.from_time)} if chain.from_time.any() else {}),

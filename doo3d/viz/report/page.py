@@ -14,8 +14,10 @@ from typing import Any
 from urllib.parse import quote
 
 from ... import __version__
+from ...config import load_config
 from ...errors import DooError, InputError, require
 from ...inputs import FrameRef, ReadOptions, open_capture
+from ...outputs import CONFIG
 from ...outputs.detection_json import finite
 from ...outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ...outputs.run_reader import Results
@@ -187,7 +189,13 @@ class _CapturePoints:
         self._max_points = min(max(points, POINTS_PER_FRAME[0]), POINTS_PER_FRAME[1])
         source = results.manifest.get("input", {})
         try:
-            capture = open_capture(source["path"], options=ReadOptions(**source.get("reading", {})))
+            reading, settings = ReadOptions(**source.get("reading", {})), results.path / CONFIG
+            if reading.cameras is None:
+                capture = open_capture(source["path"], options=reading)
+            else:
+                from ...rig.opening import open_rig
+
+                capture = open_rig(source["path"], reading.cameras, load_config(settings), source.get("masks"), reading)
             if capture.format != source.get("format"):
                 raise InputError(
                     f"{source['path']}: is a capture of another format now; run doo3d detect again", code="input-changed"

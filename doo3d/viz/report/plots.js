@@ -103,10 +103,11 @@ function chainTraces(frame, chain, number) {
   const at = labelJoint(frame, number);
   const columns = unpack(chain.joints), joints = Array.from(columns[0], (_, i) => columns.map((column) => column[i]));
   const radii = chain.radii ? unpack(chain.radii)[0] : new Float64Array(joints.length).fill((chain.radius ?? 0));
+  const deviations = chain.deviations && unpack(chain.deviations);
   const traces = [], color = shaded(chain.color), width = chain.width ?? 1, name = chainName(chain, number);
   kindRuns(kindsOf(chain)).forEach(([first, last, kind], piece) => {
     const mesh = tube(joints, radii.map((radius) => width * radius), first, last), part = (column) => Array.from(column.slice(first, last + 1));
-    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${kinds[kind].text}`);
+    const text = mesh.joint.map((n) => `${name}, joint ${n}<br>radius ${radiusText(radii[n])}${deviations ? `<br>± ${radiusText(deviations[0][n])} across, ${radiusText(deviations[1][n])} along the ray` : ""}${kinds[kind].text}`);
     const { joint, ...shape } = mesh;
     const shared = { name, legendgroup: name, showlegend: false };
     traces.push({ ...shared, type: "mesh3d", ...shape, color, opacity: kinds[kind].opacity, hoverinfo: "text", hovertext: text,
@@ -217,6 +218,7 @@ function chainColumns(frame) {
     ["Length", (chain) => lengthText(chain.length)],
     ["Radius", (chain) => radiusText(chain.radius)],
     ...(frame.objects ? [["Object", (_, number) => String(frame.objects.findIndex((members) => members.includes(number)))]] : []),
+    ...(frame.chains.some((chain) => chain.deviations) ? [["± across, along", (chain) => chain.deviations ? unpack(chain.deviations).map((column) => radiusText(median(Array.from(column)))).join(", ") : "–"]] : []),
     ["Occluded", (chain) => percent(share(chain.occluded))],
     ...(has("from_time") ? [["From other frames", (chain) => percent(share(chain.from_time ?? "0"))]] : []),
     ...(has("filled") && frame.mode === "3d" ? [["Depth filled", (chain) => percent(share(chain.filled))]] : []),
