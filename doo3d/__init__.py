@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .inputs import open_capture
     from .inspection.explain import explain
     from .pipeline import detect
+    from .rig.opening import open_rig
     from .runs.detect_capture import run
     from .sequence.detect_sequence import detect_sequence
     from .sequence.detector import Detector
@@ -49,6 +50,7 @@ _MODULE_OF = {
     "fuse": "sequence.fusion",
     "load_config": "config",
     "open_capture": "inputs",
+    "open_rig": "rig.opening",
     "report": "viz.report.write",
     "run": "runs.detect_capture",
 }
@@ -76,6 +78,7 @@ __all__ = [
     "fuse",
     "load_config",
     "open_capture",
+    "open_rig",
     "report",
     "run",
 ]

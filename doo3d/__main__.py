@@ -1,6 +1,6 @@
 """`python -m doo3d` runs the command `doo3d`."""
 
-from .cli import main
+from .cli import process
 
 if __name__ == "__main__":
-    main()
+    process()

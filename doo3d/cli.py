@@ -16,8 +16,25 @@ import typer
 from typer.core import TyperGroup
 
 from . import __version__
-from .commands import bench, compare, config, detect, evaluate, explain, export, info, presets, report, samples, tune, video, view
+from .commands import (
+    bench,
+    compare,
+    config,
+    detect,
+    evaluate,
+    explain,
+    export,
+    info,
+    presets,
+    report,
+    samples,
+    train,
+    tune,
+    video,
+    view,
+)
 from .commands.exit_codes import INTERRUPTED, NOTHING_DONE
+from .commands.interruption import unmasked_interrupts
 from .commands.progress_bars import remove_bars
 from .errors import DooError, DooWarning
 
@@ -33,6 +50,7 @@ COMMANDS: dict[str, tuple[Callable[..., None] | typer.Typer, str | None]] = {
     "compare": (compare.compare, "Detect in 3-D and in 2-D, and show where the two differ."),
     "evaluate": (evaluate.app, None),
     "bench": (bench.bench, "Print the time of each stage, in ms and in passes over a frame."),
+    "train": (train.train, "Train a network that finds thin objects in images."),
     "presets": (presets.presets, None),
     "config": (config.config, "Print the settings, each explained."),
     "samples": (samples.samples, None),
@@ -68,7 +86,7 @@ class CommandGroup(TyperGroup):
         ctx : click's context, with the parsed arguments.
         """
         try:
-            with warnings.catch_warnings():
+            with warnings.catch_warnings(), unmasked_interrupts():
                 warnings.simplefilter("default", DooWarning)
                 warnings.showwarning = partial(_note, warnings.showwarning)
                 return super().invoke(ctx)
@@ -92,6 +110,9 @@ def _exit_interrupted() -> NoReturn:
     typer.echo("doo3d: interrupted", err=True)
     sys.exit(INTERRUPTED)
 
+
+HELPER_THREAD = "doo3d.runs.helper_thread"
+"""Module that knows the threads left at the end of a run; imported by a run only."""
 
 app = typer.Typer(
     cls=CommandGroup,
@@ -146,3 +167,12 @@ def main() -> None:
         app(prog_name="doo3d")
     except KeyboardInterrupt:  # before the arguments are read
         _exit_interrupted()
+
+
+def process() -> None:
+    """Run `main` as all that this process does: it ends at once if the command leaves a thread behind that hangs."""
+    try:
+        main()
+    finally:
+        if HELPER_THREAD in sys.modules:  # a run has had one
+            sys.modules[HELPER_THREAD].end_if_left(sys.exc_info()[1])

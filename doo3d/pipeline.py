@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from .config import Config, ConfigLike, SegmentConfig, as_config
 from .errors import ArgumentError, InputError
 from .geometry.curves import Curves
+from .geometry.limits import MAX_SAMPLES
 from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
@@ -39,6 +40,11 @@ MAX_EXTENDED_CHAINS = 30
 """Chains at most along which the mask is extended: following each, and all stages again, take a second or more beyond that."""
 
 EXTENSION_NOTE = "extend_mask: {} chains were found, so the mask is not extended along them; that is done for at most {}"
+
+MAX_UNCERTAIN_PIECES = 100
+"""Pieces at most of an uncertain frame that is interpreted in other ways too, for time: an object has 50 at most."""
+
+INTERPRETATION_NOTE = "merge: the object falls into {} pieces, so it is interpreted in one way only; others are tried up to {}"
 
 
 @dataclass
@@ -69,8 +75,9 @@ class Stages:
         where strands cross in the view, and which is on top.
     seconds
         name of the stage -> s.
-    extension_notes
-        messages to the user: that the mask was not extended, since there were too many chains.
+    limit_notes
+        messages to the user: that the mask was not extended, or the frame interpreted in one way only, since there were too many
+        chains or pieces.
     evidence
         for each chain, what speaks against it; its confidence comes from that.
     branched
@@ -88,7 +95,7 @@ class Stages:
     chains: list[Chain]
     crossings: tuple[Crossing, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
-    extension_notes: tuple[str, ...] = ()
+    limit_notes: tuple[str, ...] = ()
     evidence: list[Evidence] = field(default_factory=list)
     branched: Branched | None = None
 
@@ -139,7 +146,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     for _ in range(MASK_EXTENSIONS):
         if len(stages.chains) > MAX_EXTENDED_CHAINS:
             if config.extend_mask.max_length:
-                stages.extension_notes = (EXTENSION_NOTE.format(len(stages.chains), MAX_EXTENDED_CHAINS),)
+                stages.limit_notes += (EXTENSION_NOTE.format(len(stages.chains), MAX_EXTENDED_CHAINS),)
             break
         extended = extend_mask(stages.chains, stages.context, config.extend_mask)
         clock("extend_mask")
@@ -174,6 +181,8 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     found, others = [usual], other_interpretations(usual.chains, usual.evidence, segmentation.foreground, config)
     if not others or usual.merged.is_refused:
         return usual
+    if len(usual.pruned.chains) > MAX_UNCERTAIN_PIECES:
+        return replace(usual, limit_notes=(INTERPRETATION_NOTE.format(len(usual.pruned.chains), MAX_UNCERTAIN_PIECES),))
     for other in others:
         try:
             found.append(_interpret(segmentation, config, other, clock))
@@ -190,14 +199,13 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     grid = voxelize(foreground, config.voxelize, how.voxel)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
     context = FrameContext(foreground, grid, visibility, config.fit.segment_length, config.merge.branches, how.clearance)
-    if foreground.sampling is not None and foreground.sampling.is_sparse:
-        context = replace(context, segment_length=foreground.sampling.spacing / 2)
-    elif config.merge.branches and config.mode == "2d":
-        context = replace(context, segment_length=min(context.segment_length, STEP_RADII * grid.radius))
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
     traversal = traverse(skeleton, context, config.traverse)
+    sampling = foreground.sampling
+    if (sampling is not None and sampling.is_sparse) or (config.merge.branches and config.mode == "2d"):
+        context = replace(context, segment_length=_fitted_length(traversal.paths, context))
     clock("traverse")
     fitted = fit(traversal.paths, context, config.fit)
     clock("fit")
@@ -243,6 +251,18 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
         evidence=evidence,
         branched=branched,
     )
+
+
+def _fitted_length(paths: list[Path], context: FrameContext) -> float:
+    """Return the length of the segments until the axis is known, for a sparse cloud or a branched object in an image, m or px.
+
+    They follow the points of a sparse cloud, and the bends of a thin strand at a junction, with MAX_SAMPLES at most.
+    """
+    sampling = context.foreground.sampling
+    least = float(Curves.of([path.points for path in paths]).lengths.sum()) / (MAX_SAMPLES - 1)
+    if sampling is not None and sampling.is_sparse:
+        return max(sampling.spacing / 2, least)
+    return min(context.segment_length, max(STEP_RADII * context.grid.radius, least))
 
 
 def detect(
@@ -316,7 +336,7 @@ def detect_with_stages(
             *stages.segmentation.limits,
             *stages.traversal.notes,
             *stages.merged.notes,
-            *stages.extension_notes,
+            *stages.limit_notes,
             *(() if stages.branched is None else stages.branched.notes),
             *frame_notes(data, stages.chains),
         ),

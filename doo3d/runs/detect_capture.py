@@ -10,13 +10,14 @@ from typing import Any
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, options_of_python
-from ..inputs import Capture, ReadOptions, open_capture
+from ..inputs import Capture, ReadOptions
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
+from ..rig.opening import open_frames
 from ..sequence.fused_capture import fused_capture
 from ..types.arguments import each, file_path, flag, number, refused, text, whole
 from .frame_record import FrameRecord
-from .option_checks import check_one_mode, check_pose_use
+from .option_checks import check_one_mode, check_pose_use, check_rig_use
 from .pictures import Pictures
 from .run import RunSummary
 from .run import run as run_capture
@@ -38,6 +39,7 @@ def run(
     input_options: ReadOptions | Mapping[str, Any] | None = None,
     pose: PoseLike | None = None,
     camera: str | PathLike[str] | None = None,
+    cameras: str | PathLike[str] | None = None,
     every: int = 1,
     start: int | str | None = None,
     end: int | str | None = None,
@@ -76,6 +78,8 @@ def run(
         "capture" (the capture's own poses), or "tf:FRAME" of a bag.
     camera
         file with the intrinsics of the depth images.
+    cameras
+        file of a rig of several cameras, or calibration of a stereo pair, as `open_rig` takes it.
     every, start, end, frames
         the frames to use, as `doo3d detect --help` says: every Nth; first and last as a number from 0, -1 the last, or as a time
         such as "12.5s"; a list such as "3,7,10-20" or [3, 7].
@@ -141,9 +145,10 @@ def run(
         drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"))
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
-        opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera))
+        opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera, cameras))
         check_one_mode(fuse_views, sequence)
         check_pose_use(opened.options, settings, fuse_views)
+        check_rig_use(opened, fuse_views)
         chosen = select_frames(opened, _selection(every, start, end, frames))
         remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:
@@ -200,7 +205,10 @@ class _Remarks:
 
 
 def _read_options(
-    given: ReadOptions | Mapping[str, Any] | None, pose: PoseLike | None, camera: str | PathLike[str] | None
+    given: ReadOptions | Mapping[str, Any] | None,
+    pose: PoseLike | None,
+    camera: str | PathLike[str] | None,
+    cameras: str | PathLike[str] | None,
 ) -> ReadOptions | None:
     """Return the options for reading a capture; None if none are given."""
     if given is not None and not isinstance(given, ReadOptions | Mapping):
@@ -211,6 +219,7 @@ def _read_options(
     values = given.model_dump(exclude_unset=True) if isinstance(given, ReadOptions) else dict(given or {})
     values |= {} if pose is None else {"pose": pose}
     values |= {} if camera is None else {"camera_file": file_path(camera, "camera").absolute()}
+    values |= {} if cameras is None else {"cameras": file_path(cameras, "cameras").absolute()}
     return ReadOptions.of(values, "input_options") if values else None
 
 
@@ -219,9 +228,7 @@ def _opened(
 ) -> Capture:
     if isinstance(capture, str | PathLike):
         masks = None if mask is None else file_path(mask, "mask")
-        return open_capture(
-            file_path(capture, "capture"), config.mode == "2d", masks, options or ReadOptions(), limits=config.input.limits()
-        )
+        return open_frames(file_path(capture, "capture"), config, masks, options or ReadOptions())
     if not all(hasattr(capture, name) for name in ("path", "format", "frames")):
         raise ArgumentError(
             f"run was given a {type(capture).__name__}, expected the path of a capture, or a capture as doo3d.open_capture "
@@ -230,6 +237,7 @@ def _opened(
         )
     if mask is not None or options is not None:
         raise ConfigError(
-            "mask, input_options, pose and camera are for a path: give them to doo3d.open_capture", code="options-conflict"
+            "mask, input_options, pose, camera and cameras are for a path: give them to doo3d.open_capture or doo3d.open_rig",
+            code="options-conflict",
         )
     return Capture.of(capture)

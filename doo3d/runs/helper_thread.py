@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -17,11 +19,22 @@ _Task = tuple[Future[Any], Context, Callable[..., Any], tuple[Any, ...]]
 CLOSE_SECONDS = 1.0
 """s that the end of a run waits for a task that nobody needs any more: one that hangs goes on in vain."""
 
+_LEFT: list[threading.Thread] = []
+"""Threads that were left to a task that hangs."""
+
+
+def end_if_left(error: BaseException | None) -> None:
+    """End the process with the code of a SystemExit if a thread was left: Python aborts when one comes back from native code."""
+    if isinstance(error, SystemExit) and any(thread.is_alive() for thread in _LEFT):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(error.code if isinstance(error.code, int) else 1)
+
 
 class HelperThread:
     """A thread that does tasks one after the other, in the order in which they came; the first task begins it.
 
-    It does not keep the process from ending.
+    It does not keep the process from ending; see `end_if_left`.
     """
 
     def __init__(self) -> None:
@@ -38,6 +51,8 @@ class HelperThread:
 
     def replace(self) -> None:
         """Leave the thread to the task that it hangs in; another one does the tasks that wait."""
+        if self._thread is not None:
+            _LEFT.append(self._thread)
         self._begin()
 
     def close(self) -> None:
@@ -49,6 +64,8 @@ class HelperThread:
         if thread is not None:
             self._tasks.put(None)
             thread.join(CLOSE_SECONDS)
+            if thread.is_alive():
+                _LEFT.append(thread)
 
     def _begin(self) -> None:
         self._thread = threading.Thread(target=self._work, daemon=True)

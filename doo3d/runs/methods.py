@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from ..config import Config
+from ..config import Config, TrackingConfig
 from ..inputs import FrameData, FrameRef
 from ..outputs import STRANDS
 from ..pipeline import detect
@@ -46,7 +46,7 @@ def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
     from ..sequence.detect_sequence import observe_frame
 
     assert isinstance(loaded.data, Frame | Cloud)
-    observation = observe_frame(loaded.data, config, loaded.mask_for(config))
+    observation = observe_frame(loaded.data, config, loaded.mask_for(config), loaded.pose)
     return Found(observation.detection, {STRANDS: encode_strands(observation)})
 
 
@@ -67,10 +67,10 @@ class SecondPass:
 
     def __call__(self, loaded: FrameData, frame: FrameRef, config: Config) -> Found:
         """Return the chains of a frame, in the base frame if it has one."""
-        from ..sequence.detect_sequence import WINDOW
+        from ..sequence.tracks import WINDOW
 
         start = _positions(self)[frame.name] // WINDOW * WINDOW
-        detection = _window(self, start)[frame.name]
+        detection = _window(self, start, config.tracking)[frame.name]
         return Found(detection if loaded.base_pose is None else detection.transformed(as_pose(loaded.base_pose)))
 
 
@@ -83,13 +83,17 @@ def _positions(method: SecondPass) -> dict[str, int]:
 
 
 @lru_cache(maxsize=2)
-def _window(method: SecondPass, start: int) -> dict[str, Detection]:
+def _window(method: SecondPass, start: int, tracking: TrackingConfig) -> dict[str, Detection]:
     """Return the detections of the frames of a window, by their names; kept for the frames that follow."""
     from ..outputs.sequence_files import read_objects, read_observation
-    from ..sequence.detect_sequence import combine_window, window_bounds
+    from ..sequence.camera_motion import CameraMotion
+    from ..sequence.detect_sequence import combine_window, window_bounds, with_poses
+    from ..sequence.steady_depth import steadied
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
-    detections = combine_window(observations, known.objects, start, first, known.max_gap, known.min_confidence)
+    observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
+    steady = steadied(observations, tracking)
+    detections = combine_window(observations, steady, known.objects, start, first, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

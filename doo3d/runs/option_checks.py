@@ -8,7 +8,7 @@ from ..errors import ConfigError, InputError
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inputs import ReadOptions
+    from ..inputs import Capture, ReadOptions
 
 
 def check_one_mode(fuse_views: bool, sequence: bool) -> None:
@@ -22,6 +22,17 @@ def check_one_mode(fuse_views: bool, sequence: bool) -> None:
         raise InputError(
             "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
         )
+
+
+def check_rig_use(capture: Capture, fuse_views: bool) -> None:
+    """Check that the frames of a rig are not to be fused again.
+
+    Raises
+    ------
+    InputError : they are.
+    """
+    if capture.options.cameras is not None and fuse_views:
+        raise InputError("--cameras and --fuse-views: frames of a rig are detected each: leave out one", code="options-conflict")
 
 
 def check_pose_use(options: ReadOptions, config: Config, fuse_views: bool) -> None:

@@ -45,6 +45,34 @@ def test_other_commands_and_other_moments(doo3d, capture, monkeypatch, command):
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize("command", [("info",), ("detect", "-q")])
+@pytest.mark.parametrize("raised", [ImportError, SystemError])
+def test_a_module_that_is_interrupted_while_it_is_loaded(doo3d, capture, monkeypatch, command, raised):
+    """A compiled module ends with an error of its own then, as SciPy's do; another such error stays what it is."""
+    from doo3d import inputs
+
+    def interrupted(*args, **kwargs):
+        try:
+            try:
+                raise KeyboardInterrupt
+            except KeyboardInterrupt as interrupt:
+                raise raised("initialization failed") from interrupt
+        except raised as first:
+            raise ImportError("cannot import name 'fft'") from first
+
+    def broken(*args, **kwargs):
+        raise raised("initialization failed")
+
+    folder = capture()
+    monkeypatch.setattr(inputs, "open_capture", interrupted)
+    code, _, err = doo3d(*command, folder)
+    assert code == 130
+    assert err.count("\n") == 1
+    monkeypatch.setattr(inputs, "open_capture", broken)
+    with pytest.raises(raised, match="initialization failed"):
+        doo3d(*command, folder)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [0, 2])
 @pytest.mark.parametrize("moment", ["start", "frames"])
