@@ -24,7 +24,7 @@ def documented(page: str, header: str) -> set[str]:
 def detection() -> Detection:
     """Return a detection with a chain of two pieces that crosses itself."""
     joints = np.column_stack((np.arange(4) * 0.01, np.zeros(4), np.ones(4)))
-    chain = Chain(joints, 0.01, 0.004, connections=(Connection(1, 0.5),))
+    chain = Chain(joints, 0.01, 0.004, connections=(Connection(1, 0.5),), deviations=np.ones((4, 2)))
     return Detection((chain,), crossings=(Crossing(SegmentRef(0, 0), SegmentRef(0, 2), np.zeros(3)),))
 
 

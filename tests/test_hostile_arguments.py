@@ -57,7 +57,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {
             "joints": JOINTS, "segment_length": 0.01, "radius": 0.004, "radii": np.full(5, 0.004), "occluded": np.zeros(4, bool),
             "depth_filled": np.zeros(4, bool), "from_time": np.zeros(4, bool), "closed": False,
-            "connections": (Connection(1, 0.5),), "id": 0, "confidence": 0.5,
+            "connections": (Connection(1, 0.5),), "id": 0, "confidence": 0.5, "deviations": np.ones((5, 2)),
         },
     ),
     "Chain.nodes": (CHAIN.nodes, {"count": 3}),
@@ -83,7 +83,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "detect in an image": (doo3d.detect, {"data": COLOR, "config": "image", "mask": np.eye(4, dtype=bool)}),
     "explain": (doo3d.explain, {"data": ROPE, "config": None, "mask": MASK}),
     "draw": (doo3d.draw, {"data": ROPE, "detection": FOUND}),
-    "detect_sequence": (doo3d.detect_sequence, {"frames": [ROPE], "config": None, "masks": [MASK]}),
+    "detect_sequence": (doo3d.detect_sequence, {"frames": [ROPE], "config": None, "masks": [MASK], "poses": [np.eye(4)]}),
     "fuse": (doo3d.fuse, {"frames": capture(), "config": None}),
     "Detector": (doo3d.Detector, {"config": None, "pose": None}),
     "Detector.update": (lambda **given: doo3d.Detector().update(**given), {"data": ROPE, "mask": MASK, "pose": None}),
@@ -98,15 +98,18 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "open_capture": (
         doo3d.open_capture, {"path": "x", "images_only": False, "masks": None, "options": ReadOptions(), "camera": None}
     ),
+    "open_rig": (
+        doo3d.open_rig, {"path": "x", "cameras": "rig.yaml", "config": None, "masks": None, "options": ReadOptions()}
+    ),
     "capture": (capture().__getitem__, {"key": 0}),
     "in capture": (capture().__contains__, {"frame": "0"}),
     "run": (
         doo3d.run,
         {
             "capture": capture(), "out": "out", "config": None, "mask": None, "input_options": None, "pose": None, "camera": None,
-            "every": 1, "start": None, "end": None, "frames": None, "workers": 0, "scheduler": None, "fuse_views": False,
-            "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0, "pictures": "none",
-            "picture_format": "jpg", "force": True, "progress": None,
+            "cameras": None, "every": 1, "start": None, "end": None, "frames": None, "workers": 0, "scheduler": None,
+            "fuse_views": False, "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0,
+            "pictures": "none", "picture_format": "jpg", "force": True, "progress": None,
         },
     ),
     "report": (doo3d.report, {"results": "out", "out": None, "clouds": False, "min_confidence": 0.5, "force": True}),
@@ -150,7 +153,7 @@ def test_every_field_is_given():
 @pytest.mark.parametrize("name", CALLS)
 def test_the_arguments_work(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if name not in ("Config", "ReadOptions", "export", "open_capture", "report", "fuse"):
+    if name not in ("Config", "ReadOptions", "export", "open_capture", "open_rig", "report", "fuse"):
         function, good = CALLS[name]
         use(function(**good))
 

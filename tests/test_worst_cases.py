@@ -108,19 +108,36 @@ def test_of_too_many_branches_the_longest_become_paths(monkeypatch):
 
 def test_with_many_chains_the_mask_is_not_extended(monkeypatch):
     mask = sticks((480, 270), 60, 3)
-    assert not stages_of(mask).extension_notes
+    assert not stages_of(mask).limit_notes
     monkeypatch.setattr(import_module("doo3d.pipeline"), "MAX_EXTENDED_CHAINS", 2)
     stages = stages_of(mask)
     assert stages.segmentation.base is None
-    assert "2" in stages.extension_notes[0]
-    assert not stages_of(mask, **UNEXTENDED).extension_notes
+    assert "2" in stages.limit_notes[0]
+    assert not stages_of(mask, **UNEXTENDED).limit_notes
 
 
 def test_an_ordinary_frame_is_far_from_the_limits():
     stages = stages_of(sticks(FULL, 8, 7))
     assert len(stages.pruned.chains) < 100
     assert len(stages.chains) <= MAX_EXTENDED_CHAINS
-    assert stages.merged.notes == stages.traversal.notes == stages.extension_notes == ()
+    assert stages.merged.notes == stages.traversal.notes == stages.limit_notes == ()
+
+
+@pytest.mark.parametrize("wanted", [10.0, 2.0])
+def test_short_segments_that_the_program_chose_are_longer_where_they_were_too_many(monkeypatch, wanted):
+    """Thin strands get short segments while junctions are looked for. Segments that the user wants too short are refused."""
+    mask, settings = sticks((480, 270), 60, 3), {"merge.branches": True, "fit.segment_length": wanted}
+    usual = stages_of(mask, **settings, **UNEXTENDED)
+    total = usual.fitted.lengths.sum()
+    for module in ("pipeline", "stages.fit"):
+        monkeypatch.setattr(import_module(f"doo3d.{module}"), "MAX_SAMPLES", int(total / 5))
+    if wanted < 5:
+        with pytest.raises(doo3d.ConfigError, match=r"fit\.segment_length: 2 would make"):
+            stages_of(mask, **settings, **UNEXTENDED)
+        return
+    stages = stages_of(mask, **settings, **UNEXTENDED)
+    assert total / 10 < stages.fitted.counts.sum() < total / 4
+    assert {chain.segment_length for chain in stages.chains} == {wanted}
 
 
 def test_gap_paths_are_limited(monkeypatch):
@@ -246,3 +263,22 @@ def test_beside_is_the_same_when_the_pairs_are_thinned(monkeypatch):
     monkeypatch.setattr(confidence, "MAX_CELLS", 2000)
     thinned = confidence._beside(samples, chains)
     assert thinned == whole == [1.0, 1.0]
+
+
+def test_of_too_many_samples_along_the_paths_they_are_farther_apart(monkeypatch):
+    stages = stages_of(sticks((480, 270), 20, 5), **UNEXTENDED)
+    module = import_module("doo3d.stages.refine.samples")
+    usual = module.sample_paths(stages.filled, stages.context.radius, 10.0)
+    monkeypatch.setattr(module, "MAX_CELLS", len(usual.filled))
+    fewer = module.sample_paths(stages.filled, stages.context.radius, 10.0)
+    assert len(fewer.filled) == pytest.approx(len(usual.filled) / 2, rel=0.05)
+    assert fewer.spacing > usual.spacing
+
+
+def test_in_a_mask_of_too_many_branches_no_gaps_are_looked_for(monkeypatch):
+    mask = sticks((480, 270), 20, 5)
+    frame = frame_of_mask(mask, False)
+    usual = doo3d.detect(frame, mask=mask)
+    assert not any("gaps between chains are not looked for" in note for note in usual.notes)
+    monkeypatch.setattr(import_module("doo3d.stages.links.seen"), "MAX_BRANCHES", 10)
+    assert any("gaps between chains are not looked for" in note for note in doo3d.detect(frame, mask=mask).notes)
