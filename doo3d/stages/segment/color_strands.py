@@ -6,13 +6,12 @@ shows both. Depth in turn shows strands of the table's color, and which of the b
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ...evidence.surround import learn_surround, median_hue
-from ...kernels import color_bands, mask_parts, near_pixels
-from ...types import Array, Bools, Floats, Frame, Ints
+from ...kernels import color_bands, near_pixels
+from ...types import Array, Bools, Frame, Ints
+from .mask_parts import MIN_PIXELS, Parts
 from .methods.selected import Selected
 
 MIN_SIDE_PX = 5
@@ -30,12 +29,6 @@ EDGE_SHARE = 0.5
 
 MIN_SHADOW_LIGHT = 0.3
 """Share of the lightness that a shadow leaves at least."""
-
-MIN_LENGTH_PX, MIN_LENGTH_WIDTHS, MIN_PIXELS = 40.0, 12.0, 60
-"""Length of a strand at least, in px and in widths, and its pixels."""
-
-MAX_WIDTH_RATIO, WIDTH_SLACK_PX = 1.6, 1.0
-"""Ratio of the half-widths at the 85th percentile and in the median at most, besides what pixels add: a strand has one width."""
 
 RAISED_SHARE, MIN_RAISED_SHARE = 0.3, 0.1
 """Share of a band that is raised from which on depth sees strands at all; then one with less than the second is flat."""
@@ -72,7 +65,7 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     strands = np.flatnonzero(parts.long)
     if not len(strands):
         return Selected(raised)
-    share = np.add.reduceat(raised.ravel()[parts.pixels], parts.starts[:-1], dtype=int)[strands] / parts.sizes[strands]
+    share = parts.shares(raised)[strands]
     flat = (share < MIN_RAISED_SHARE) if (share > RAISED_SHARE).any() else np.zeros(len(strands), dtype=bool)
     told = parts.pixels_of(strands[~flat])
     selected = raised.copy()
@@ -81,7 +74,7 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     if len(told):
         selected.ravel()[_other_things(selected, told, parts, strands[~flat], color)] = False
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    return Selected(selected, flat_note("strands", len(left_out)), left_out=left_out)
+    return Selected(selected, flat_note("strands", len(left_out)), left_out=left_out, told=told)
 
 
 def flat_note(method: str, count: int) -> str:
@@ -92,49 +85,12 @@ def flat_note(method: str, count: int) -> str:
     return f"segment ({method}): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
 
 
-class _Parts(NamedTuple):
-    """The K connected parts of a mask.
-
-    Attributes
-    ----------
-    pixels
-        (N,) row-major indices of the mask's pixels, part by part.
-    starts
-        (K + 1,) where each part begins in `pixels`.
-    widths
-        (K, 2) px, the half-widths in the median and at the 85th percentile of parts of at least MIN_PIXELS.
-    holds
-        (K,) bool, the parts with pixels that were asked for, whose widths are 0.
-    """
-
-    pixels: Ints
-    starts: Ints
-    widths: Floats
-    holds: Bools
-
-    @property
-    def long(self) -> Bools:
-        """The parts, (K,) bool, that are long and of one width."""
-        half, most = np.maximum(self.widths[:, 0], 0.5), self.widths[:, 1]
-        long = self.sizes / (2 * half) > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half)
-        return np.asarray((self.sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
-
-    @property
-    def sizes(self) -> Ints:
-        return np.diff(self.starts)
-
-    def pixels_of(self, wanted: Ints) -> Ints:
-        """Return the row-major indices of the pixels of some parts, given by number."""
-        chosen = [self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]
-        return np.concatenate(chosen) if chosen else np.zeros(0, dtype=int)
-
-
-def _other_things(selected: Bools, told: Ints, bands: _Parts, strands: Ints, color: Array) -> Ints:
+def _other_things(selected: Bools, told: Ints, bands: Parts, strands: Ints, color: Array) -> Ints:
     """Return the row-major indices of the selected parts that are too short for a strand and have the color of none.
 
     Such parts are boxes and specks.
     """
-    own = _Parts(*mask_parts(selected, MIN_PIXELS, told))
+    own = Parts.of(selected, told)
     other = ~own.holds & ~own.long
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
@@ -144,7 +100,7 @@ def _other_things(selected: Bools, told: Ints, bands: _Parts, strands: Ints, col
     return own.pixels[np.repeat(other, own.sizes)]
 
 
-def _told_by_color(color: Array, raised: Bools) -> tuple[_Parts, Ints] | None:
+def _told_by_color(color: Array, raised: Bools) -> tuple[Parts, Ints] | None:
     """Return the bands that differ from the surface around them and are no shadow, and the raised pixels beside them that do not.
 
     The image itself is looked at only round the places where a coarser one shows a band; None if it shows none. The pixels are
@@ -158,4 +114,4 @@ def _told_by_color(color: Array, raised: Bools) -> tuple[_Parts, Ints] | None:
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
-    return _Parts(pixels, starts, widths, holds), surface
+    return Parts(pixels, starts, widths, holds), surface

@@ -30,7 +30,7 @@ BY_SHAPE = ("network", "strands", "plane", "ridge")
 """Methods that look for strands by their shape; all others are told by the user what the object is."""
 
 AUTO_NOTES = {
-    "network": "segment: method network (auto), since no mask or color is given; segment.method strands finds them by rules",
+    "network": "segment: method network (auto), since no mask or color is given; doo3d tune proposes colors",
     "strands": "segment: method strands (auto), since no mask or color is given; doo3d tune proposes colors",
     "plane": "segment: method plane (auto), since no mask or color is given; doo3d tune proposes settings",
     "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
@@ -130,7 +130,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if method != "everything":
         _check_size(int(np.count_nonzero(selected)))
     given = selected
-    if frame.color is not None and method not in ("everything", "plane", "strands"):
+    if frame.color is not None and method not in ("everything", "plane"):
         selected = repair_mask(given, frame.color)[0]
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     facts, pixels = cleaned.facts, cleaned.facts.count

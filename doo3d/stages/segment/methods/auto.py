@@ -25,19 +25,20 @@ DEPTH_STRIDE_PX = 4
 def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
     """Return the name of the segmentation method that fits the settings and the data.
 
-    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "network" for an image, "strands" if none
-    is installed; "strands" for a frame with color of mostly wide surfaces such as a table, "plane" for such a scene without
-    color, and "everything" for any other.
+    "hsv" if color ranges are set, "background" if a reference image is set. Otherwise "network" for an image and for a frame with
+    color of mostly wide surfaces such as a table, "strands" if none is installed; "plane" for such a scene without color, and
+    "everything" for any other.
     """
     if config.ranges:
         return "hsv"
     if config.reference is not None:
         return "background"
+    by_shape = "network" if IS_PACKAGED else "strands"
     if isinstance(data, Image):
-        return "network" if IS_PACKAGED else "strands"
+        return by_shape
     if not is_broad(data, config):
         return "everything"
-    return "strands" if isinstance(data, Frame) and data.color is not None else "plane"
+    return by_shape if isinstance(data, Frame) and data.color is not None else "plane"
 
 
 def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....types import Array, Bools, Cloud, Frame, Image
-from ..color_strands import flat_note
+from ..judged_parts import are_certain, judged_mask
 from . import strands
 from .onnx import run_model
 from .selected import Selected
@@ -32,7 +32,8 @@ RULES_PIXELS = IMAGE_PIXELS // 4
 PHOTOGRAPH_ODDS, FRAME_ODDS = (3.0, 2.0), (4.0, 4.0)
 """Factors by which a pixel's odds rise if the rules select it, and fall if not. Chosen for photographs on CVF3D-DLO and 50
 photographs of others: given the network's odds, those of the labelled pixels there are 2.7 and 1.9 times as high where the rules
-select, and 4.7 and 1.9 times as low elsewhere. In a frame the rules know depth: the network outdoes them from 0.8 on."""
+select, and 4.7 and 1.9 times as low elsewhere. In a frame the rules know depth: the network outdoes them from 0.8 on, and its
+say on what they select begins at 0.2."""
 
 STRIDE_PX = 32
 """The network takes images whose sides are multiples of this."""
@@ -41,8 +42,10 @@ STRIDE_PX = 32
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
     """Select the pixels of thin objects, such as cables, ropes and hoses, by a network that OpenCV runs, and by the rules.
 
-    A frame is scaled to 640 x 360 pixels at most; a photograph is looked at in this size and in one and a half of it. The rules
-    of the method `strands`, which know edges of color and in a frame also depth, vote on each pixel.
+    A photograph is looked at in 640 x 360 pixels at most and in one and a half of it, and the rules of the method `strands`,
+    which know edges of color, vote on each pixel. In a frame the rules select, which know depth, too. Where not every part of
+    what they select is a strand told by its color, the frame is scaled to 640 x 360 pixels at most and the network judges the
+    parts (see `judged_mask`).
 
     Parameters
     ----------
@@ -56,8 +59,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
 
     Returns
     -------
-    (H, W) bool, with the probability of each pixel, a note on what both left out as shadows or as flat, and the plane that the
-    rules found.
+    (H, W) bool, with a note on what was left out as shadows or as flat; of a photograph also the probability of each pixel, of a
+    frame the plane that the rules found.
 
     Raises
     ------
@@ -77,13 +80,14 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
             return rules
         probability = object_probability(color, config.onnx.model, PYRAMID)
         probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
-    else:
-        rules = strands.mask(data, config, seed)
-        probability = _with_votes(object_probability(color, config.onnx.model), rules.mask, FRAME_ODDS)
-    selected = probability > config.onnx.threshold
-    left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
-    note = strands.shadow_note("network", left_out) if isinstance(data, Image) else flat_note("network", left_out)
-    return Selected(selected, note, rules.plane, probability=probability)
+        selected = probability > config.onnx.threshold
+        left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
+        return Selected(selected, strands.shadow_note("network", left_out), probability=probability)
+    rules = strands.mask(data, config, seed)
+    if are_certain(rules):
+        return rules
+    probability = _with_votes(object_probability(color, config.onnx.model), rules.mask, FRAME_ODDS)
+    return rules._replace(mask=judged_mask(rules, probability > config.onnx.threshold, color))
 
 
 def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> Array:

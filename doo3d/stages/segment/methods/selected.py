@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ....types import Array, Bools, Ints, Plane
 
 
@@ -21,6 +23,8 @@ class Selected(NamedTuple):
     left_out
         row-major indices of the pixels of each band that the rules leave out: as a shadow or a joint of a photograph, or as flat
         in a frame.
+    told
+        row-major indices of the pixels of the strands that the rules tell by their color in a frame.
     probability
         (H, W) float32, the probability that a pixel belongs to a thin object; None if the method knows none.
     """
@@ -29,4 +33,5 @@ class Selected(NamedTuple):
     note: str = ""
     plane: Plane | None = None
     left_out: tuple[Ints, ...] = ()
+    told: Ints = np.zeros(0, dtype=int)
     probability: Array | None = None
