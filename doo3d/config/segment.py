@@ -109,10 +109,10 @@ class SegmentConfig(Section):
         description="Method that tells the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
         "plane (whatever stands out of the dominant plane), background (whatever differs from `reference`), "
         "strands (bands of one width, told by color or raised from the plane), everything (all points), ridge (thin lines, "
-        "2-D only), network (a small network and the rules of strands; your own by `onnx.model`, from `doo3d train`), "
+        "2-D only), network (the rules of strands and a small network; your own by `onnx.model`, from `doo3d train`), "
         "onnx (any other network, `onnx.model`) or auto: the mask if "
         "one is given, else hsv if `ranges` are set, background if `reference` is set, "
-        "network in 2-D, strands if most of the scene is a broad surface (plane without color), everything otherwise; "
+        "network in 2-D and if most of the scene is a broad surface (plane without color), everything otherwise; "
         "or the name of a method that a plug-in adds. Set it if auto chooses wrongly.",
     )
     ranges: tuple[HsvRange, ...] = Field(

@@ -70,16 +70,38 @@ def test_the_probability_is_that_after_the_vote(model):
     np.testing.assert_array_equal(found.probability > 0.5, line)
 
 
-@pytest.mark.parametrize(("probability", "is_said"), [(0.05, True), (0.95, False)])
-def test_a_frame_says_which_flat_bands_the_network_leaves_out_too(tmp_path, probability, is_said):
+@pytest.fixture
+def frame():
+    """A frame of a surface with a blue strand, and a raised part as noise of depth makes it."""
     v, u = np.mgrid[0:240, 0:320]
-    lies, color = np.abs(v - 80 - 0.1 * u) < 4, np.full((240, 320, 3), (200, 190, 170), np.uint8)
-    color[lies | (np.abs(v - 130 - 0.1 * u) < 4)] = (60, 60, 60)
-    frame = Frame(color, np.where(lies, 0.792, 0.8).astype(np.float32), Camera(300.0, 300.0, 160.0, 120.0, 320, 240))
-    assert "1 band that is flat on the surface" in strands.mask(frame, SegmentConfig(), 0).note
-    (tmp_path / "any.onnx").write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), (256, 320)))
-    note = mask(frame, settings(tmp_path / "any.onnx"), 0).note
-    assert ("segment (network): left out 1 band that is flat" in note) == is_said
+    color = np.random.default_rng(0).normal((200, 190, 170), 1, (240, 320, 3))
+    color[np.abs(v - 60 - 0.1 * u) < 3] = (30, 60, 200)
+    depth = np.full((240, 320), 0.8, np.float32)
+    depth[150:156, 100:290] = 0.79
+    return Frame(np.clip(color, 0, 255).astype(np.uint8), depth, Camera(300.0, 300.0, 160.0, 120.0, 320, 240))
+
+
+def of_probability(path, probability: float) -> SegmentConfig:
+    """Return the settings of a network to which every pixel of an image of 240 x 320 is equally probable."""
+    path.write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), (256, 320)))
+    return settings(path)
+
+
+def test_a_frame_whose_parts_are_all_told_by_color_is_not_judged(frame, monkeypatch):
+    monkeypatch.setattr(network, "object_probability", None)
+    without_noise = Frame(frame.color, np.full_like(frame.depth, 0.8), frame.camera)
+    found, by_rules = (method.mask(without_noise, SegmentConfig(method="network"), 0) for method in (network, strands))
+    np.testing.assert_array_equal(found.mask, by_rules.mask)
+    assert found.mask.any()
+
+
+def test_the_network_judges_raised_parts_that_no_color_tells(frame, tmp_path):
+    by_rules = strands.mask(frame, SegmentConfig(), 0).mask
+    assert by_rules[150:156, 100:290].mean() > 0.9
+    doubted = mask(frame, of_probability(tmp_path / "low.onnx", 0.1), 0).mask
+    assert not doubted[140:166, 90:300].any()
+    np.testing.assert_array_equal(doubted[:130], by_rules[:130])
+    np.testing.assert_array_equal(mask(frame, of_probability(tmp_path / "some.onnx", 0.3), 0).mask, by_rules)
 
 
 def test_a_certain_network_outdoes_the_rules(tmp_path):

@@ -48,11 +48,11 @@ def overlap(found, truth):
     return (found & truth).sum() / (found | truth).sum()
 
 
-def test_auto_selects_strands_in_frames_with_color():
+def test_auto_selects_the_network_in_frames_with_color():
     grey = np.full((*SHAPE, 3), 90, np.uint8)
     depth = np.full(SHAPE, 0.8, np.float32)
     assert resolve_method(Image(grey), SegmentConfig()) == "network"
-    assert resolve_method(Frame(grey, depth, CAMERA), SegmentConfig()) == "strands"
+    assert resolve_method(Frame(grey, depth, CAMERA), SegmentConfig()) == "network"
     assert resolve_method(Frame(None, depth, CAMERA), SegmentConfig()) == "plane"
 
 

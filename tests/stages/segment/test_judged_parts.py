@@ -1,0 +1,70 @@
+"""What the rules select in a frame, judged by a network."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from doo3d.stages.segment.judged_parts import BESIDE_PX, are_certain, judged_mask
+from doo3d.stages.segment.methods.selected import Selected
+
+SHAPE = (240, 320)
+SURFACE = (200, 190, 170)
+NONE = np.zeros(0, dtype=int)
+
+
+def band(row: int, half: int = 3, start: int = 20, end: int = 300) -> np.ndarray:
+    mask = np.zeros(SHAPE, dtype=bool)
+    mask[row - half : row + half + 1, start:end] = True
+    return mask
+
+
+def picture(*bands: tuple[np.ndarray, tuple[int, int, int]]) -> np.ndarray:
+    """Return an image of a surface with some noise, and with bands of other colors."""
+    color = np.random.default_rng(0).normal(SURFACE, 1.5, (*SHAPE, 3))
+    for mask, paint in bands:
+        color[mask] = paint
+    return np.clip(color, 0, 255).astype(np.uint8)
+
+
+CABLE, NOISE = band(60), band(150, 3, 100, 130)
+
+
+def test_certain_is_what_consists_of_strands_told_by_color():
+    assert are_certain(Selected(CABLE, told=np.flatnonzero(CABLE)))
+    assert are_certain(Selected(CABLE | band(200, 1, 5, 10), told=np.flatnonzero(CABLE))), "a speck"
+    assert not are_certain(Selected(CABLE | NOISE, told=np.flatnonzero(CABLE)))
+    assert not are_certain(Selected(CABLE))
+    assert not are_certain(Selected(np.zeros(SHAPE, dtype=bool)))
+
+
+@pytest.mark.parametrize(("share", "is_kept"), [(0.05, False), (0.2, True)])
+def test_a_part_needs_color_or_a_share_that_the_network_finds(share, is_kept):
+    found = NOISE & (np.arange(320) < 100 + 30 * share)
+    kept = judged_mask(Selected(CABLE | NOISE, told=np.flatnonzero(CABLE)), found, picture((CABLE, (30, 60, 200))))
+    np.testing.assert_array_equal(kept, CABLE | NOISE if is_kept else CABLE)
+
+
+def test_what_nobody_knows_better_is_kept():
+    kept = judged_mask(Selected(CABLE | NOISE), np.zeros(SHAPE, dtype=bool), picture())
+    np.testing.assert_array_equal(kept, CABLE | NOISE)
+
+
+def test_what_only_the_network_finds_is_added_away_from_the_rest():
+    rules = Selected(CABLE, told=np.flatnonzero(CABLE))
+    lost = band(120)
+    color = picture((CABLE, (30, 60, 200)), (lost, (20, 150, 40)))
+    np.testing.assert_array_equal(judged_mask(rules, CABLE | lost, color), CABLE | lost)
+    wide = band(60, 3 + BESIDE_PX)
+    np.testing.assert_array_equal(judged_mask(rules, wide, color), CABLE)
+    flat = rules._replace(left_out=(np.flatnonzero(lost),))
+    np.testing.assert_array_equal(judged_mask(flat, CABLE | lost, color), CABLE)
+
+
+def test_shadows_are_not_added():
+    rules, shadow = Selected(CABLE, told=np.flatnonzero(CABLE)), band(120, 5)
+    shade = 1 - 0.4 * cv2.GaussianBlur(shadow.astype(np.float32), (0, 0), 1.5)[..., None]
+    color = (picture((CABLE, (30, 60, 200))) * shade).astype(np.uint8)
+    np.testing.assert_array_equal(judged_mask(rules, CABLE | shadow, color), CABLE)
+    np.testing.assert_array_equal(judged_mask(rules, shadow, picture((shadow, (0, 0, 0)))), CABLE | shadow)
