@@ -93,7 +93,10 @@ ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
         places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, _: (mask, None)},
         modules=("stages.segment.mask_repair",),
-        made_for=("ragged",),
+        made_for=("ragged", "untold"),
+    ),
+    "parts judged by a network": Ablation(
+        {"segment.method": "strands"}, modules=("stages.segment.judged_parts",), made_for=("untold",)
     ),
     "split strands": Ablation(
         places={f"{_STAGES}.segment.segment:split_strands": _no_split},

@@ -18,7 +18,7 @@ from ..rendering.renderer import render
 from ..scenes.model import Truth
 from ..scenes.registry import TREES, family_rng, make_scene
 from .cases import KnownFrame, known_frame
-from .evaluate import detect_safely
+from .evaluate import Masking, detect_safely
 
 CLOUD_POINTS = 9_000
 """Points that are drawn from the object in a frame to make a cloud of it."""
@@ -93,10 +93,10 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
                 yield Trial(kind, f"{family.rpartition('/')[2]}_{seed:03d}", partial(KINDS[kind], family, seed, size))
 
 
-def _frame(sensor: str, ragged: bool, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in a rendered frame with its true mask, or a ragged one, and perhaps the number of cables."""
+def _frame(sensor: str, method: Masking, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in a rendered frame with its true mask, a ragged one or none, and perhaps the number of cables."""
     known = _known(family, seed, size, sensor)
-    mask = _ragged(known.mask, f"{family}_{seed}") if ragged else known.mask
+    mask = _ragged(known.mask, f"{family}_{seed}") if method == "ragged" else known.mask if method == "mask" else None
     chains = len(known.truths) if known_count else None
 
     def run(settings: dict[str, object]) -> Outcome:
@@ -157,16 +157,17 @@ def _harness(family: str, seed: int, size: tuple[int, int]) -> Run:
 
 
 KINDS: dict[str, Callable[[str, int, tuple[int, int]], Run]] = {
-    "frames": partial(_frame, "d435", False, False),
-    "stereo": partial(_frame, "stereo", False, True),
-    "ragged": partial(_frame, "stereo", True, False),
+    "frames": partial(_frame, "d435", "mask", False),
+    "stereo": partial(_frame, "stereo", "mask", True),
+    "ragged": partial(_frame, "stereo", "ragged", False),
+    "untold": partial(_frame, "stereo", "auto", False),
     "images": _image,
     "clouds": partial(_cloud, False),
     "lines": partial(_cloud, True),
     "harnesses": _harness,
 }
-"""Kinds of data: frames of a D435 with the true mask and of a stereo camera with the number of cables given, or with a ragged
-mask; color images with a ragged mask; clouds, and those of single lines of a scanner; branched objects."""
+"""Kinds of data: frames of a D435 with the true mask and of a stereo camera with the number of cables given, with a ragged mask,
+or with neither; color images with a ragged mask; clouds, and those of single lines of a scanner; branched objects."""
 
 
 def _ragged(mask: Bools | None, name: str) -> Bools:

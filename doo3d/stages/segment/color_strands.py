@@ -71,10 +71,14 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     selected = raised.copy()
     selected.ravel()[surface[near_pixels(surface, told, raised.shape, FLANK_SQUARE_PX, FLANK_DIAMOND_PX)]] = False
     selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
+    is_certain = False
     if len(told):
-        selected.ravel()[_other_things(selected, told, parts, strands[~flat], color)] = False
+        own = Parts.of(selected, told)
+        other = _other_things(own, parts, strands[~flat], color)
+        selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
+        is_certain = bool((own.holds | other | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    return Selected(selected, flat_note("strands", len(left_out)), left_out=left_out, told=told)
+    return Selected(selected, flat_note("strands", len(left_out)), left_out=left_out, told=told, is_certain=is_certain)
 
 
 def flat_note(method: str, count: int) -> str:
@@ -85,19 +89,15 @@ def flat_note(method: str, count: int) -> str:
     return f"segment ({method}): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
 
 
-def _other_things(selected: Bools, told: Ints, bands: Parts, strands: Ints, color: Array) -> Ints:
-    """Return the row-major indices of the selected parts that are too short for a strand and have the color of none.
-
-    Such parts are boxes and specks.
-    """
-    own = Parts.of(selected, told)
+def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bools:
+    """Return which of the selected parts, (K,) bool, are too short for a strand and have the color of none: boxes and specks."""
     other = ~own.holds & ~own.long
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
         hues = np.array([median_hue(color, bands.pixels_of(strand)) for strand in strands[:, None]])
         own_hues = np.array([median_hue(color, own.pixels_of(part)) for part in candidates[:, None]])
         other[candidates] = np.linalg.norm(own_hues[:, None] - hues, axis=2).min(axis=1) >= SAME_HUE
-    return own.pixels[np.repeat(other, own.sizes)]
+    return np.asarray(other)
 
 
 def _told_by_color(color: Array, raised: Bools) -> tuple[Parts, Ints] | None:

@@ -7,31 +7,22 @@ import numpy as np
 from ...evidence.surround import learn_surround, to_lab
 from ...kernels import near_pixels
 from ...types import Array, Bools, Floats, Ints
-from .color_strands import GROW_DEVIATIONS, MIN_SHADOW_LIGHT
-from .mask_parts import MIN_PIXELS, Parts
+from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT
+from .mask_parts import Parts
 from .methods.selected import Selected
 
-SUPPORT_SHARE = 0.13
-"""Share of a part's pixels that the network takes for an object at least. In frames of a stereo camera it takes none of 99 % of
-1,690 parts that are noise or other things, and of each of 189 parts of cables 15 % or more; of wires of two pixels the least."""
-
-BESIDE_PX = 6
+BESIDE_PX = FLANK_DIAMOND_PX
 """px beside what is kept within which nothing is added: the network, which sees a smaller image, blurs edges and fills gaps
-between strands. Of 216 frames of a stereo camera 170 are right, with 4 px 162, with 10 px 165."""
-
-
-def are_certain(rules: Selected) -> bool:
-    """Tell whether each part that the rules select in a frame, specks aside, holds a strand told by its color, and one does."""
-    parts = Parts.of(rules.mask, rules.told)
-    return bool(parts.holds.any() and (parts.holds | (parts.sizes < MIN_PIXELS)).all())
+between strands. Of 216 frames of a stereo camera 166 are right, with 10 px 163."""
 
 
 def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     """Return what is a strand in a frame by the rules and by a network.
 
-    Of what the rules select, the parts are kept that hold a strand told by its color, or that the network supports; all of them
-    if neither knows any. What the network alone finds is added, but for what lies beside that, for bands that the rules left out
-    as flat, and for shadows, whose depth is the surface's.
+    Of what the rules select, the parts are kept that hold a strand told by its color, or of which the network finds the share
+    that a band of color needs (MIN_SEED_SHARE); all of them if neither knows any. Of 99 % of the parts that are noise of a stereo
+    camera the network finds nothing. What it alone finds is added, but for what lies beside that, for bands that the rules left
+    out as flat, and for shadows, whose depth is the surface's.
 
     Parameters
     ----------
@@ -47,7 +38,7 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     (H, W) bool.
     """
     parts = Parts.of(rules.mask, rules.told)
-    kept = parts.holds | (parts.shares(found) >= SUPPORT_SHARE)
+    kept = parts.holds | (parts.shares(found) >= MIN_SEED_SHARE)
     selected = _drawn(parts, np.flatnonzero(kept), found.shape) if kept.any() else rules.mask
     others = found.copy()
     for band in rules.left_out:

@@ -11,7 +11,7 @@ import numpy as np
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....types import Array, Bools, Cloud, Frame, Image
-from ..judged_parts import are_certain, judged_mask
+from ..judged_parts import judged_mask
 from . import strands
 from .onnx import run_model
 from .selected import Selected
@@ -84,7 +84,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
         return Selected(selected, strands.shadow_note("network", left_out), probability=probability)
     rules = strands.mask(data, config, seed)
-    if are_certain(rules):
+    if rules.is_certain:
         return rules
     probability = _with_votes(object_probability(color, config.onnx.model), rules.mask, FRAME_ODDS)
     return rules._replace(mask=judged_mask(rules, probability > config.onnx.threshold, color))

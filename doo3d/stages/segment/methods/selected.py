@@ -25,6 +25,8 @@ class Selected(NamedTuple):
         in a frame.
     told
         row-major indices of the pixels of the strands that the rules tell by their color in a frame.
+    is_certain
+        whether each part that the rules select in a frame, specks aside, holds such a strand: it is no noise of depth.
     probability
         (H, W) float32, the probability that a pixel belongs to a thin object; None if the method knows none.
     """
@@ -34,4 +36,5 @@ class Selected(NamedTuple):
     plane: Plane | None = None
     left_out: tuple[Ints, ...] = ()
     told: Ints = np.zeros(0, dtype=int)
+    is_certain: bool = False
     probability: Array | None = None

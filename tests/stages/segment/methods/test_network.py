@@ -91,12 +91,15 @@ def test_a_frame_whose_parts_are_all_told_by_color_is_not_judged(frame, monkeypa
     monkeypatch.setattr(network, "object_probability", None)
     without_noise = Frame(frame.color, np.full_like(frame.depth, 0.8), frame.camera)
     found, by_rules = (method.mask(without_noise, SegmentConfig(method="network"), 0) for method in (network, strands))
+    assert by_rules.is_certain
     np.testing.assert_array_equal(found.mask, by_rules.mask)
     assert found.mask.any()
 
 
 def test_the_network_judges_raised_parts_that_no_color_tells(frame, tmp_path):
-    by_rules = strands.mask(frame, SegmentConfig(), 0).mask
+    found = strands.mask(frame, SegmentConfig(), 0)
+    by_rules = found.mask
+    assert not found.is_certain
     assert by_rules[150:156, 100:290].mean() > 0.9
     doubted = mask(frame, of_probability(tmp_path / "low.onnx", 0.1), 0).mask
     assert not doubted[140:166, 90:300].any()
