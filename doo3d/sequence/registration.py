@@ -8,13 +8,13 @@ strands, or beyond the last one, move with their neighbors and keep the expected
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.spatial.distance import cdist
 
-from ..geometry.polyline import arc_length, resample
+from ..geometry.polyline import arc_length, resample, unit
 from ..kernels import equalize_lengths
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
@@ -61,7 +61,7 @@ class Placed:
     points
         (K, 3) m, the samples.
     span
-        (first, last) m, arc lengths on the object between which the strand lies.
+        (first, last), arc lengths on the object between which the strand lies, in the unit of those of the strand.
     cost
         misfit in squared standard deviations; 0 for a perfect fit.
     sight
@@ -104,7 +104,24 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     Returns
     -------
     The strands that were placed, in their order along the object.
+
+    Notes
+    -----
+    Strands without any depth are placed on the object as the camera sees it: both lie on the unit sphere around the camera.
     """
+    if not strands or not all(strand.is_flat for strand in strands):
+        return _placed(strands, expected, length, tolerance)
+    assert strands[0].sight is not None
+    center = strands[0].points[0] - strands[0].sight[0]
+    seen = center + unit(expected - center)
+    along = arc_length(seen)
+    placed = _placed([replace(strand, sight=None) for strand in strands], seen, along[-1], tolerance * along[-1] / length)
+    arcs = np.linspace(0.0, length, len(expected))
+    return [replace(item, arcs=np.interp(item.arcs, along, arcs), sight=item.points - center) for item in placed]
+
+
+def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+    """Place strands along an object in the same space, as `place_strands`."""
     step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
     dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
     placed: list[Placed] = []

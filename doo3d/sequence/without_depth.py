@@ -1,0 +1,53 @@
+"""Find the strands of a frame whose depth was not measured, in its image alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..config import Config
+from ..errors import InputError
+from ..geometry.polyline import unit
+from ..pipeline import detect_with_stages
+from ..stages.segment import segment
+from ..types import Array, Frame, Image, check_mask
+from .observations import ObservedStrand, observe
+
+
+def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[ObservedStrand, ...]:
+    """Return the strands in the image of a frame without any depth on the object; none if its image does not show the object.
+
+    The object is detected as if it lay on a sphere around the camera: directions and angles are right at any distance.
+
+    Parameters
+    ----------
+    frame
+        the frame.
+    config
+        the settings of the stages. The sphere has the geometric mean of the distances that they allow as its radius.
+    mask
+        (H, W), the caller's own segmentation; None segments the color image as the config says.
+    """
+    try:
+        if mask is None:
+            if frame.color is None:
+                return ()
+            mask = segment(Image(frame.color), config.segment, seed=config.seed).foreground.mask
+        assert mask is not None
+        mask = check_mask(mask, frame.depth.shape)
+        pixels = np.argwhere(mask)[:, ::-1]
+        depth = np.zeros_like(frame.depth)
+        distance = np.sqrt(config.segment.min_depth * config.segment.max_depth)
+        depth[mask] = distance * unit(frame.camera.unproject(pixels, np.ones(len(pixels))))[:, 2]
+        detection, stages = detect_with_stages(replace(frame, depth=depth), config, mask)
+    except InputError:
+        return ()
+    return tuple(_without_depth(strand) for strand in observe(detection, stages, config).strands)
+
+
+def _without_depth(strand: ObservedStrand) -> ObservedStrand:
+    """Return a strand on a sphere around the camera as one whose depth is not known."""
+    distance = np.linalg.norm(strand.points, axis=1).mean()
+    rays = unit(strand.points)
+    return replace(strand, points=rays, arcs=strand.arcs / distance, length=strand.length / distance, chain=-1, sight=rays)
