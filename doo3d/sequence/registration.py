@@ -30,6 +30,9 @@ MISSING_COST, MAX_COST = 25.0, 9.0
 standard deviations: 5 of them. Largest cost of a strand that is placed, 3 of them: one that costs more has lost its depth, or
 joins parts that do not belong together, and would bend the object where it is hidden."""
 
+UNKNOWN_COST = 1.0
+"""MISSING_COST of a strand without any depth: 1 standard deviation, since nothing tells its tips from ends that a hand hides."""
+
 SHIFT_TOLERANCES = 2.5
 """Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
 square, since the whole object may have moved on."""
@@ -115,25 +118,34 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     center = strands[0].points[0] - strands[0].sight[0]
     seen = center + unit(expected - center)
     along = arc_length(seen)
-    placed = _placed([replace(strand, sight=None) for strand in strands], seen, along[-1], tolerance * along[-1] / length)
+    on_sphere = [replace(strand, sight=None) for strand in strands]
+    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length, UNKNOWN_COST)
     arcs = np.linspace(0.0, length, len(expected))
     return [replace(item, arcs=np.interp(item.arcs, along, arcs), sight=item.points - center) for item in placed]
 
 
-def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
-    """Place strands along an object in the same space, as `place_strands`."""
+def _placed(
+    strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float, tip_cost: float = MISSING_COST
+) -> list[Placed]:
+    """Place strands along an object in the same space, as `place_strands`; a tip costs `tip_cost` at most."""
     step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
     dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
     placed: list[Placed] = []
     for strand in sorted(strands, key=lambda strand: -strand.length):
-        found = _best_place(strand, dense, placed, step, length, tolerance)
+        found = _best_place(strand, dense, placed, step, length, tolerance, tip_cost)
         if found is not None:
             placed.append(found)
     return sorted(placed, key=lambda item: item.span)
 
 
 def _best_place(
-    strand: ObservedStrand, dense: Floats, placed: Sequence[Placed], step: float, length: float, tolerance: float
+    strand: ObservedStrand,
+    dense: Floats,
+    placed: Sequence[Placed],
+    step: float,
+    length: float,
+    tolerance: float,
+    tip_cost: float,
 ) -> Placed | None:
     """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
     overhang = LENGTH_ERROR * length
@@ -154,8 +166,8 @@ def _best_place(
         shifted = (shift**2).sum(axis=1)
         shape = np.maximum(mean - shifted, 0.0)
         first, last = strand.tips[::-1] if backwards else strand.tips
-        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2))
-        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2))
+        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2), tip_cost)
+        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2), tip_cost)
         cost = (shape + shifted / SHIFT_TOLERANCES**2) / (LENGTH_ERROR * length) ** 2 + off_ends
         allowed = (shape <= tolerance**2) & (shifted <= (SHIFT_TOLERANCES * tolerance) ** 2)
         allowed &= _reachable(strand, backwards, starts, placed, step)
@@ -171,9 +183,9 @@ def _best_place(
     return Placed(arcs, strand.points, (start, start + strand.length), cost_there, strand.sight)
 
 
-def _capped(values: Floats) -> Floats:
-    """Return squares, at most MISSING_COST: that an end is a tip may be wrong."""
-    return np.minimum(values**2, MISSING_COST)
+def _capped(values: Floats, limit: float) -> Floats:
+    """Return squares, at most a limit: that an end is a tip may be wrong."""
+    return np.minimum(values**2, limit)
 
 
 def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:

@@ -13,12 +13,14 @@ from ..pipeline import detect_with_stages
 from ..stages.segment import segment
 from ..types import Array, Frame, Image, check_mask
 from .observations import ObservedStrand, observe
+from .registration import STEPS_PER_SEGMENT
 
 
 def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[ObservedStrand, ...]:
     """Return the strands in the image of a frame without any depth on the object; none if its image does not show the object.
 
-    The object is detected as if it lay on a sphere around the camera: directions and angles are right at any distance.
+    The object is detected as if it lay on a sphere around the camera: directions and angles are right at any distance. Segments
+    are as short as the steps in which the places of strands are searched, since a chain has a whole number of them.
 
     Parameters
     ----------
@@ -29,6 +31,8 @@ def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[
     mask
         (H, W), the caller's own segmentation; None segments the color image as the config says.
     """
+    fine = config.fit.model_copy(update={"segment_length": config.fit.segment_length / STEPS_PER_SEGMENT})
+    config = config.model_copy(update={"fit": fine})
     try:
         if mask is None:
             if frame.color is None:
