@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..geometry.polyline import unit
 from ..pipeline import detect_with_stages
 from ..stages.segment import segment
-from ..types import Array, Frame, Image, check_mask
+from ..types import Array, Bools, Frame, Image, check_mask
 from .observations import ObservedStrand, observe
 from .registration import STEPS_PER_SEGMENT
 
@@ -31,23 +31,29 @@ def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[
     mask
         (H, W), the caller's own segmentation; None segments the color image as the config says.
     """
-    fine = config.fit.model_copy(update={"segment_length": config.fit.segment_length / STEPS_PER_SEGMENT})
-    config = config.model_copy(update={"fit": fine})
+    distance = float(np.sqrt(config.segment.min_depth * config.segment.max_depth))
     try:
-        if mask is None:
-            if frame.color is None:
-                return ()
-            mask = segment(Image(frame.color), config.segment, seed=config.seed).foreground.mask
-        assert mask is not None
-        mask = check_mask(mask, frame.depth.shape)
-        pixels = np.argwhere(mask)[:, ::-1]
+        selected = _mask_of_image(frame, config, distance) if mask is None else check_mask(mask, frame.depth.shape)
+        pixels = np.argwhere(selected)[:, ::-1]
         depth = np.zeros_like(frame.depth)
-        distance = np.sqrt(config.segment.min_depth * config.segment.max_depth)
-        depth[mask] = distance * unit(frame.camera.unproject(pixels, np.ones(len(pixels))))[:, 2]
-        detection, stages = detect_with_stages(replace(frame, depth=depth), config, mask)
+        depth[selected] = distance * unit(frame.camera.unproject(pixels, np.ones(len(pixels))))[:, 2]
+        fine = config.fit.model_copy(update={"segment_length": config.fit.segment_length / STEPS_PER_SEGMENT})
+        config = config.model_copy(update={"fit": fine})
+        detection, stages = detect_with_stages(replace(frame, depth=depth), config, selected)
     except InputError:
         return ()
     return tuple(_without_depth(strand) for strand in observe(detection, stages, config).strands)
+
+
+def _mask_of_image(frame: Frame, config: Config, distance: float) -> Bools:
+    """Return the mask (H, W) of the object in the color image of a frame, with widths as they are at a distance in m."""
+    if frame.color is None:
+        return np.zeros(frame.depth.shape, dtype=bool)
+    widest = config.segment.max_width * frame.camera.fx / distance
+    settings = config.segment.model_copy(update={"max_width": widest})
+    mask = segment(Image(frame.color), settings, seed=config.seed).foreground.mask
+    assert mask is not None
+    return mask
 
 
 def _without_depth(strand: ObservedStrand) -> ObservedStrand:
