@@ -25,13 +25,12 @@ STEPS_PER_SEGMENT = 3
 MAX_OVERLAP_SHARE = 0.2
 """Largest share of a strand that may overlap a strand placed earlier."""
 
-MISSING_COST, MAX_COST = 25.0, 9.0
+MISSING_COST, MAX_COST, FLAT_COSTS = 25.0, 9.0, (1.0, 3.0)
 """Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
 standard deviations: 5 of them. Largest cost of a strand that is placed, 3 of them: one that costs more has lost its depth, or
-joins parts that do not belong together, and would bend the object where it is hidden."""
-
-UNKNOWN_COST = 1.0
-"""MISSING_COST of a strand without any depth: 1 standard deviation, since nothing tells its tips from ends that a hand hides."""
+joins parts that do not belong together, and would bend the object where it is hidden. The same two of a strand without any depth:
+nothing tells its tips from ends that a hand hides, 1 deviation; and at a crossing nothing but its shape tells how it goes on: in
+rendered frames, strands that follow the cable cost 1 at most, and those that turn off at a crossing 5 to 9."""
 
 SHIFT_TOLERANCES = 2.5
 """Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
@@ -119,20 +118,24 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     seen = center + unit(expected - center)
     along = arc_length(seen)
     on_sphere = [replace(strand, sight=None) for strand in strands]
-    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length, UNKNOWN_COST)
+    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length, FLAT_COSTS)
     arcs = np.linspace(0.0, length, len(expected))
     return [replace(item, arcs=np.interp(item.arcs, along, arcs), sight=item.points - center) for item in placed]
 
 
 def _placed(
-    strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float, tip_cost: float = MISSING_COST
+    strands: Sequence[ObservedStrand],
+    expected: Floats,
+    length: float,
+    tolerance: float,
+    most: tuple[float, float] = (MISSING_COST, MAX_COST),
 ) -> list[Placed]:
-    """Place strands along an object in the same space, as `place_strands`; a tip costs `tip_cost` at most."""
+    """Place strands along an object in the same space, as `place_strands`; `most` has the largest costs of a tip and a strand."""
     step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
     dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
     placed: list[Placed] = []
     for strand in sorted(strands, key=lambda strand: -strand.length):
-        found = _best_place(strand, dense, placed, step, length, tolerance, tip_cost)
+        found = _best_place(strand, dense, placed, step, length, tolerance, most)
         if found is not None:
             placed.append(found)
     return sorted(placed, key=lambda item: item.span)
@@ -145,7 +148,7 @@ def _best_place(
     step: float,
     length: float,
     tolerance: float,
-    tip_cost: float,
+    most: tuple[float, float],
 ) -> Placed | None:
     """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
     overhang = LENGTH_ERROR * length
@@ -166,8 +169,8 @@ def _best_place(
         shifted = (shift**2).sum(axis=1)
         shape = np.maximum(mean - shifted, 0.0)
         first, last = strand.tips[::-1] if backwards else strand.tips
-        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2), tip_cost)
-        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2), tip_cost)
+        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2), most[0])
+        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2), most[0])
         cost = (shape + shifted / SHIFT_TOLERANCES**2) / (LENGTH_ERROR * length) ** 2 + off_ends
         allowed = (shape <= tolerance**2) & (shifted <= (SHIFT_TOLERANCES * tolerance) ** 2)
         allowed &= _reachable(strand, backwards, starts, placed, step)
@@ -176,7 +179,7 @@ def _best_place(
         at = int(np.argmin(np.where(allowed, cost, np.inf)))
         if best is None or cost[at] < best[0]:
             best = float(cost[at]), float(starts[at]), backwards
-    if best is None or best[0] >= MAX_COST:
+    if best is None or best[0] >= most[1]:
         return None
     cost_there, start, backwards = best
     arcs = start + (strand.length - strand.arcs if backwards else strand.arcs)
