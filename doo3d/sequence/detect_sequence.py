@@ -39,12 +39,13 @@ from .steady_depth import is_of_camera, steadied
 from .topology import trees_of
 from .tracking import FRAME_RATE
 from .tracks import CONTEXT, WINDOW
+from .without_depth import strands_in_image
 
 BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
 """Note of a frame in which an object is missing between frames that show it."""
 
 NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty")
-"""Codes of errors of a frame that shows nothing; such a frame is filled from others. Any other error is raised."""
+"""Codes of errors of a frame that shows nothing in space; such a frame is filled from others. Any other error is raised."""
 
 
 def detect_sequence(
@@ -138,7 +139,8 @@ def check_mode(config: Config) -> None:
 def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None, pose: ArrayLike | None = None) -> Observation:
     """Detect in one frame by itself, and return its detection with all strands seen: the first pass.
 
-    A frame that shows nothing, such as one without depth, gives an observation without chains and with a note.
+    A frame that cannot be used by itself, such as one without depth, gives an observation without chains and with a note; its
+    strands are those of its image.
 
     frame, config, mask : as for `detect`. pose : (4, 4) m, camera to world, of a camera that may move; None if unknown.
 
@@ -156,7 +158,8 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
         detection = Detection(
             chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
         )
-        return Observation(detection, (), to_world, _background(frame, mask, to_world))
+        strands = strands_in_image(frame, config, mask) if isinstance(frame, Frame) else ()
+        return Observation(detection, strands, to_world, _background(frame, mask, to_world))
     background = _background(frame, stages.context.foreground.mask, to_world)
     return replace(observe(detection, stages, config), pose=to_world, background=background)
 

@@ -48,9 +48,9 @@ def deviation_terms(
     """Return the terms (T, M + 1, 2, 2) m of T frames and M + 1 joints; None if no chain of the frames has deviations.
 
     The first is the pair of deviations that the frame gives to its own chain nearest to the joint, or to the seen joints on
-    both sides of a hidden one. The second, twice, is how far a hidden joint is from what is known: half the harmonic mean of
-    the length of object from the nearest joint seen in the frame, and of the way that the object moves since the joint was
-    seen, or until it is, with a radius.
+    both sides of a hidden one. The second, across and along the ray, is how far a hidden joint is from what is known: half the
+    harmonic mean of the length of object from the nearest joint seen in the frame, and of the way that the object moves since
+    the joint was seen, or until it is, with a radius. Along the ray, all joints of a frame without any depth are hidden.
     """
     seen = np.array([np.zeros(item.segments + 1, dtype=bool) if shape is None else shape.seen for shape in shapes])
     reach = item.segment_length
@@ -64,10 +64,13 @@ def deviation_terms(
     for k, values in enumerate(own):
         base[k] = usual if values is None else np.column_stack([np.interp(at, at[seen[k]], column) for column in values.T])
     radius = item.radius if np.isfinite(item.radius) else item.segment_length
-    steps = np.minimum(_steps(seen.T).T, item.segments) * item.segment_length
-    moved = radius + _speed(shapes) * np.minimum(_steps(seen, past_only), len(seen))
-    away = np.where(seen, 0.0, steps * moved / (steps + moved))
-    return np.stack((base, np.repeat(away[..., None], 2, axis=2)), axis=2)
+    speed, away = _speed(shapes), np.empty_like(base)
+    has_depth = np.array([shape is not None and shape.measured.any() for shape in shapes], dtype=bool)
+    for axis, shown in enumerate((seen, seen & has_depth[:, None])):
+        steps = np.minimum(_steps(shown.T).T, item.segments) * item.segment_length
+        moved = radius + speed * np.minimum(_steps(shown, past_only), len(shown))
+        away[..., axis] = np.where(shown, 0.0, steps * moved / (steps + moved))
+    return np.stack((base, away), axis=2)
 
 
 def _own(shape: Shape | None, observation: Observation, reach: float) -> Floats | None:

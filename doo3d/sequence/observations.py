@@ -58,10 +58,11 @@ class ObservedStrand:
     tips
         confidence that the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
     chain
-        index in the detection of the chain that the strand is part of; -1 for a strand that merging dropped.
+        index in the detection of the chain that the strand is part of; -1 for a strand that is in none.
     sight
         (K, 3) direction in which the place of each point is not known: from the camera where the image shows the strand and its
-        depth was not measured, 0 where it was. None: all were measured.
+        depth was not measured, 0 where it was. None: all were measured. Of a strand without any depth the points lie at a
+        distance of 1 along their sights, and lengths are angles, rad.
     """
 
     points: Floats
@@ -70,6 +71,11 @@ class ObservedStrand:
     tips: tuple[float, float]
     chain: int
     sight: Floats | None = None
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the depth of none of its points was measured."""
+        return self.sight is not None and bool(self.sight.any(axis=1).all())
 
 
 @dataclass(frozen=True)

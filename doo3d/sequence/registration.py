@@ -8,13 +8,13 @@ strands, or beyond the last one, move with their neighbors and keep the expected
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.spatial.distance import cdist
 
-from ..geometry.polyline import arc_length, resample
+from ..geometry.polyline import arc_length, resample, unit
 from ..kernels import equalize_lengths
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
@@ -25,10 +25,12 @@ STEPS_PER_SEGMENT = 3
 MAX_OVERLAP_SHARE = 0.2
 """Largest share of a strand that may overlap a strand placed earlier."""
 
-MISSING_COST, MAX_COST = 25.0, 9.0
+MISSING_COST, MAX_COST, FLAT_COSTS = 25.0, 9.0, (1.0, 3.0)
 """Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
 standard deviations: 5 of them. Largest cost of a strand that is placed, 3 of them: one that costs more has lost its depth, or
-joins parts that do not belong together, and would bend the object where it is hidden."""
+joins parts that do not belong together, and would bend the object where it is hidden. The same two of a strand without any depth:
+nothing tells its tips from ends that a hand hides, 1 deviation; and at a crossing nothing but its shape tells how it goes on: in
+rendered frames, strands that follow the cable cost 1 at most, and those that turn off at a crossing 5 to 9."""
 
 SHIFT_TOLERANCES = 2.5
 """Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
@@ -61,7 +63,7 @@ class Placed:
     points
         (K, 3) m, the samples.
     span
-        (first, last) m, arc lengths on the object between which the strand lies.
+        (first, last), arc lengths on the object between which the strand lies, in the unit of those of the strand.
     cost
         misfit in squared standard deviations; 0 for a perfect fit.
     sight
@@ -104,19 +106,49 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     Returns
     -------
     The strands that were placed, in their order along the object.
+
+    Notes
+    -----
+    Strands without any depth are placed on the object as the camera sees it: both lie on the unit sphere around the camera.
     """
+    if not strands or not all(strand.is_flat for strand in strands):
+        return _placed(strands, expected, length, tolerance)
+    assert strands[0].sight is not None
+    center = strands[0].points[0] - strands[0].sight[0]
+    seen = center + unit(expected - center)
+    along = arc_length(seen)
+    on_sphere = [replace(strand, sight=None) for strand in strands]
+    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length, FLAT_COSTS)
+    arcs = np.linspace(0.0, length, len(expected))
+    return [replace(item, arcs=np.interp(item.arcs, along, arcs), sight=item.points - center) for item in placed]
+
+
+def _placed(
+    strands: Sequence[ObservedStrand],
+    expected: Floats,
+    length: float,
+    tolerance: float,
+    most: tuple[float, float] = (MISSING_COST, MAX_COST),
+) -> list[Placed]:
+    """Place strands along an object in the same space, as `place_strands`; `most` has the largest costs of a tip and a strand."""
     step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
     dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
     placed: list[Placed] = []
     for strand in sorted(strands, key=lambda strand: -strand.length):
-        found = _best_place(strand, dense, placed, step, length, tolerance)
+        found = _best_place(strand, dense, placed, step, length, tolerance, most)
         if found is not None:
             placed.append(found)
     return sorted(placed, key=lambda item: item.span)
 
 
 def _best_place(
-    strand: ObservedStrand, dense: Floats, placed: Sequence[Placed], step: float, length: float, tolerance: float
+    strand: ObservedStrand,
+    dense: Floats,
+    placed: Sequence[Placed],
+    step: float,
+    length: float,
+    tolerance: float,
+    most: tuple[float, float],
 ) -> Placed | None:
     """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
     overhang = LENGTH_ERROR * length
@@ -137,8 +169,8 @@ def _best_place(
         shifted = (shift**2).sum(axis=1)
         shape = np.maximum(mean - shifted, 0.0)
         first, last = strand.tips[::-1] if backwards else strand.tips
-        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2))
-        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2))
+        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2), most[0])
+        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2), most[0])
         cost = (shape + shifted / SHIFT_TOLERANCES**2) / (LENGTH_ERROR * length) ** 2 + off_ends
         allowed = (shape <= tolerance**2) & (shifted <= (SHIFT_TOLERANCES * tolerance) ** 2)
         allowed &= _reachable(strand, backwards, starts, placed, step)
@@ -147,16 +179,16 @@ def _best_place(
         at = int(np.argmin(np.where(allowed, cost, np.inf)))
         if best is None or cost[at] < best[0]:
             best = float(cost[at]), float(starts[at]), backwards
-    if best is None or best[0] >= MAX_COST:
+    if best is None or best[0] >= most[1]:
         return None
     cost_there, start, backwards = best
     arcs = start + (strand.length - strand.arcs if backwards else strand.arcs)
     return Placed(arcs, strand.points, (start, start + strand.length), cost_there, strand.sight)
 
 
-def _capped(values: Floats) -> Floats:
-    """Return squares, at most MISSING_COST: that an end is a tip may be wrong."""
-    return np.minimum(values**2, MISSING_COST)
+def _capped(values: Floats, limit: float) -> Floats:
+    """Return squares, at most a limit: that an end is a tip may be wrong."""
+    return np.minimum(values**2, limit)
 
 
 def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:

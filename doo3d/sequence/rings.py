@@ -147,7 +147,8 @@ def _laid_on(before: Floats, chain: Chain) -> tuple[bool, float]:
 def place_on_ring(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
     """Find the position along a ring of each strand of a frame, as `place_strands` does along a cable.
 
-    The ring is cut open opposite the middle of the longest strand; no end of a strand is a tip.
+    The ring is cut open opposite the middle of the longest strand; no end of a strand is a tip. Strands without any depth do not
+    tell how far a ring turned, and are left out.
 
     Parameters
     ----------
@@ -158,11 +159,11 @@ def place_on_ring(strands: Sequence[ObservedStrand], expected: Floats, length: f
     length, tolerance
         m, as of `place_strands`.
     """
+    strands = [replace(strand, tips=(CUT_OFF, CUT_OFF)) for strand in strands if not strand.is_flat]
     if not strands:
         return []
     count = len(expected) - 1
     segment = length / count
-    strands = [replace(strand, tips=(CUT_OFF, CUT_OFF)) for strand in strands]
     longest = max(strands, key=lambda strand: strand.length)
     twice = place_strands([longest], np.concatenate((expected[:-1], expected)), 2 * length, tolerance)
     if not twice:

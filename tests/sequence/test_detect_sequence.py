@@ -215,9 +215,12 @@ def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused(
     mask[116:124, 40:280] = True
     depth[mask] = 0.5
     frames = [doo3d.Frame(color=None, depth=each, camera=camera) for each in (depth, depth, np.zeros_like(depth), depth)]
-    detections = detect_sequence(frames, masks=[mask] * 4)
-    assert [len(detection.chains) for detection in detections] == [1] * 4
-    assert detections[2].chains[0].from_time.all()
+    nothing = np.zeros_like(mask)
+    for masks in ([mask] * 4, [mask, mask, nothing, mask]):
+        detections = detect_sequence(frames, masks=masks)
+        assert [len(detection.chains) for detection in detections] == [1] * 4
+        assert detections[2].chains[0].depth_filled.all()
+        assert detections[2].chains[0].from_time.all() != masks[2].any()  # the image of a frame without depth counts, too
     with pytest.raises(InputError, match="depth_scale"):
         detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
 

@@ -18,6 +18,7 @@ from ...sequence.detect_sequence import check_mode, combine, motion_of, with_pos
 from ...sequence.objects import find_objects
 from ...sequence.observations import Observation, observe
 from ...sequence.steady_depth import steadied
+from ...sequence.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
 from ..benchmark.pictures import panels, truth_chain
@@ -172,7 +173,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
 
 
 def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
-    """Detect in a frame for itself. A frame that cannot be used shows nothing."""
+    """Detect in a frame for itself. A frame that cannot be used shows no more than its image."""
     frame, (truth,) = rendered.frame, rendered.truths
     start = time.process_time()
     try:
@@ -183,7 +184,7 @@ def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
     except DooError as error:
         detected = time.process_time()
         nothing = Detection((), frame=frame.name, timestamp=frame.timestamp, notes=(str(error),))
-        observation = Observation(nothing, ())
+        observation = Observation(nothing, strands_in_image(frame, config, rendered.mask))
     seconds = detected - start, time.process_time() - detected
     chains = observation.detection.chains
     measured = measured_nodes(truth, frame.depth)
