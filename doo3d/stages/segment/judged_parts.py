@@ -7,7 +7,7 @@ import numpy as np
 from ...evidence.surround import learn_surround, to_lab
 from ...kernels import near_pixels
 from ...types import Array, Bools, Floats, Ints
-from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT
+from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, MIN_SIDE_PX
 from .mask_parts import Parts
 from .methods.selected import Selected
 
@@ -46,10 +46,10 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     pixels = np.flatnonzero(others)
     others.ravel()[pixels[near_pixels(pixels, np.flatnonzero(selected), found.shape, BESIDE_PX, 0)]] = False
     added = Parts.of(others, np.zeros(0, dtype=int))
-    if not len(added.pixels):
+    if not len(added.pixels) or min(color.shape[:2]) < MIN_SIDE_PX:
         return selected
     differs = np.zeros_like(found)
-    differs.ravel()[added.pixels] = _differ(color, rules.mask, added.pixels)
+    differs.ravel()[added.pixels] = _differ(np.ascontiguousarray(color), rules.mask, added.pixels)
     return selected | _drawn(added, np.flatnonzero(added.shares(differs) >= 0.5), found.shape)
 
 

@@ -53,6 +53,19 @@ def test_what_only_the_network_finds_is_added_away_from_the_rest():
     np.testing.assert_array_equal(judged_mask(flat, CABLE | lost, color), CABLE)
 
 
+@pytest.mark.parametrize("shape", [(1, 9), (4, 4), (5, 5), (9, 7)])
+def test_images_of_a_few_pixels(shape):
+    found, color = np.ones(shape, dtype=bool), np.full((*shape, 3), 90, np.uint8)
+    assert not judged_mask(Selected(~found), found, color).any()
+
+
+def test_a_part_of_a_larger_image():
+    cable, lost = (np.ascontiguousarray(mask[:, ::2]) for mask in (CABLE, band(120)))
+    rules = Selected(cable, told=np.flatnonzero(cable))
+    color = picture((CABLE, (30, 60, 200)), (band(120), (20, 150, 40)))[:, ::2]
+    np.testing.assert_array_equal(judged_mask(rules, lost, color), cable | lost)
+
+
 def test_shadows_are_not_added():
     rules, shadow = Selected(CABLE, told=np.flatnonzero(CABLE)), band(120, 5)
     shade = 1 - 0.4 * cv2.GaussianBlur(shadow.astype(np.float32), (0, 0), 1.5)[..., None]
