@@ -2,7 +2,7 @@
 
 A run is a forked process, so that libraries are loaded once. In it, the functions that write files are wrapped: operations on the
 folder of the results are counted, and something happens at the one that was asked for. Workers, which write nothing, are not
-concerned.
+concerned, nor are the pipes to them: with an error there, which no disk makes, multiprocessing waits for its tracker forever.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ import errno
 import io
 import os
 import signal
+import stat
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,7 +58,8 @@ class Fault:
             if self.kind == "torn" and torn is not None:
                 torn()
             if self.kind == "after":
-                operation(*args, **options)
+                with suppress(OSError):  # such as that of a folder that is there already
+                    operation(*args, **options)
             os.kill(os.getpid(), signal.SIGKILL)
         return operation(*args, **options)
 
@@ -94,7 +97,9 @@ def inject(fault: Fault, folder: Path) -> None:
     inside = os.path.abspath(folder)
 
     def concerns(target: Any) -> bool:
-        return isinstance(target, int) or os.path.abspath(os.fspath(target)).startswith(inside)
+        if isinstance(target, int):  # a file or a folder, and no pipe of the workers
+            return stat.S_ISREG(mode := os.fstat(target).st_mode) or stat.S_ISDIR(mode)
+        return os.path.abspath(os.fspath(target)).startswith(inside)
 
     def wrapped(function: Callable[..., Any]) -> Callable[..., Any]:
         def operation(target: Any, *args: Any, **options: Any) -> Any:

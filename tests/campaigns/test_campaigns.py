@@ -15,7 +15,8 @@ HERE = Path(__file__).parent
 
 def campaign(script: str, *arguments: object) -> str:
     """Run a campaign in a process of its own, since it forks; what it prints."""
-    done = subprocess.run([sys.executable, HERE / script, *map(str, arguments)], capture_output=True, text=True)
+    command = [sys.executable, HERE / script, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -26,6 +27,26 @@ def test_kills_and_errors(workers, options):
     text = campaign("kills.py", *cases, "--workers", workers, "--seed", workers, *options)
     assert "random moments: 1 of 1" in text
     assert text.count("2 of 2") == 2
+
+
+def test_errors_do_not_concern_pipes(tmp_path):
+    code = """
+import os, sys
+from pathlib import Path
+from faults import Fault, inject
+folder = Path(sys.argv[1])
+fault = Fault("EIO", 2)
+inject(fault, folder)
+reads, writes = os.pipe()
+file = os.open(folder / "file", os.O_WRONLY | os.O_CREAT)
+os.write(writes, b"noop")
+try:
+    os.write(file, b"result")
+except OSError:
+    print(fault.count)
+"""
+    done = subprocess.run([sys.executable, "-c", code, tmp_path], cwd=HERE, capture_output=True, text=True, check=True)
+    assert done.stdout == "2\n"
 
 
 def test_surroundings(tmp_path, monkeypatch):

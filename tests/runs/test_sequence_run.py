@@ -45,7 +45,7 @@ def test_every_frame_has_the_whole_rope(doo3d, swaying, tmp_path):
     assert {chain.id for chain in chains} == {0}
     assert not any(chains[k].from_time.any() for k in (0, 1, 2, 8))
     assert all(0.2 < chains[k].from_time.mean() < 0.6 for k in HIDDEN)
-    assert chains[LOST].from_time.all()
+    assert chains[LOST].depth_filled.all()
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text(encoding="utf-8"))
     (item,) = manifest["sequence"]["objects"]
     assert item["length"] == pytest.approx(chains[0].length)

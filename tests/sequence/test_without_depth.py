@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from builders.drawn_masks import CAMERA, axis_error, frame_of, ring, wave
 from scipy.spatial import cKDTree
 
 import doo3d
@@ -16,7 +17,6 @@ from doo3d.sequence.observations import CUT_OFF, TIP, UNKNOWN, ObservedStrand
 from doo3d.sequence.registration import bend, place_strands
 from doo3d.sequence.rings import place_on_ring
 from doo3d.sequence.without_depth import strands_in_image
-from tests.builders.drawn_masks import CAMERA, axis_error, frame_of, ring, wave
 
 CONFIG = load_config("default", {"sequence.chains": 1})
 PUSH = (0.0, 0.0, 0.0, 0.01, 0.02, 0.01, 0.0, 0.0, 0.0)
