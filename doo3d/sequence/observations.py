@@ -74,8 +74,11 @@ class ObservedStrand:
 
     @property
     def is_flat(self) -> bool:
-        """Whether the depth of none of its points was measured."""
-        return self.sight is not None and bool(self.sight.any(axis=1).all())
+        """Whether it was seen in a frame without any depth: its points are at a distance of 1 from a camera."""
+        if self.sight is None:
+            return False
+        camera = self.points - self.sight
+        return bool(np.allclose(camera, camera[0], rtol=0, atol=1e-6))
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ class Placed:
     points
         (K, 3) m, the samples.
     span
-        (first, last), arc lengths on the object between which the strand lies, in the unit of those of the strand.
+        (first, last) m, arc lengths on the object between which the strand lies.
     cost
         misfit in squared standard deviations; 0 for a perfect fit.
     sight
@@ -117,10 +117,17 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     center = strands[0].points[0] - strands[0].sight[0]
     seen = center + unit(expected - center)
     along = arc_length(seen)
+    if not along[-1] > 0:  # seen end on
+        return []
     on_sphere = [replace(strand, sight=None) for strand in strands]
     placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length, FLAT_COSTS)
     arcs = np.linspace(0.0, length, len(expected))
-    return [replace(item, arcs=np.interp(item.arcs, along, arcs), sight=item.points - center) for item in placed]
+    result = []
+    for item in placed:
+        first, last = np.interp(item.span, along, arcs).tolist()
+        on_object, sight = np.interp(item.arcs, along, arcs), item.points - center
+        result.append(replace(item, arcs=on_object, span=(first, last), sight=sight))
+    return result
 
 
 def _placed(

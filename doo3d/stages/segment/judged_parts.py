@@ -39,7 +39,7 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     """
     parts = Parts.of(rules.mask, rules.told)
     kept = parts.holds | (parts.shares(found) >= MIN_SEED_SHARE)
-    selected = _drawn(parts, np.flatnonzero(kept), found.shape) if kept.any() else rules.mask
+    selected = _drawn(parts, np.flatnonzero(kept), found.shape)
     others = found.copy()
     for band in rules.left_out:
         others.ravel()[band] = False
@@ -47,10 +47,11 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     others.ravel()[pixels[near_pixels(pixels, np.flatnonzero(selected), found.shape, BESIDE_PX, 0)]] = False
     added = Parts.of(others, np.zeros(0, dtype=int))
     if not len(added.pixels) or min(color.shape[:2]) < MIN_SIDE_PX:
-        return selected
+        return selected if kept.any() else rules.mask
     differs = np.zeros_like(found)
     differs.ravel()[added.pixels] = _differ(np.ascontiguousarray(color), rules.mask, added.pixels)
-    return selected | _drawn(added, np.flatnonzero(added.shares(differs) >= 0.5), found.shape)
+    selected |= _drawn(added, np.flatnonzero(added.shares(differs) >= 0.5), found.shape)
+    return selected if selected.any() else rules.mask
 
 
 def _drawn(parts: Parts, wanted: Ints, shape: tuple[int, ...]) -> Bools:

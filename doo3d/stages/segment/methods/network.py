@@ -45,7 +45,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
     A photograph is looked at in 640 x 360 pixels at most and in one and a half of it, and the rules of the method `strands`,
     which know edges of color, vote on each pixel. In a frame the rules select, which know depth, too. Where not every part of
     what they select is a strand told by its color, the frame is scaled to 640 x 360 pixels at most and the network judges the
-    parts (see `judged_mask`).
+    parts (see `judged_mask`); one of your own always does.
 
     Parameters
     ----------
@@ -74,9 +74,10 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
             "segment.method is network, but none is installed: set segment.onnx.model to a file that doo3d train wrote",
             code="network-missing",
         )
+    is_too_long = max(color.shape[:2]) > MAX_ASPECT * min(color.shape[:2])
     if isinstance(data, Image):
         rules = strands.select_in_image(color, RULES_PIXELS)
-        if max(color.shape[:2]) > MAX_ASPECT * min(color.shape[:2]):
+        if is_too_long:
             return rules
         probability = object_probability(color, config.onnx.model, PYRAMID)
         probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
@@ -84,7 +85,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
         return Selected(selected, strands.shadow_note("network", left_out), probability=probability)
     rules = strands.mask(data, config, seed)
-    if rules.is_certain:
+    if is_too_long or (rules.is_certain and config.onnx.model is None):
         return rules
     probability = _with_votes(object_probability(color, config.onnx.model), rules.mask, FRAME_ODDS)
     return rules._replace(mask=judged_mask(rules, probability > config.onnx.threshold, color))
