@@ -78,15 +78,15 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
         is_certain = bool((own.holds | other | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    return Selected(selected, flat_note("strands", len(left_out)), left_out=left_out, told=told, is_certain=is_certain)
+    return Selected(selected, _flat_note(len(left_out)), left_out=left_out, told=told, is_certain=is_certain)
 
 
-def flat_note(method: str, count: int) -> str:
-    """Return the sentence on the number of flat bands that a method left out of a frame with depth; empty for none."""
+def _flat_note(count: int) -> str:
+    """Return the sentence on the number of flat bands that are left out of a frame; empty for none."""
     if not count:
         return ""
     bands = "1 band that is" if count == 1 else f"{count} bands that are"
-    return f"segment ({method}): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
+    return f"segment (strands): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
 
 
 def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bools:
