@@ -43,6 +43,27 @@ def rod(rng: Rng, size: int, light: Light) -> Strand:
     )
 
 
+def pliers(rng: Rng, size: int, light: Light) -> list[Strand]:
+    """Return two bent handles, of one look, and two jaws that meet at a pivot, as pliers, tongs and grippers have."""
+    radius = float(np.exp(rng.uniform(np.log(2.5), np.log(16))))
+    length = 2 * radius * rng.uniform(4, 13)
+    pivot, heading = rng.uniform(-0.1, 1.1, 2) * size, rng.random() * 6.28
+    spread, bow, jaw = rng.uniform(0.02, 0.5), rng.normal(0.4, 0.4), rng.uniform(0.1, 0.45)
+    look = (plain_look, plain_look, printed_look, ribbed_look)[int(rng.integers(4))](rng, color(rng))
+    metal = plain_look(rng, color(rng) if rng.random() < 0.3 else np.full(3, rng.uniform(0.1, 0.9), np.float32))
+    finish = with_finish(rng, light)
+    found = []
+    for side in (-1, 1):
+        for start, reach, part in ((heading, length, look), (heading + np.pi, jaw * length, metal)):
+            along = np.linspace(0, 1, max(4, int(reach / STEP_PX)))
+            angle = start + side * (spread + bow * (0.4 - along) * (part is look))
+            curve = pivot + np.cumsum(np.stack([np.cos(angle), np.sin(angle)], 1), 0) * STEP_PX
+            taper = 1 - rng.uniform(0, 0.4) * along if part is look else 0.9 - 0.7 * along
+            radii = np.maximum(radius * taper, 0.8)
+            found.append(Strand(curve, radii, part, finish, np.zeros(len(curve)), contact=0.4, is_object=False))
+    return found
+
+
 def finger(rng: Rng, size: int, light: Light, center: Array) -> Strand:
     """Return a finger with its end near `center`, px."""
     radius = float(np.exp(rng.uniform(np.log(9), np.log(38))))
@@ -204,9 +225,11 @@ def out_of_focus(rng: Rng, canvas: Canvas, light: Light) -> None:
 
 
 def tools(rng: Rng, canvas: Canvas, light: Light, count: int) -> None:
-    """Paint rods and scissors."""
+    """Paint rods, pliers and rings."""
     size = canvas.mask.shape[0]
     found = [rod(rng, size, light) for _ in range(count)]
+    if rng.random() < 0.3:
+        found += pliers(rng, size, light)
     if rng.random() < 0.15:
         angle = np.linspace(0, 6.28, 90)
         ring = rng.random(2) * size + np.stack([np.cos(angle), rng.uniform(0.5, 1) * np.sin(angle)], 1) * rng.uniform(8, 40)

@@ -194,7 +194,8 @@ def _paint_piece(canvas: Canvas, strand: Strand, start: int, stop: int) -> None:
     distance = np.hypot(lateral, over)
     cover = (np.clip(radius - distance + 0.5, 0, 1) * ~outside).astype(np.float32)
     if strand.contact:
-        _darken(canvas, rows, columns, strand.contact * np.clip(1.8 - distance / radius, 0, 0.8) * (over == 0) / 0.8)
+        beyond_end = ((nearest == 0) | (nearest == len(points) - 1)) & (over > 0)
+        _darken(canvas, rows, columns, strand.contact * np.clip(1.8 - distance / radius, 0, 0.8) * ~beyond_end / 0.8)
     on = cover > 0
     rows, columns, cover = rows[on], columns[on], cover[on]
     t = (lateral[on] / radius[on]).clip(-1, 1)
