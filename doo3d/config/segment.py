@@ -172,6 +172,14 @@ class SegmentConfig(Section):
         "widths.",
         gt=1,
     )
+    strand_smoothing_radii: float = expert(
+        2.4,
+        "Length along a strand over which depth that is torn or comes in waves is smoothed; louder waves over more, by the "
+        "square root. Radii, over 0. Raise it if chains of straight cables are wavy before a stereo camera, lower it for "
+        "tight bends. Frames of a sequence are smoothed over 0.7 of it, and then over time.",
+        gt=0,
+        le=100,
+    )
     min_depth: float = Field(
         0.02,
         gt=0,

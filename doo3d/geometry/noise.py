@@ -6,6 +6,9 @@ MAD_TO_DEVIATION = 1.4826
 DEVIATIONS = 3.0
 """Standard deviations beyond which a measurement is an outlier: 0.3 % of normally distributed errors are."""
 
+NOISE_RADII = 0.15
+"""Radii; noise of depth up to which a strand is measured well: louder noise is smoothed over more, and weighs less."""
+
 COLOR_NOISE = 6.0
 """Difference of 8-bit colors, in RGB or CIELAB, that noise and shading along one strand explain."""
 

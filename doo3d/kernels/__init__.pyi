@@ -2091,7 +2091,9 @@ def smooth_depth_beside(
 def smooth_strand_depth(
     inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
 ) -> tuple[NDArray[np.float64], float, float, float]:
-    """Lay a smooth curve through the depth along one strand: a running median, then a robust Whittaker smoother.
+    """Lay a smooth curve through the depth along one strand, by a robust Whittaker smoother.
+
+    It starts from a running median or, where that is behind the strand, from the chain of runs of readings that costs least.
 
     Parameters
     ----------
@@ -2104,9 +2106,11 @@ def smooth_strand_depth(
     focal
         px
     numbers
-        (7,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
+        (12,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
         curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
-        reading; standard deviation per median absolute deviation
+        reading; standard deviation per median absolute deviation; share of samples in front of the curve beyond which the
+        strand is looked for among the runs of readings; slope, m per m, from which on a step between two readings is a jump;
+        costs of a reading behind the chain of runs, of one in front, and of a stretch of them
     smoothings
         times the curve is smoothed, each time without what the last curve says are outliers
 
@@ -2114,7 +2118,8 @@ def smooth_strand_depth(
     -------
     depth : (S,) m, of the curve
     waves : m, standard deviation of the readings behind the curve, averaged over a radius on either side
-    in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind
+    in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind;
+        once the strand was looked for among the runs, only its own readings count as in front
 
     Raises
     ------

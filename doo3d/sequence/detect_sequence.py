@@ -30,7 +30,7 @@ from .given_length import length_notes
 from .junctions import assemble, join_shapes
 from .moving_camera import in_world, poses_of, seen_from
 from .objects import SequenceObject, find_objects
-from .observations import Observation, observe
+from .observations import Observation, first_pass_config, observe
 from .registration import exact_lengths
 from .rings import closed_lengths
 from .second_pass import follow
@@ -149,6 +149,7 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
     InputError : the frame cannot be used; or the pose is no rotation and shift.
     """
     to_world = None if pose is None else as_pose(pose)
+    config = first_pass_config(config)
     try:
         detection, stages = detect_with_stages(frame, config, mask)
     except InputError as error:

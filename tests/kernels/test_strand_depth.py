@@ -9,14 +9,11 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from doo3d.geometry.polyline import unit, whittaker_smooth
 from doo3d.kernels import smooth_depth_beside, smooth_strand_depth
 
-NUMBERS = MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD = (
-    12.0,
-    3.0,
-    2.5,
-    2.4,
-    0.15,
-    1e-3,
-    1.4826,
+MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD = 12.0, 3.0, 2.5, 1.7, 0.15, 1e-3, 1.4826
+MAX_IN_FRONT, MAX_SLOPE, BEHIND, IN_FRONT, STRETCH = 0.1, 8.0, 0.3, 0.8, 5.0
+NUMBERS = (
+    *(MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD),
+    *(MAX_IN_FRONT, MAX_SLOPE, BEHIND, IN_FRONT, STRETCH),
 )
 FOCAL = 600.0
 
@@ -36,27 +33,65 @@ def slow_running_median(values, half):
     return median_filter(whole, 2 * half + 1)[half : half + len(values)]
 
 
-def slow_curve(value, measured, radius, smoothings):
-    at = np.flatnonzero(measured)
-    filled = np.interp(np.arange(len(value)), at, value[at])
-    radius_px = radius * FOCAL * np.median(value[at])
-    first = slow_running_median(filled, min(max(2, round(MEDIAN_RADII * radius_px)), len(value) // 4))
+def slow_strand_samples(value, at, radius, radius_px):
+    """Return the samples of the chain of runs that costs least, by trying all runs before each."""
+    height = value[at] / (radius * np.median(value[at]) ** 2)
+    slopes = np.abs(np.diff(height)) * radius_px / np.diff(at)
+    runs = np.split(np.arange(len(at)), np.flatnonzero(slopes > MAX_SLOPE) + 1)
+
+    def off_line(readings, line, is_inside):
+        behind, in_front = (height[readings] - line < -TORN_RADII).sum(), (height[readings] - line > TORN_RADII).sum()
+        return behind * BEHIND + in_front * IN_FRONT + (int(behind > 0) + int(is_inside and in_front > 0)) * STRETCH
+
+    chains = []
+    for first in (run[0] for run in runs):
+        found = [(off_line(np.arange(first), height[first], False), [len(chains)])]
+        for cost, chain in chains[::-1]:
+            last = runs[chain[-1]][-1]
+            slope = abs(height[first] - height[last]) * radius_px / (at[first] - at[last])
+            between = np.arange(last + 1, first)
+            line = np.interp(at[between], [at[last], at[first]], [height[last], height[first]])
+            found.append((cost + slope**2 + off_line(between, line, True), [*chain, len(chains)]))
+        chains.append(min(found, key=lambda each: each[0]))
+    whole = []
+    for (cost, chain), run in zip(chains, runs, strict=True):
+        rest = np.arange(run[-1] + 1, len(at))
+        whole.append((cost + off_line(rest, height[run[-1]], False), chain))
+    return at[np.concatenate([runs[k] for k in min(whole, key=lambda each: each[0])[1]])]
+
+
+def slow_curve_from(first, filled, measured, counted, radius, radius_px, smoothings):
     per_meter = np.median(first) ** 2
     smooth, least = first, np.inf
     for _ in range(smoothings):
         residual = filled - smooth
-        least = min(least, deviation(residual[at]))
+        least = min(least, deviation(residual[counted]))
         cut = np.maximum(DEVIATIONS * least, TORN_RADII * radius * smooth**2)
-        inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * measured
+        inlier = np.maximum(0.0, 1 - (residual / cut) ** 2) ** 2 * counted
         noise = max(least / per_meter / radius, NOISE_RADII)
         length = SMOOTHING_RADII * radius_px * np.sqrt(noise / NOISE_RADII)
         weight = inlier + FIRST_WEIGHT
         target = (inlier * filled + FIRST_WEIGHT * first) / weight
         smooth = whittaker_smooth(target[:, None], weight[:, None, None], length**4)[:, 0]
     depth = 1 / smooth
-    behind = np.where(measured, 1 / filled - depth, 0.0)
-    waves = deviation(uniform_filter1d(behind, 2 * max(1, round(radius_px)) + 1, mode="nearest"))
-    return depth, waves, np.mean((filled - smooth > cut) & measured), np.mean(behind > TORN_RADII * radius)
+    behind = np.where(counted, 1 / filled - depth, 0.0)
+    waves = deviation(uniform_filter1d(behind, 2 * max(1, round(radius_px)) + 1, mode="nearest")[counted])
+    torn = measured & (1 / filled - depth > TORN_RADII * radius)
+    return depth, waves, np.mean((filled - smooth > cut) & counted), np.mean(torn)
+
+
+def slow_curve(value, measured, radius, smoothings):
+    at = np.flatnonzero(measured)
+    filled = np.interp(np.arange(len(value)), at, value[at])
+    radius_px = radius * FOCAL * np.median(value[at])
+    first = slow_running_median(filled, min(max(2, round(MEDIAN_RADII * radius_px)), len(value) // 4))
+    curve = slow_curve_from(first, filled, measured, measured, radius, radius_px, smoothings)
+    if curve[2] <= MAX_IN_FRONT:
+        return curve
+    samples = slow_strand_samples(filled, at, radius, radius_px)
+    first = np.interp(np.arange(len(value)), samples, filled[samples])
+    counted = measured & (np.abs(filled - first) < TORN_RADII * radius * np.median(first) ** 2)
+    return slow_curve_from(first, filled, measured, counted, radius, radius_px, smoothings)
 
 
 @pytest.mark.parametrize("samples", [4, 13, 60, 400])
@@ -73,6 +108,36 @@ def test_against_numpy(seed, samples):
         np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_where_most_of_a_strand_is_torn_its_own_runs_are_as_with_numpy(seed):
+    random = np.random.default_rng(seed)
+    samples = int(random.integers(40, 300))
+    strand = 1 / (0.8 + 0.1 * np.sin(np.arange(samples) / 60))
+    behind = np.repeat(random.random(samples // 10 + 1) < random.uniform(0.4, 0.8), 10)[:samples]
+    inverse = np.where(behind, 1 / 1.2, strand) + random.normal(scale=0.004, size=samples)
+    if seed % 2:
+        inverse[-6:] = 1 / 0.6  # the rim of an occluder
+    measured = random.random(samples) < 0.9
+    measured[0] = True
+    found = smooth_strand_depth(inverse, measured, 0.004, FOCAL, np.array(NUMBERS), 4)
+    for value, expected in zip(found, slow_curve(inverse, measured, 0.004, 4), strict=True):
+        np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("rim", [0, 12])
+def test_a_strand_that_is_torn_over_most_of_its_length_is_where_its_own_readings_are(rim):
+    strand = np.linspace(0.80, 0.90, 200)
+    depth = np.full(200, 1.2)
+    for first in (0, 60, 110, 170):
+        depth[first : first + 18] = strand[first : first + 18]
+    if rim:
+        depth[-rim:] = 0.6
+    found, _, in_front, torn = smooth_strand_depth(1 / depth, np.ones(200, bool), 0.004, FOCAL, np.array(NUMBERS), 4)
+    np.testing.assert_allclose(found, strand, atol=0.002)
+    assert in_front == 0
+    assert torn > 0.5
+
+
 def test_a_curve_through_a_straight_line_is_the_line():
     straight = np.linspace(2.0, 0.8, 200)
     depth, waves, in_front, torn = smooth_strand_depth(straight, np.ones(200, bool), 0.004, FOCAL, np.array(NUMBERS), 4)
@@ -87,7 +152,7 @@ def test_a_curve_through_a_straight_line_is_the_line():
         ({1: np.zeros(9, bool)}, "nothing is measured"),
         ({1: np.ones(8, bool)}, "lengths"),
         ({2: 0.0}, "positive"),
-        ({4: np.ones(6)}, "seven"),
+        ({4: np.ones(7)}, "twelve"),
     ],
 )
 def test_bad_arguments_are_refused(change, match):

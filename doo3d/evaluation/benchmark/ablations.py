@@ -115,6 +115,9 @@ ABLATIONS: dict[str, Ablation] = {
     "strand filter: drawn to the surface": Ablation(
         places={f"{_STAGES}.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
     ),
+    "strand filter: runs of readings": Ablation(
+        places={f"{_STAGES}.segment.strand_filter:MAX_IN_FRONT_SHARE": 2.0}, made_for=DEPTH
+    ),
     "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
     "inpainting of depth": Ablation(
         places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)

@@ -16,7 +16,7 @@ from ...pipeline import detect_with_stages
 from ...sequence.background import background_view
 from ...sequence.detect_sequence import check_mode, combine, motion_of, with_poses
 from ...sequence.objects import find_objects
-from ...sequence.observations import Observation, observe
+from ...sequence.observations import Observation, first_pass_config, observe
 from ...sequence.steady_depth import steadied
 from ...sequence.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
@@ -175,6 +175,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
 def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
     """Detect in a frame for itself. A frame that cannot be used shows no more than its image."""
     frame, (truth,) = rendered.frame, rendered.truths
+    config = first_pass_config(config)
     start = time.process_time()
     try:
         detection, stages = detect_with_stages(frame, config, rendered.mask)

@@ -3,7 +3,15 @@
 // The depth of a stereo camera switches between the strand and what lies behind it, in stretches, and its noise comes in waves longer
 // than the strand is wide. The inverse of depth has the same noise near and far. A running median over more than such a stretch gives
 // a first curve; Whittaker's smoother then goes through the readings that do not contradict the curve before (Tukey's biweight), a
-// few times. Everything here is done as NumPy and SciPy do it, so that a curve is the same in its last bit.
+// few times.
+//
+// Where most of a strand reads the depth of what lies behind it, the median is behind it, too, and the strand's own readings lie in
+// front of the curve, where nothing can be. Then the strand is looked for among the runs of readings without jumps: by dynamic
+// programming, a chain of runs is chosen that costs least. Going on in another run costs the square of the slope to it; the readings
+// between two runs of the chain lie on the line between these, or behind it (torn, as is usual) or in front (the rim of an occluder:
+// rare), which costs per reading and per stretch. The ends of the chain are level. Then the smoother starts from that chain.
+//
+// What the median starts is done as NumPy and SciPy do it, so that a curve is the same in its last bit.
 #include "whittaker.h"
 
 #include <algorithm>
@@ -18,6 +26,10 @@ using Values = std::vector<double>;
 struct Settings {
     double radius, focal;  // m, px
     double median_radii, deviations, torn_radii, smoothing_radii, noise_radii, first_weight, mad_to_deviation;
+    double max_in_front;               // share of the samples
+    double max_slope;                  // m along the line of sight per m across it
+    double behind_cost, in_front_cost;  // of a reading off the strand, beside the square of a slope
+    double stretch_cost;               // of each stretch with such readings
     Index smoothings;
 };
 
@@ -110,52 +122,171 @@ struct Curve {
     double waves, in_front, torn;  // m, and shares of the samples
 };
 
-Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measured, const Settings& settings) {
-    const Index count = inverse.shape(0);
-    std::vector<Byte> measured(count);
+// The runs of readings without jumps along a strand, in the order of its samples.
+struct Runs {
+    const std::vector<Index>& known;  // samples with readings
+    Values height;                    // inverse depth there, in radii
+    double radius_px;
+    std::vector<Index> start;  // first reading of each run, and one past the last
+
+    Index count() const { return Index(start.size()) - 1; }
+    Index last(Index run) const { return start[run + 1] - 1; }
+
+    // Return the slope from one reading to another.
+    double slope(Index from, Index to) const { return std::fabs(height[to] - height[from]) * radius_px / double(known[to] - known[from]); }
+
+    // Return the cost of readings that lie off the straight line that rises from a height at a sample, or `limit` if that is less.
+    double off_line(Index first, Index end, double at, double rise, Index from, bool is_inside, double limit, const Settings& settings) const {
+        double cost = 0;
+        bool is_behind = false, is_in_front = false;
+        Index k = first;
+        for (; k < end && cost < limit; ++k) {
+            const double off = height[k] - (at + rise * double(known[k] - from));
+            if (off < -settings.torn_radii) {
+                cost += settings.behind_cost + (is_behind ? 0 : settings.stretch_cost);
+                is_behind = true;
+            } else if (off > settings.torn_radii) {  // at an end of the strand, what it goes under may have a rim
+                cost += settings.in_front_cost + (is_in_front || !is_inside ? 0 : settings.stretch_cost);
+                is_in_front = true;
+            }
+        }
+        count_visits(k - first + 1);
+        return std::min(cost, limit);
+    }
+};
+
+Runs runs_of(const Values& inverse, const std::vector<Index>& known, double per_radius, double radius_px, const Settings& settings) {
+    Runs runs{known, Values(known.size()), radius_px, {0}};
+    for (std::size_t k = 0; k < known.size(); ++k) runs.height[k] = inverse[known[k]] / per_radius;
+    for (Index k = 1; k < Index(known.size()); ++k) {
+        if (runs.slope(k - 1, k) > settings.max_slope) runs.start.push_back(k);
+    }
+    runs.start.push_back(Index(known.size()));
+    return runs;
+}
+
+// Return the samples with readings of the chain of runs that costs least.
+std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
+    const Index count = runs.count(), readings = Index(runs.known.size());
+    std::vector<double> cost(count);
+    std::vector<Index> before(count, -1);
+    double least = std::numeric_limits<double>::infinity();
+    Index best = 0;
+    for (Index run = 0; run < count; ++run) {
+        const Index first = runs.start[run], last = runs.last(run);
+        const double height = runs.height[first];
+        cost[run] = runs.off_line(0, first, height, 0, 0, false, least, settings);
+        for (Index other = run - 1; other >= 0; --other) {
+            const Index end = runs.last(other), from = runs.known[end];
+            const double slope = runs.slope(end, first), rise = (height - runs.height[end]) / double(runs.known[first] - from);
+            const double limit = cost[run] - cost[other] - slope * slope;
+            if (limit <= 0) continue;
+            const double between = runs.off_line(end + 1, first, runs.height[end], rise, from, true, limit, settings);
+            if (between < limit) {
+                cost[run] = cost[other] + slope * slope + between;
+                before[run] = other;
+            }
+        }
+        const double rest = runs.off_line(last + 1, readings, runs.height[last], 0, 0, false, least, settings);
+        if (cost[run] + rest < least) {
+            least = cost[run] + rest;
+            best = run;
+        }
+    }
+    std::vector<Byte> is_in(count);
+    for (Index run = best; run >= 0; run = before[run]) is_in[run] = 1;
+    std::vector<Index> samples;
+    for (Index run = 0; run < count; ++run) {
+        for (Index k = runs.start[run]; is_in[run] && k < runs.start[run + 1]; ++k) samples.push_back(runs.known[k]);
+    }
+    return samples;
+}
+
+// A strand's readings and its radius in the image.
+struct Strand {
+    Values filled;                 // 1/m, inverse depth, interpolated where it was not measured
+    std::vector<Byte> measured;
+    double radius_px;
+
+    std::vector<Index> known() const {
+        std::vector<Index> samples;
+        for (Index i = 0; i < Index(measured.size()); ++i) {
+            if (measured[i]) samples.push_back(i);
+        }
+        return samples;
+    }
+};
+
+Values chosen(const Values& values, const std::vector<Index>& samples) {
+    Values some;
+    for (const Index i : samples) some.push_back(values[i]);
+    return some;
+}
+
+// Lay a smooth curve along a strand, from a first one on; only the samples that are `counted` pull at it.
+Curve curve_from(const Values& first, const Strand& strand, const std::vector<Byte>& counted, const Settings& settings) {
+    const Values& filled = strand.filled;
+    const Index count = Index(filled.size());
     std::vector<Index> known;
     for (Index i = 0; i < count; ++i) {
-        measured[i] = is_measured(i);
-        if (measured[i]) known.push_back(i);
+        if (counted[i]) known.push_back(i);
     }
-    require(known.size() > 0, "nothing is measured");
-    count_visits((settings.smoothings + 2) * count);
-    require(count >= 4, "there are fewer than four samples");
-    const auto at_known = [&](const Values& values) {
-        Values some;
-        for (const Index i : known) some.push_back(values[i]);
-        return some;
-    };
-    const Values filled = interpolated(inverse, count, known);
-    const double radius_px = settings.radius * settings.focal * median(at_known(filled));
-    const double wanted = std::min(std::nearbyint(settings.median_radii * radius_px), 1e9);
-    const Values first = running_median(filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
     const double per_meter = std::pow(median(first), 2.0);  // of depth, in inverse depth
     Values smooth = first, cut(count), residual(count);
     double least_deviation = std::numeric_limits<double>::infinity();
     for (Index round = 0; round < settings.smoothings; ++round) {
         for (Index i = 0; i < count; ++i) residual[i] = filled[i] - smooth[i];
-        least_deviation = std::min(least_deviation, deviation(at_known(residual), settings));  // too smooth a curve looks noisy
+        least_deviation = std::min(least_deviation, deviation(chosen(residual, known), settings));  // too smooth a curve looks noisy
         for (Index i = 0; i < count; ++i) {
             cut[i] = std::max(settings.deviations * least_deviation, settings.torn_radii * settings.radius * (smooth[i] * smooth[i]));
         }
         const double noise = std::max(least_deviation / per_meter / settings.radius, settings.noise_radii);
-        const double length = settings.smoothing_radii * radius_px * std::sqrt(noise / settings.noise_radii);
-        smooth = smoothed(filled, measured, first, smooth, cut, std::pow(length, 4.0), settings);
+        const double length = settings.smoothing_radii * strand.radius_px * std::sqrt(noise / settings.noise_radii);
+        smooth = smoothed(filled, counted, first, smooth, cut, std::pow(length, 4.0), settings);
     }
     Curve curve{Values(count), 0, 0, 0};
     Values behind(count);
     Index in_front = 0, torn = 0;
     for (Index i = 0; i < count; ++i) {
         curve.depth[i] = 1 / smooth[i];
-        if (measured[i]) behind[i] = 1 / filled[i] - curve.depth[i];
-        in_front += measured[i] && filled[i] - smooth[i] > cut[i];
-        torn += behind[i] > settings.torn_radii * settings.radius;
+        if (strand.measured[i]) torn += 1 / filled[i] - curve.depth[i] > settings.torn_radii * settings.radius;
+        if (!counted[i]) continue;
+        behind[i] = 1 / filled[i] - curve.depth[i];
+        in_front += filled[i] - smooth[i] > cut[i];
     }
     curve.in_front = double(in_front) / double(count);
     curve.torn = double(torn) / double(count);
-    curve.waves = deviation(running_mean(behind, std::max<Index>(1, Index(std::min(std::nearbyint(radius_px), 1e9)))), settings);
+    const Index half = std::max<Index>(1, Index(std::min(std::nearbyint(strand.radius_px), 1e9)));
+    curve.waves = deviation(chosen(running_mean(behind, half), known), settings);
     return curve;
+}
+
+// Lay a smooth curve from the runs of readings that are the strand.
+Curve curve_of_runs(const Strand& strand, const std::vector<Index>& known, const Settings& settings) {
+    const double middle = median(chosen(strand.filled, known)), per_radius = settings.radius * (middle * middle);
+    const std::vector<Index> samples = strand_samples(runs_of(strand.filled, known, per_radius, strand.radius_px, settings), settings);
+    const Index count = Index(strand.filled.size());
+    const Values first = interpolated([&](Index i) { return strand.filled[i]; }, count, samples);
+    const double reach = settings.torn_radii * settings.radius * std::pow(median(first), 2.0);
+    std::vector<Byte> counted(count);
+    for (Index i = 0; i < count; ++i) counted[i] = strand.measured[i] && std::fabs(strand.filled[i] - first[i]) < reach;
+    return curve_from(first, strand, counted, settings);
+}
+
+Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measured, const Settings& settings) {
+    const Index count = inverse.shape(0);
+    Strand strand;
+    for (Index i = 0; i < count; ++i) strand.measured.push_back(is_measured(i));
+    const std::vector<Index> known = strand.known();
+    require(known.size() > 0, "nothing is measured");
+    count_visits((settings.smoothings + 2) * count);
+    require(count >= 4, "there are fewer than four samples");
+    strand.filled = interpolated(inverse, count, known);
+    strand.radius_px = settings.radius * settings.focal * median(chosen(strand.filled, known));
+    const double wanted = std::min(std::nearbyint(settings.median_radii * strand.radius_px), 1e9);
+    const Values first = running_median(strand.filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
+    const Curve curve = curve_from(first, strand, strand.measured, settings);
+    return curve.in_front > settings.max_in_front ? curve_of_runs(strand, known, settings) : curve;
 }
 
 // A strand in the image, one sample a pixel, and the depth on both sides of it.
@@ -249,9 +380,10 @@ auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double
 auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double radius, double focal, Vector<double> numbers,
                          Index smoothings) {
     require(inverse.shape(0) == measured.shape(0), "inverse and measured have different lengths");
-    require(numbers.shape(0) == 7, "numbers are not seven");
+    require(numbers.shape(0) == 12, "numbers are not twelve");
     require(radius > 0 && focal > 0, "radius or focal is not positive");
-    const Settings settings{radius, focal, numbers(0), numbers(1), numbers(2), numbers(3), numbers(4), numbers(5), numbers(6), smoothings};
+    const Settings settings{radius,     focal,      numbers(0), numbers(1), numbers(2), numbers(3),  numbers(4), numbers(5),
+                            numbers(6), numbers(7), numbers(8), numbers(9), numbers(10), numbers(11), smoothings};
     Curve curve;
     {
         nb::gil_scoped_release released;
@@ -263,7 +395,9 @@ auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double r
 }  // namespace
 
 void bind_strand_depth(Module& m) {
-    // Lay a smooth curve through the depth along one strand: a running median, then a robust Whittaker smoother.
+    // Lay a smooth curve through the depth along one strand, by a robust Whittaker smoother.
+    //
+    // It starts from a running median or, where that is behind the strand, from the chain of runs of readings that costs least.
     //
     // Parameters
     // ----------
@@ -276,9 +410,11 @@ void bind_strand_depth(Module& m) {
     // focal
     //     px
     // numbers
-    //     (7,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
+    //     (12,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
     //     curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
-    //     reading; standard deviation per median absolute deviation
+    //     reading; standard deviation per median absolute deviation; share of samples in front of the curve beyond which the
+    //     strand is looked for among the runs of readings; slope, m per m, from which on a step between two readings is a jump;
+    //     costs of a reading behind the chain of runs, of one in front, and of a stretch of them
     // smoothings
     //     times the curve is smoothed, each time without what the last curve says are outliers
     //
@@ -286,7 +422,8 @@ void bind_strand_depth(Module& m) {
     // -------
     // depth : (S,) m, of the curve
     // waves : m, standard deviation of the readings behind the curve, averaged over a radius on either side
-    // in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind
+    // in_front, torn : shares of the samples in front of the curve by more than an outlier, and of those torn to what lies behind;
+    //     once the strand was looked for among the runs, only its own readings count as in front
     //
     // Raises
     // ------

@@ -10,7 +10,7 @@ import numpy as np
 from ... import kernels
 from ...evidence.support import BESIDE_PX
 from ...facts.frame_facts import facts_of
-from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
+from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, NOISE_RADII
 from ...geometry.polyline import LEAST_WEIGHT, steps, whittaker_smooth
 from ...geometry.radii import OWN_RADII, TOUCHING_RADII
 from ...kernels import nearest, part_medians, window_sum
@@ -39,9 +39,6 @@ PATH_WEIGHT = 0.01
 
 DEPTH_WEIGHT = 0.06
 """Weight of depth, which a stereo camera measures with errors in waves along a strand, beside 1 for lateral offsets."""
-
-DEPTH_NOISE_RADII = 0.15
-"""Radii; depth that is less exact than this weighs less, by the square of how much."""
 
 GAP_WEIGHT = 0.3
 """Weight of a measurement at a sample in a filled gap, beside 1 elsewhere: it may be of something in front."""
@@ -202,7 +199,7 @@ def numbers_in_mask() -> Floats:
                 LEAST_WEIGHT,
                 DEPTH_WEIGHT,
             ),
-            *(DEPTH_NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
+            *(NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
             *(OWN_RADII, MAX_SUNK_RADII, RING_OVERLAP),
         )
     )
@@ -217,7 +214,7 @@ def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) 
     weight *= np.where(samples.filled, GAP_WEIGHT, 1.0) * DEPTH_WEIGHT
     depth = np.where(weight > 0, depth, 0.0)
     noise = depth_noise(middle + depth[:, None] * axes.depth, axes.depth, (weight > 0) & ~samples.filled, samples)
-    return depth, weight * min(1.0, DEPTH_NOISE_RADII / max(noise, 1e-9)) ** 2
+    return depth, weight * min(1.0, NOISE_RADII / max(noise, 1e-9)) ** 2
 
 
 def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples: Samples) -> float:

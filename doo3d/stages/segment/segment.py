@@ -146,7 +146,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     measured = len(readings.pixels)
     smoothed = 0
     if method != "everything":
-        readings, smoothed = filter_along_strands(readings, facts, radius, frame)
+        readings, smoothed = filter_along_strands(readings, facts, radius, frame, config.strand_smoothing_radii)
         readings = inpaint_readings(readings, facts, slope)
     foreground = Foreground(
         points=frame.camera.unproject(readings.pixels, readings.depth),
