@@ -118,7 +118,7 @@ Values smoothed(const Values& filled, const std::vector<Byte>& measured, const V
 }
 
 struct Curve {
-    Values depth;                         // m
+    Values depth;                  // m
     double waves, in_front, torn;  // m, and shares of the samples
 };
 
@@ -204,18 +204,18 @@ std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
 
 // A strand's readings and its radius in the image.
 struct Strand {
-    Values filled;                 // 1/m, inverse depth, interpolated where it was not measured
+    Values filled;  // 1/m, inverse depth, interpolated where it was not measured
     std::vector<Byte> measured;
     double radius_px;
-
-    std::vector<Index> known() const {
-        std::vector<Index> samples;
-        for (Index i = 0; i < Index(measured.size()); ++i) {
-            if (measured[i]) samples.push_back(i);
-        }
-        return samples;
-    }
 };
+
+std::vector<Index> samples_of(const std::vector<Byte>& flags) {
+    std::vector<Index> samples;
+    for (Index i = 0; i < Index(flags.size()); ++i) {
+        if (flags[i]) samples.push_back(i);
+    }
+    return samples;
+}
 
 Values chosen(const Values& values, const std::vector<Index>& samples) {
     Values some;
@@ -227,10 +227,7 @@ Values chosen(const Values& values, const std::vector<Index>& samples) {
 Curve curve_from(const Values& first, const Strand& strand, const std::vector<Byte>& counted, const Settings& settings) {
     const Values& filled = strand.filled;
     const Index count = Index(filled.size());
-    std::vector<Index> known;
-    for (Index i = 0; i < count; ++i) {
-        if (counted[i]) known.push_back(i);
-    }
+    const std::vector<Index> known = samples_of(counted);
     const double per_meter = std::pow(median(first), 2.0);  // of depth, in inverse depth
     Values smooth = first, cut(count), residual(count);
     double least_deviation = std::numeric_limits<double>::infinity();
@@ -277,7 +274,7 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
     const Index count = inverse.shape(0);
     Strand strand;
     for (Index i = 0; i < count; ++i) strand.measured.push_back(is_measured(i));
-    const std::vector<Index> known = strand.known();
+    const std::vector<Index> known = samples_of(strand.measured);
     require(known.size() > 0, "nothing is measured");
     count_visits((settings.smoothings + 2) * count);
     require(count >= 4, "there are fewer than four samples");
