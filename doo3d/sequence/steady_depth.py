@@ -20,7 +20,7 @@ from scipy.linalg import solveh_banded
 from ..config import TrackingConfig
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..geometry.polyline import arc_length, resample, steps
-from ..types import Bools, Chain, Floats
+from ..types import Bools, Chain, Floats, Ints
 from .moving_camera import in_world
 from .observations import Observation, ObservedStrand
 from .registration import exact_lengths, to_lengths
@@ -40,7 +40,7 @@ AROUND, SEEN_ERROR = 4, 0.03
 """Frames on either side, and share by which the length of an object in the image may differ from its median over them: the image
 tells better than depth whether an end is hidden."""
 
-UNSEEN_WEIGHT = 0.05
+UNSEEN_WEIGHT = 0.02
 """Weight of depth that no reading supports, beside 1."""
 
 BEND_SHARE = 0.01
@@ -127,22 +127,34 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     if len(whole) < MIN_FRAMES:
         return list(chains)
     at = np.array([frames[k] for k in whole]) - frames[whole[0]]
+    given = [chains[k] for k in whole]
+    lines = _steady_lines(at, given, [_turned_by(chain.joints) for chain in given])
+    lines = _steady_lines(at, given, [arc_length(line) for line in lines])
+    result = list(chains)
+    for k, line in zip(whole, lines, strict=True):
+        result[k] = _laid(chains[k], line)
+    return result
+
+
+def _steady_lines(at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats]) -> list[Floats]:
+    """Return the joints of chains with their depth smoothed over time at evenly spaced places along them.
+
+    at : (N,) the frames of the chains, ascending from 0. arcs : for each chain where its joints are along it, in any unit.
+    """
     places = np.linspace(0.0, 1.0, NODES)
     inverse, weight, rays = np.zeros((at[-1] + 1, NODES)), np.zeros((at[-1] + 1, NODES)), np.full((at[-1] + 1, NODES, 3), np.nan)
-    for k, row in zip(whole, at.tolist(), strict=True):
-        joints = chains[k].joints
-        along, distance = _turned_by(joints) / in_image[k], np.linalg.norm(joints, axis=1)
+    distances = [np.linalg.norm(chain.joints, axis=1) for chain in chains]
+    shares = [arc / arc[-1] for arc in arcs]
+    for row, chain, along, distance in zip(at.tolist(), chains, shares, distances, strict=True):
         inverse[row] = np.interp(places, along, 1 / distance)
-        weight[row] = np.interp(places, along, np.where(_is_seen(chains[k]), 1.0, UNSEEN_WEIGHT))
-        rays[row] = np.column_stack([np.interp(places, along, each) for each in (joints / distance[:, None]).T])
+        weight[row] = np.interp(places, along, np.where(_is_seen(chain), 1.0, UNSEEN_WEIGHT))
+        rays[row] = np.column_stack([np.interp(places, along, each) for each in (chain.joints / distance[:, None]).T])
     change = smooth_in_time(inverse, weight, rays) - inverse
-    result = list(chains)
-    for k, row in zip(whole, at.tolist(), strict=True):
-        joints = chains[k].joints
-        distance = np.linalg.norm(joints, axis=1)
-        nearer = distance * np.interp(_turned_by(joints) / in_image[k], places, change[row])
-        result[k] = _laid(chains[k], joints / (1 + nearer)[:, None])
-    return result
+    nearer = [
+        distance * np.interp(along, places, change[row])
+        for row, along, distance in zip(at.tolist(), shares, distances, strict=True)
+    ]
+    return [chain.joints / (1 + each)[:, None] for chain, each in zip(chains, nearer, strict=True)]
 
 
 def _turned_by(joints: Floats) -> Floats:

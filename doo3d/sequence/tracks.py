@@ -135,5 +135,5 @@ def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: i
 
 
 def _shows_both_ends(chain: Chain, pattern: Pattern) -> bool:
-    """Tell whether both ends were seen; one at a junction is where the strands that meet there say."""
-    return not (chain.depth_filled[0] and not pattern[0]) and not (chain.depth_filled[-1] and not pattern[1])
+    """Tell whether both ends are seen in the image; one at a junction is where the strands that meet there say."""
+    return not (chain.occluded[0] and not pattern[0]) and not (chain.occluded[-1] and not pattern[1])
