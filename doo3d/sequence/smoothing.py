@@ -11,6 +11,7 @@ from scipy.ndimage import distance_transform_cdt
 from ..geometry.curves import runs
 from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Floats
+from .carried import carried
 from .moving_camera import in_frame_of, seen_from
 from .objects import SequenceObject
 from .registration import TURN_WEIGHT, to_lengths
@@ -44,6 +45,9 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | N
     joints = np.array([shape.joints for shape in shapes])
     seen = np.array([shape.seen for shape in shapes])
     measured = np.array([shape.measured for shape in shapes])
+    if not item.closed:
+        far = 1 - _certainty(seen, False)[:, :, None]
+        joints += far * (carried(joints, seen, item.segment_length) - joints)
     weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))
     smooth = joints.copy()
     for k in np.flatnonzero(~measured.all(axis=0)):

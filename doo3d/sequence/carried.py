@@ -1,0 +1,78 @@
+"""Carry what is hidden of an object over time, from where it was seen last and is seen next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..geometry.curves import runs
+from ..types import Bools, Floats, Ints
+
+NEAR = 0.4
+"""m of an object whose motion a hidden part beside it follows: less turns with each bend, and more does not turn with the part.
+All 480 frames of four dragged cables are right, and 446 with 0.2 m; with 0.6 m fewer frames of stereo cameras are."""
+
+LEAST_JOINTS = 8
+"""Joints from which on they tell how a part turns."""
+
+
+def carried(joints: Floats, seen: Bools, segment: float) -> Floats:
+    """Return the joints (T, M, 3) m of an open object with those that are hidden carried from other frames.
+
+    A hidden joint is where it was when it was seen last, moved and turned since as the seen joints near it have; the same from
+    when it is seen next, and both averaged by how near they are in time. Joints that are never seen stay, and all joints of a
+    frame that shows nothing.
+
+    seen : (T, M) bool, which joints the frames show. segment : m, distance of neighboring joints.
+    """
+    count = round(NEAR / segment)
+    frames = np.arange(len(seen))[:, None]
+    last = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)
+    later = np.minimum.accumulate(np.where(seen, frames, len(seen))[::-1], axis=0)[::-1]
+    later = np.where(later == len(seen), -1, later)
+    share = np.where(last < 0, 1.0, np.where(later < 0, 0.0, (frames - last) / np.maximum(later - last, 1)))
+    result = joints.copy()
+    for frame in np.flatnonzero(seen.any(axis=1) & ~seen.all(axis=1)).tolist():
+        for hidden in _parts(~seen[frame], last[frame], later[frame]):
+            ways = (last[frame, hidden[0]], 1 - share[frame, hidden]), (later[frame, hidden[0]], share[frame, hidden])
+            known = [(weight, _moved(joints, seen, int(start), frame, hidden, count)) for start, weight in ways if start >= 0]
+            if known and all(line is not None for _, line in known):
+                result[frame, hidden] = sum(weight[:, None] * line for weight, line in known if line is not None)
+    return result
+
+
+def _parts(hidden: Bools, last: Ints, later: Ints) -> Iterator[Ints]:
+    """Yield the indices of successive hidden joints (M,) that were seen in the same frame last, and are in the same one next."""
+    for first, end in runs(hidden):
+        edges = np.flatnonzero((np.diff(last[first:end]) != 0) | (np.diff(later[first:end]) != 0)) + 1
+        yield from np.split(np.arange(first, end), edges)
+
+
+def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, count: int) -> Floats | None:
+    """Return successive hidden joints of frame `start`, (K, 3) m, moved and turned to another frame as the `count` nearest.
+
+    A part between two that are seen follows both, by how near they are; None if no joint is seen in both frames.
+    """
+    known = np.flatnonzero(seen[start] & seen[frame])
+    if not len(known):
+        return None
+    away = np.maximum(hidden[0] - known, known - hidden[-1])
+    near = known[np.argsort(away, kind="stable")[:count]]
+    turn = _rotation(joints[start, near], joints[frame, near])
+    at = int(np.searchsorted(known, hidden[0]))
+    sides = [int(known[k]) for k in (at - 1, at) if 0 <= k < len(known)]
+    lines: list[Floats] = [joints[frame, side] + (joints[start, hidden] - joints[start, side]) @ turn.T for side in sides]
+    if len(sides) == 1:
+        return lines[0]
+    share = ((hidden - sides[0]) / (sides[1] - sides[0]))[:, None]
+    return np.asarray((1 - share) * lines[0] + share * lines[1])
+
+
+def _rotation(before: Floats, after: Floats) -> Floats:
+    """Return the rotation (3, 3) that turns points (K, 3) most nearly to others (Kabsch, Acta Cryst. 1976); none if few."""
+    if len(before) < LEAST_JOINTS:
+        return np.eye(3)
+    left, _, right = np.linalg.svd((before - before.mean(axis=0)).T @ (after - after.mean(axis=0)))
+    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
+    return np.asarray(right.T @ mirror @ left.T)

@@ -1,0 +1,65 @@
+"""What is hidden is carried from where it was seen last and is seen next, moved and turned as what is seen beside it."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from doo3d.sequence.carried import carried
+from doo3d.types import Bools, Floats
+
+SEGMENT = 0.01
+FRAMES, JOINTS = 9, 60
+
+
+def bent_cable() -> Floats:
+    """Return (JOINTS, 3) m, an arc that lies a meter before the camera."""
+    angles = np.linspace(0.0, 2.0, JOINTS)
+    radius = SEGMENT * (JOINTS - 1) / 2.0
+    return radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(JOINTS)]) + [0.0, 0.0, 1.0]
+
+
+def swung(cable: Floats) -> Floats:
+    """Return (FRAMES, JOINTS, 3) m, the cable that moves and turns as one, faster and faster."""
+    steps = np.arange(FRAMES) ** 2
+    turns = Rotation.from_rotvec(0.01 * steps[:, None] * np.array([0.3, 0.2, 1.0])).as_matrix()
+    return np.einsum("tij,kj->tki", turns, cable) + 0.001 * steps[:, None, None] * np.array([1.0, 2.0, 0.5])
+
+
+def hidden(first: int, end: int) -> Bools:
+    """Return which joints are seen: in the first frame and the last all, in between not those from `first` to before `end`."""
+    seen = np.ones((FRAMES, JOINTS), dtype=bool)
+    seen[1:-1, first:end] = False
+    return seen
+
+
+def test_hidden_parts_of_a_cable_that_swings_as_one_are_where_they_are() -> None:
+    truth = swung(bent_cable())
+    for seen in (hidden(0, 25), hidden(20, 35), hidden(40, JOINTS)):
+        unknown = np.where(seen[:, :, None], truth, 0.0)
+        assert np.abs(carried(unknown, seen, SEGMENT) - truth).max() < 1e-9
+
+
+def test_a_hidden_part_lies_between_where_it_was_seen_last_and_is_seen_next() -> None:
+    cable = bent_cable()
+    truth = np.repeat(cable[None], FRAMES, axis=0)
+    truth[-1, 40:] += [0.0, 0.0, 0.08]
+    result = carried(truth, hidden(40, JOINTS), SEGMENT)
+    assert np.allclose(result[:, 50, 2] - cable[50, 2], 0.01 * np.arange(FRAMES))
+    assert np.array_equal(result[:, :40], truth[:, :40])
+
+
+def test_what_is_never_seen_and_frames_that_show_nothing_stay() -> None:
+    truth = swung(bent_cable())
+    seen = hidden(20, 35)
+    seen[:, 50:] = False
+    seen[4] = False
+    result = carried(truth, seen, SEGMENT)
+    assert np.array_equal(result[:, 50:], truth[:, 50:])
+    assert np.array_equal(result[4], truth[4])
+    assert np.isfinite(result).all()
+
+
+def test_few_joints_in_common_move_a_part_and_do_not_turn_it() -> None:
+    truth = swung(bent_cable())
+    result = carried(truth, hidden(4, JOINTS), SEGMENT)
+    first, last = (np.diff(truth[frame, 4:], axis=0) for frame in (0, -1))
+    assert np.allclose(np.diff(result[2, 4:], axis=0), 0.75 * first + 0.25 * last)
