@@ -275,7 +275,7 @@ def _bent(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
     right = np.zeros((count, 3))
     np.add.at(right, low, (1 - part)[:, None] * residual)
     np.add.at(right, low + 1, part[:, None] * residual)
-    return np.asarray(expected + solveh_banded(bands, right))
+    return np.asarray(expected + solveh_banded(bands, right, overwrite_ab=True, overwrite_b=True, check_finite=False))
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
