@@ -12,7 +12,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -44,15 +44,11 @@ NEVER = 10**6
 
 @dataclass(frozen=True)
 class _Clues:
-    """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without.
-
-    shape : of an anchor that shows all joints, whatever was expected there.
-    """
+    """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without."""
 
     own: tuple[Placed, ...] | None
     whole: Floats | None
     strands: tuple[int, ...]
-    shape: Shape | None = None
 
 
 def follow(
@@ -131,11 +127,7 @@ def _clues(
             own = (_own_place(chain, anchor, item, None if poses is None else poses[frame, :3, 3]),)
             whole = _resampled(chain, anchor, item)
         free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
-        clue = _Clues(own, whole, free)
-        if whole is not None:
-            shape = _fitted(item, observation, clue, whole)
-            clue = replace(clue, shape=shape if shape.seen.all() else None)
-        result.append(clue)
+        result.append(_Clues(own, whole, free))
     return result
 
 
@@ -190,8 +182,6 @@ def _motion(last: Shape, shape: Shape) -> Floats:
 
 def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expected: Floats, last: Shape | None = None) -> Shape:
     """Return the object bent from where it is expected to what a frame shows."""
-    if clue.shape is not None:
-        return clue.shape
     cost = 0.0
     place, fit = (place_on_ring, bend_ring) if item.closed else (place_strands, bend)
     if clue.own is not None:
