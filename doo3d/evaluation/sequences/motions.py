@@ -37,8 +37,8 @@ VIEW_DRAWS, MIN_SEEN_LENGTH = 30, 0.7
 MAX_MARKER_STEP = 3.0
 """Median distances from one marker to the next; farther, and the markers do not follow each other along one cable."""
 
-MAX_ATTEMPTS = 60
-"""Draws of a motion before it is given up."""
+MAX_ATTEMPTS = 600
+"""Draws of a motion before it is given up: of the first nine seeds of a dragged cable one needs 151."""
 
 Size = tuple[int, int]
 
