@@ -13,9 +13,6 @@ NEAR = 0.4
 """m of an object whose motion a hidden part beside it follows: less turns with each bend, and more does not turn with the part.
 All 480 frames of four dragged cables are right, and 446 with 0.2 m; with 0.6 m fewer frames of stereo cameras are."""
 
-LEAST_JOINTS = 8
-"""Joints from which on they tell how a part turns."""
-
 
 def carried(joints: Floats, seen: Bools, segment: float) -> Floats:
     """Return the joints (T, M, 3) m of an open object with those that are hidden carried from other frames.
@@ -26,7 +23,6 @@ def carried(joints: Floats, seen: Bools, segment: float) -> Floats:
 
     seen : (T, M) bool, which joints the frames show. segment : m, distance of neighboring joints.
     """
-    count = round(NEAR / segment)
     frames = np.arange(len(seen))[:, None]
     last = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)
     later = np.minimum.accumulate(np.where(seen, frames, len(seen))[::-1], axis=0)[::-1]
@@ -36,7 +32,7 @@ def carried(joints: Floats, seen: Bools, segment: float) -> Floats:
     for frame in np.flatnonzero(seen.any(axis=1) & ~seen.all(axis=1)).tolist():
         for hidden in _parts(~seen[frame], last[frame], later[frame]):
             ways = (last[frame, hidden[0]], 1 - share[frame, hidden]), (later[frame, hidden[0]], share[frame, hidden])
-            known = [(weight, _moved(joints, seen, int(start), frame, hidden, count)) for start, weight in ways if start >= 0]
+            known = [(weight, _moved(joints, seen, int(start), frame, hidden, segment)) for start, weight in ways if start >= 0]
             if known and all(line is not None for _, line in known):
                 result[frame, hidden] = sum(weight[:, None] * line for weight, line in known if line is not None)
     return result
@@ -49,8 +45,8 @@ def _parts(hidden: Bools, last: Ints, later: Ints) -> Iterator[Ints]:
         yield from np.split(np.arange(first, end), edges)
 
 
-def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, count: int) -> Floats | None:
-    """Return successive hidden joints of frame `start`, (K, 3) m, moved and turned to another frame as the `count` nearest.
+def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, segment: float) -> Floats | None:
+    """Return successive hidden joints of frame `start`, (K, 3) m, moved and turned to another frame as those near them.
 
     A part between two that are seen follows both, by how near they are; None if no joint is seen in both frames.
     """
@@ -58,8 +54,8 @@ def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, co
     if not len(known):
         return None
     away = np.maximum(hidden[0] - known, known - hidden[-1])
-    near = known[np.argsort(away, kind="stable")[:count]]
-    turn = _rotation(joints[start, near], joints[frame, near])
+    near = known[np.argsort(away, kind="stable")[: round(NEAR / segment)]]
+    turn = _rotation(joints[start, near], joints[frame, near], segment)
     at = int(np.searchsorted(known, hidden[0]))
     sides = [int(known[k]) for k in (at - 1, at) if 0 <= k < len(known)]
     lines: list[Floats] = [joints[frame, side] + (joints[start, hidden] - joints[start, side]) @ turn.T for side in sides]
@@ -69,10 +65,12 @@ def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, co
     return np.asarray((1 - share) * lines[0] + share * lines[1])
 
 
-def _rotation(before: Floats, after: Floats) -> Floats:
-    """Return the rotation (3, 3) that turns points (K, 3) most nearly to others (Kabsch, Acta Cryst. 1976); none if few."""
-    if len(before) < LEAST_JOINTS:
-        return np.eye(3)
-    left, _, right = np.linalg.svd((before - before.mean(axis=0)).T @ (after - after.mean(axis=0)))
+def _rotation(before: Floats, after: Floats, least: float) -> Floats:
+    """Return the rotation (3, 3) that turns points (K, 3) most nearly to others (Kabsch, Acta Cryst. 1976).
+
+    least : m, as if points so far off had not turned: a straight line does not tell how far it turns round itself.
+    """
+    both = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0)) + least**2 * np.eye(3)
+    left, _, right = np.linalg.svd(both)
     mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
     return np.asarray(right.T @ mirror @ left.T)

@@ -25,13 +25,10 @@ from .moving_camera import in_world
 from .observations import Observation, ObservedStrand
 from .registration import exact_lengths, to_lengths
 from .tracking import reversed_chain
-from .tracks import WINDOW, tracks_of
+from .tracks import MIN_FRAMES, WINDOW, tracks_of
 
 NODES = 40
 """Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds."""
-
-MIN_FRAMES = 5
-"""Frames that show an object whole at least: fewer do not tell noise from motion."""
 
 ALIKE = 0.1
 """Share by which the length of a chain may differ from the median of its track and still be the same object, seen with noise."""
@@ -114,7 +111,7 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     frames
         the index in the capture of the frame of each chain, ascending.
     chains
-        the chains, each the whole object or nearly so, in one direction and in the camera's frame. Fewer than MIN_FRAMES (5) are
+        the chains, each the whole object or nearly so, in one direction and in the camera's frame. Fewer than MIN_FRAMES (3) are
         returned as they are, and so is a chain that is shorter or longer in the image than those around it.
 
     Returns
