@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..geometry.curves import runs
 from ..types import Bools, Floats, Ints
@@ -26,15 +27,15 @@ def carried(joints: Floats, seen: Bools, segment: float) -> Floats:
     frames = np.arange(len(seen))[:, None]
     last = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)
     later = np.minimum.accumulate(np.where(seen, frames, len(seen))[::-1], axis=0)[::-1]
-    later = np.where(later == len(seen), -1, later)
-    share = np.where(last < 0, 1.0, np.where(later < 0, 0.0, (frames - last) / np.maximum(later - last, 1)))
     result = joints.copy()
     for frame in np.flatnonzero(seen.any(axis=1) & ~seen.all(axis=1)).tolist():
         for hidden in _parts(~seen[frame], last[frame], later[frame]):
-            ways = (last[frame, hidden[0]], 1 - share[frame, hidden]), (later[frame, hidden[0]], share[frame, hidden])
-            known = [(weight, _moved(joints, seen, int(start), frame, hidden, segment)) for start, weight in ways if start >= 0]
-            if known and all(line is not None for _, line in known):
-                result[frame, hidden] = sum(weight[:, None] * line for weight, line in known if line is not None)
+            before, after = int(last[frame, hidden[0]]), int(later[frame, hidden[0]])
+            starts = [start for start in (before, after) if 0 <= start < len(seen)]
+            if starts and all((seen[start] & seen[frame]).any() for start in starts):
+                lines = [_moved(joints, seen, start, frame, hidden, segment) for start in starts]
+                share = (frame - before) / (after - before)
+                result[frame, hidden] = (1 - share) * lines[0] + share * lines[-1]
     return result
 
 
@@ -45,32 +46,26 @@ def _parts(hidden: Bools, last: Ints, later: Ints) -> Iterator[Ints]:
         yield from np.split(np.arange(first, end), edges)
 
 
-def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, segment: float) -> Floats | None:
+def _moved(joints: Floats, seen: Bools, start: int, frame: int, hidden: Ints, segment: float) -> Floats:
     """Return successive hidden joints of frame `start`, (K, 3) m, moved and turned to another frame as those near them.
 
-    A part between two that are seen follows both, by how near they are; None if no joint is seen in both frames.
+    A part between two that are seen follows both, by how near they are. At least one joint is seen in both frames.
     """
     known = np.flatnonzero(seen[start] & seen[frame])
-    if not len(known):
-        return None
     away = np.maximum(hidden[0] - known, known - hidden[-1])
     near = known[np.argsort(away, kind="stable")[: round(NEAR / segment)]]
     turn = _rotation(joints[start, near], joints[frame, near], segment)
     at = int(np.searchsorted(known, hidden[0]))
-    sides = [int(known[k]) for k in (at - 1, at) if 0 <= k < len(known)]
-    lines: list[Floats] = [joints[frame, side] + (joints[start, hidden] - joints[start, side]) @ turn.T for side in sides]
-    if len(sides) == 1:
-        return lines[0]
-    share = ((hidden - sides[0]) / (sides[1] - sides[0]))[:, None]
-    return np.asarray((1 - share) * lines[0] + share * lines[1])
+    sides = known[max(0, at - 1) : at + 1].tolist()
+    lines: list[Floats] = [joints[frame, side] + turn.apply(joints[start, hidden] - joints[start, side]) for side in sides]
+    share = ((hidden - sides[0]) / max(1, sides[-1] - sides[0]))[:, None]
+    return np.asarray((1 - share) * lines[0] + share * lines[-1])
 
 
-def _rotation(before: Floats, after: Floats, least: float) -> Floats:
-    """Return the rotation (3, 3) that turns points (K, 3) most nearly to others (Kabsch, Acta Cryst. 1976).
+def _rotation(before: Floats, after: Floats, least: float) -> Rotation:
+    """Return the rotation that turns points (K, 3) most nearly to others (Kabsch, Acta Cryst. 1976).
 
     least : m, as if points so far off had not turned: a straight line does not tell how far it turns round itself.
     """
-    both = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0)) + least**2 * np.eye(3)
-    left, _, right = np.linalg.svd(both)
-    mirror = np.diag([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
-    return np.asarray(right.T @ mirror @ left.T)
+    still = least * np.eye(3)
+    return Rotation.align_vectors(*(np.vstack((points - points.mean(axis=0), still)) for points in (after, before)))[0]

@@ -1,4 +1,4 @@
-"""Smooth an object over time: what is hidden moves on between what is seen, and what is seen keeps its place in the image."""
+"""Smooth an object over time: what is hidden is carried from other frames, and what is seen keeps its place in the image."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from scipy.linalg import solveh_banded
 
 from ..config import TrackingConfig
 from ..geometry.noise import MAD_TO_DEVIATION
-from ..geometry.polyline import arc_length, resample, steps
+from ..geometry.polyline import arc_length, resample, steps, unit
 from ..types import Bools, Chain, Floats, Ints
 from .moving_camera import in_world
 from .observations import Observation, ObservedStrand
@@ -118,45 +118,53 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     -------
     Chains of as many segments each, of equal length again.
     """
-    in_image = np.array([_turned_by(chain.joints)[-1] for chain in chains])
-    usual = np.array([np.median(in_image[max(0, k - AROUND) : k + AROUND + 1]) for k in range(len(chains))])
-    whole = np.flatnonzero(np.abs(in_image - usual) <= SEEN_ERROR * usual).tolist()
+    turned = [_turned_by(chain.joints) for chain in chains]
+    angle = np.array([angles[-1] for angles in turned])
+    usual = np.array([np.median(angle[max(0, k - AROUND) : k + AROUND + 1]) for k in range(len(chains))])
+    whole = np.flatnonzero(np.abs(angle - usual) <= SEEN_ERROR * usual).tolist()
     if len(whole) < MIN_FRAMES:
         return list(chains)
     at = np.array([frames[k] for k in whole]) - frames[whole[0]]
     given = [chains[k] for k in whole]
-    lines = _steady_lines(at, given, [_turned_by(chain.joints) for chain in given])
-    lines = _steady_lines(at, given, [arc_length(line) for line in lines])
+    in_image = [turned[k] for k in whole]
+    rays = _at_places(at, in_image, [unit(chain.joints) for chain in given])
+    lines = _steady_lines(at, given, in_image, rays)
+    lines = _steady_lines(at, given, [arc_length(line) for line in lines], rays)
     result = list(chains)
     for k, line in zip(whole, lines, strict=True):
         result[k] = _laid(chains[k], line)
     return result
 
 
-def _steady_lines(at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats]) -> list[Floats]:
+def _steady_lines(at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats], rays: Floats) -> list[Floats]:
     """Return the joints of chains with their depth smoothed over time at evenly spaced places along them.
 
     at : (N,) the frames of the chains, ascending from 0. arcs : for each chain where its joints are along it, in any unit.
+    rays : (T, NODES, 3), directions from the camera to the chains, which tell how they bend across the line of sight.
     """
-    places = np.linspace(0.0, 1.0, NODES)
-    inverse, weight, rays = np.zeros((at[-1] + 1, NODES)), np.zeros((at[-1] + 1, NODES)), np.full((at[-1] + 1, NODES, 3), np.nan)
     distances = [np.linalg.norm(chain.joints, axis=1) for chain in chains]
-    shares = [arc / arc[-1] for arc in arcs]
-    for row, chain, along, distance in zip(at.tolist(), chains, shares, distances, strict=True):
-        inverse[row] = np.interp(places, along, 1 / distance)
-        weight[row] = np.interp(places, along, np.where(_is_seen(chain), 1.0, UNSEEN_WEIGHT))
-        rays[row] = np.column_stack([np.interp(places, along, each) for each in (chain.joints / distance[:, None]).T])
+    weights = [np.where(_is_seen(chain), 1.0, UNSEEN_WEIGHT) for chain in chains]
+    known = [np.column_stack((1 / distance, weight)) for distance, weight in zip(distances, weights, strict=True)]
+    inverse, weight = np.moveaxis(np.nan_to_num(_at_places(at, arcs, known)), 2, 0)
     change = smooth_in_time(inverse, weight, rays) - inverse
     nearer = [
-        distance * np.interp(along, places, change[row])
-        for row, along, distance in zip(at.tolist(), shares, distances, strict=True)
+        distance * np.interp(arc / arc[-1], np.linspace(0.0, 1.0, NODES), change[row])
+        for row, arc, distance in zip(at.tolist(), arcs, distances, strict=True)
     ]
     return [chain.joints / (1 + each)[:, None] for chain, each in zip(chains, nearer, strict=True)]
 
 
+def _at_places(at: Ints, arcs: Sequence[Floats], values: Sequence[Floats]) -> Floats:
+    """Return values (M, C) of the joints of chains at evenly spaced places along them: (T, NODES, C), NaN in other frames."""
+    result = np.full((at[-1] + 1, NODES, values[0].shape[1]), np.nan)
+    for row, arc, each in zip(at.tolist(), arcs, values, strict=True):
+        result[row] = interp1d(arc / arc[-1], each, axis=0)(np.linspace(0.0, 1.0, NODES))
+    return result
+
+
 def _turned_by(joints: Floats) -> Floats:
     """Return the angle between the ray to the first joint and that to each of the joints (M, 3), along the chain, rad: (M,)."""
-    return arc_length(joints / np.linalg.norm(joints, axis=1, keepdims=True))
+    return arc_length(unit(joints))
 
 
 def _is_seen(chain: Chain) -> Bools:
