@@ -2210,6 +2210,49 @@ def straight_gaps(points: Floats, first: Ints, second: Ints, shares: Floats) -> 
     (K S, D) float64, pair by pair
     """
 
+def strand_places(
+    points: Floats,
+    arcs: Floats,
+    sights: Floats,
+    bounds: Ints,
+    lengths: Floats,
+    tips: Floats,
+    expected: Floats,
+    length: float,
+    tolerance: float,
+    settings: Floats,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Return where the strands of a frame lie along an object whose shape is about known.
+
+    Strands are placed in order of descending length, each where it costs least, in steps and in both directions. The cost is in
+    squared standard deviations, which are the error of lengths: the mean square of the offsets of the strand from the samples of
+    the object less that of their mean, plus the square of the mean in shares; and the squared distances of tips from the ends of
+    the object, in halves of the error.
+
+    Parameters
+    ----------
+    points, bounds
+        (N, 3) float64 m, the points of C strands one after the other, and (C + 1,) int64, the first of each, and N
+    arcs, sights
+        (N,) float64 m, arc length from the start of its strand, and (N, 3) float64, direction in which the place of the point is
+        not known, 0 where it is; only such points count, and a strand without any is not placed
+    lengths, tips
+        (C,) float64 m, and (C, 2) float64, weights of the ends of a strand as tips of the object
+    expected
+        (J, 3) float64 m, J >= 2 joints of the object
+    length, tolerance
+        m, of the object, and largest root mean square of the offsets less their mean
+    settings
+        (6,) float64: steps per segment; error of lengths, a share of the length; shares of the mean offset, which may be as many
+        tolerances; share of a strand that may overlap another one; largest cost of a tip, and of a strand that is placed
+
+    Returns
+    -------
+    starts : (C,) float64 m, arc length of the object at which the strand begins; NaN if it has no place
+    costs : (C,) float64
+    backwards : (C,) bool, True for a strand that begins with its last point
+    """
+
 def strand_sides(
     view: Floats,
     across: Floats,

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solveh_banded
-from scipy.spatial.distance import cdist
 
-from ..geometry.polyline import arc_length, resample, unit
-from ..kernels import equalize_lengths
+from ..geometry.polyline import arc_length, unit
+from ..kernels import equalize_lengths, strand_places
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
 
@@ -138,81 +137,31 @@ def _placed(
     most: tuple[float, float] = (MISSING_COST, MAX_COST),
 ) -> list[Placed]:
     """Place strands along an object in the same space, as `place_strands`; `most` has the largest costs of a tip and a strand."""
-    step = length / (len(expected) - 1) / STEPS_PER_SEGMENT
-    dense = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
-    placed: list[Placed] = []
-    for strand in sorted(strands, key=lambda strand: -strand.length):
-        found = _best_place(strand, dense, placed, step, length, tolerance, most)
-        if found is not None:
-            placed.append(found)
-    return sorted(placed, key=lambda item: item.span)
+    if not strands:
+        return []
+    starts, costs, backwards = strand_places(
+        *_joined(strands),
+        np.cumsum([0, *(len(strand.arcs) for strand in strands)]),
+        np.array([strand.length for strand in strands], dtype=float),
+        np.array([strand.tips for strand in strands], dtype=float),
+        expected,
+        length,
+        tolerance,
+        np.array((STEPS_PER_SEGMENT, LENGTH_ERROR, SHIFT_TOLERANCES, MAX_OVERLAP_SHARE, *most)),
+    )
+    placed = []
+    for k in np.argsort(starts)[: np.isfinite(starts).sum()].tolist():
+        strand, start = strands[k], float(starts[k])
+        along = start + (strand.length - strand.arcs if backwards[k] else strand.arcs)
+        placed.append(Placed(along, strand.points, (start, start + strand.length), float(costs[k]), strand.sight))
+    return placed
 
 
-def _best_place(
-    strand: ObservedStrand,
-    dense: Floats,
-    placed: Sequence[Placed],
-    step: float,
-    length: float,
-    tolerance: float,
-    most: tuple[float, float],
-) -> Placed | None:
-    """Return a strand where it fits best on the expected shape (Q, 3); None if it fits nowhere."""
-    overhang = LENGTH_ERROR * length
-    starts = np.arange(-overhang, max(length - strand.length + overhang, -overhang) + step, step)
-    if strand.length > length + 2 * overhang:
-        return None
-    best: tuple[float, float, bool] | None = None
-    measured = Placed(strand.arcs, strand.points, (0.0, strand.length), 0.0, strand.sight).measured
-    points = measured.points
-    if not len(points):
-        return None
-    squares = cdist(points, dense, "sqeuclidean")
-    for backwards in (False, True):
-        arcs = strand.length - measured.arcs if backwards else measured.arcs
-        index = np.clip(np.rint((starts[:, None] + arcs) / step).astype(int), 0, len(dense) - 1)
-        mean = squares[np.arange(len(arcs)), index].mean(axis=1)
-        shift = points.mean(axis=0) - dense[index].mean(axis=1)
-        shifted = (shift**2).sum(axis=1)
-        shape = np.maximum(mean - shifted, 0.0)
-        first, last = strand.tips[::-1] if backwards else strand.tips
-        off_ends = first * _capped(starts / (LENGTH_ERROR * length / 2), most[0])
-        off_ends += last * _capped((starts + strand.length - length) / (LENGTH_ERROR * length / 2), most[0])
-        cost = (shape + shifted / SHIFT_TOLERANCES**2) / (LENGTH_ERROR * length) ** 2 + off_ends
-        allowed = (shape <= tolerance**2) & (shifted <= (SHIFT_TOLERANCES * tolerance) ** 2)
-        allowed &= _reachable(strand, backwards, starts, placed, step)
-        if not allowed.any():
-            continue
-        at = int(np.argmin(np.where(allowed, cost, np.inf)))
-        if best is None or cost[at] < best[0]:
-            best = float(cost[at]), float(starts[at]), backwards
-    if best is None or best[0] >= most[1]:
-        return None
-    cost_there, start, backwards = best
-    arcs = start + (strand.length - strand.arcs if backwards else strand.arcs)
-    return Placed(arcs, strand.points, (start, start + strand.length), cost_there, strand.sight)
-
-
-def _capped(values: Floats, limit: float) -> Floats:
-    """Return squares, at most a limit: that an end is a tip may be wrong."""
-    return np.minimum(values**2, limit)
-
-
-def _reachable(strand: ObservedStrand, backwards: bool, starts: Floats, placed: Sequence[Placed], step: float) -> Bools:
-    """Tell from which starts a strand lies on no other strand, and near enough to all others for the object between them."""
-    result = np.ones(len(starts), dtype=bool)
-    ends = strand.points[[-1, 0]] if backwards else strand.points[[0, -1]]
-    margin = MAX_OVERLAP_SHARE * strand.length
-    for other in placed:
-        low, high = other.span
-        order = np.argsort(other.arcs)
-        before, after = other.points[order[0]], other.points[order[-1]]
-        gap_after, gap_before = starts - high, low - (starts + strand.length)
-        slack = 3 * step + margin / 4
-        ok_after = (gap_after > -margin) & (gap_after >= np.linalg.norm(ends[0] - after) - slack)
-        ok_before = (gap_before > -margin) & (gap_before >= np.linalg.norm(ends[1] - before) - slack)
-        result &= ok_after | ok_before
-    return result
+def _joined(items: Sequence[ObservedStrand | Placed]) -> tuple[Floats, Floats, Floats]:
+    """Return points (N, 3) m, arc lengths (N,) m and sights (N, 3), 0 where measured, of strands, one strand after the other."""
+    sights = [np.zeros_like(item.points) if item.sight is None else item.sight for item in items]
+    points, arcs = [item.points for item in items], [item.arcs for item in items]
+    return np.concatenate(points), np.concatenate(arcs), np.concatenate(sights)
 
 
 def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:

@@ -141,6 +141,10 @@ CALLS = {
     "steps": (POINTS, False),
     "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
     "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
+    "strand_places": (
+        POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS, 0.1,
+        0.05, np.array([3.0, 0.02, 2.5, 0.2, 25.0, 9.0]),
+    ),
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),

@@ -1,0 +1,230 @@
+// Where the strands of a frame lie along an object whose shape is about known.
+#include "polyline.h"
+
+#include <numeric>
+
+namespace {
+
+constexpr Index BLOCK = 8;  // starts that are tried at once
+constexpr std::size_t SETTINGS = 6;
+
+// The object: its samples, one array per coordinate, in which the first and the last one are repeated before and after.
+struct Object {
+    std::vector<double> coordinates[3];
+    Index samples;
+    double step, length, tolerance, overhang, shift_tolerances, overlap_share, most_of_tip, most_cost;
+
+    double most_starts() const { return (length + 2 * overhang) / step + 2; }
+};
+
+// A strand, of which some points were measured, and its place once it has one; backwards it starts at its last point.
+struct Strand {
+    const double* points;
+    Index count;
+    std::vector<double> measured, arcs;
+    double length, tips[2];
+    double start = std::nan(""), cost = INFINITY;
+    bool backwards = false;
+
+    const double* end(bool last) const { return points + (last ? 3 * (count - 1) : 0); }
+};
+
+// The sums of the offsets of points from the samples at BLOCK successive starts, and of their squares.
+struct Sums {
+    double x[BLOCK], y[BLOCK], z[BLOCK], squares[BLOCK];
+};
+
+WITH_AVX2 Sums offsets(const std::vector<double>& points, const std::vector<Index>& rows, const Object& object, Index start) {
+    Sums sums{};
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        const double* p = &points[3 * i];
+        const Index at = start + rows[i];
+        const double *x = &object.coordinates[0][at], *y = &object.coordinates[1][at], *z = &object.coordinates[2][at];
+        UNROLLED
+        for (Index b = 0; b < BLOCK; ++b) {
+            const double off_x = p[0] - x[b], off_y = p[1] - y[b], off_z = p[2] - z[b];
+            sums.x[b] += off_x;
+            sums.y[b] += off_y;
+            sums.z[b] += off_z;
+            sums.squares[b] += off_x * off_x + off_y * off_y + off_z * off_z;
+        }
+    }
+    return sums;
+}
+
+// Tells whether a strand lies on no strand placed before, and near enough to each for the object between them.
+class Reach {
+public:
+    Reach(const Strand& strand, bool backwards, const std::vector<const Strand*>& placed, const Object& object)
+        : length_(strand.length), margin_(object.overlap_share * strand.length) {
+        const double slack = 3 * object.step + margin_ / 4;
+        for (const Strand* other : placed) {
+            const double after = std::sqrt(squared_distance(strand.end(backwards), other->end(!other->backwards), 3));
+            const double before = std::sqrt(squared_distance(strand.end(!backwards), other->end(other->backwards), 3));
+            others_.push_back({other->start, other->start + other->length, before - slack, after - slack});
+        }
+    }
+    bool operator()(double start) const {
+        for (const Other& other : others_) {
+            const double after = start - other.high, before = other.low - (start + length_);
+            if ((after <= -margin_ || after < other.after) && (before <= -margin_ || before < other.before)) return false;
+        }
+        return true;
+    }
+
+private:
+    struct Other {
+        double low, high, before, after;
+    };
+    double length_, margin_;
+    std::vector<Other> others_;
+};
+
+// Find where a strand fits best in one direction, and place it there if it fits better than so far.
+void search(Strand& strand, bool backwards, const std::vector<const Strand*>& placed, const Object& object, Visits& visits) {
+    const double first = -object.overhang, spacing = (first + object.step) - first;
+    const double end = most(object.length - strand.length + object.overhang, first) + object.step;
+    const Index starts = Index(std::ceil((end - first) / object.step)), points = Index(strand.arcs.size());
+    std::vector<Index> rows(points);
+    for (Index i = 0; i < points; ++i) {
+        const double arc = backwards ? strand.length - strand.arcs[i] : strand.arcs[i], limit = double(object.samples);
+        rows[i] = Index(std::min(std::max(std::nearbyint((first + arc) / object.step), -limit), limit)) + object.samples;
+    }
+    visits.count += starts * (points + Index(placed.size()));
+    const Reach is_reachable(strand, backwards, placed, object);
+    const double tip = object.overhang / 2, factor = object.shift_tolerances, number = double(points);
+    const double most_shape = object.tolerance * object.tolerance, most_shift = factor * object.tolerance * factor * object.tolerance;
+    for (Index block = 0; block < starts; block += BLOCK) {
+        const Sums sums = offsets(strand.measured, rows, object, block);
+        for (Index b = 0; b < std::min(BLOCK, starts - block); ++b) {
+            const double x = sums.x[b] / number, y = sums.y[b] / number, z = sums.z[b] / number;
+            const double shift = x * x + y * y + z * z, shape = most(sums.squares[b] / number - shift, 0.0);
+            if (!(shape <= most_shape && shift <= most_shift)) continue;
+            const double start = first + double(block + b) * spacing;
+            const double before = start / tip, after = (start + strand.length - object.length) / tip;
+            const double cost = (shape + shift / (factor * factor)) / (object.overhang * object.overhang) +
+                                strand.tips[backwards] * least(before * before, object.most_of_tip) +
+                                strand.tips[!backwards] * least(after * after, object.most_of_tip);
+            if (cost < strand.cost && is_reachable(start)) {
+                strand.start = start;
+                strand.cost = cost;
+                strand.backwards = backwards;
+            }
+        }
+    }
+}
+
+// Return the samples of an object, `steps` to a segment.
+Object sampled(const StridedMatrix<double>& expected, double length, double tolerance, const Vector<double>& settings) {
+    const Index segments = Index(expected.shape(0)) - 1;
+    const double step = length / double(segments) / settings(0), overhang = settings(1) * length;
+    Object object{{}, Index(std::nearbyint(length / step)) + 1, step, length, tolerance, overhang, settings(2), settings(3),
+                  settings(4), settings(5)};
+    const std::vector<double> joints = finite_points(expected), along = arc_lengths(joints, 3);
+    const Index samples = object.samples, size = 3 * samples + Index(object.most_starts()) + BLOCK;
+    for (std::vector<double>& values : object.coordinates) values.resize(size);
+    count_visits(size);
+    for (Index k = 0; k < samples; ++k) {
+        const double at = k == samples - 1 ? along.back() : double(k) * (along.back() / double(samples - 1));
+        double place[3];
+        place_at([&](Index p, Index d) { return joints[3 * p + d]; }, along, at, 3, place);
+        for (Index d = 0; d < 3; ++d) object.coordinates[d][samples + k] = place[d];
+    }
+    for (std::vector<double>& values : object.coordinates) {
+        std::fill_n(values.begin(), samples, values[samples]);
+        std::fill(values.begin() + 2 * samples, values.end(), values[2 * samples - 1]);
+    }
+    return object;
+}
+
+auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMatrix<double> sights, Vector<Index> bounds,
+                   Vector<double> lengths, Matrix<double> tips, StridedMatrix<double> expected, double length, double tolerance, Vector<double> settings) {
+    const Index count = points.shape(0), strands = lengths.shape(0);
+    check_bounds(bounds, count);
+    require(points.shape(1) == 3 && sights.shape(1) == 3 && expected.shape(1) == 3, "points do not have three coordinates");
+    require(Index(arcs.shape(0)) == count && Index(sights.shape(0)) == count, "arcs or sights are not one per point");
+    require(Index(bounds.shape(0)) == strands + 1 && Index(tips.shape(0)) == strands && tips.shape(1) == 2,
+            "bounds, lengths and tips do not fit each other");
+    require(expected.shape(0) >= 2 && std::isfinite(length) && length > 0, "the object has no length");
+    require(settings.shape(0) == SETTINGS, "settings are not six");
+    require(settings(0) >= 1 && settings(0) <= 100 && settings(1) > 0 && settings(1) <= 1, "steps or the error of lengths are out of bounds");
+    ReleasedGil released;
+    const Object object = sampled(expected, length, tolerance, settings);
+    const std::vector<double> places = dense(points);
+    std::vector<Strand> all(strands);
+    for (Index c = 0; c < strands; ++c) {
+        Strand& strand = all[c];
+        strand.points = places.data() + 3 * bounds(c);
+        strand.count = bounds(c + 1) - bounds(c);
+        strand.length = lengths(c);
+        require(std::isfinite(strand.length) && strand.length >= 0, "a length is not finite, or negative");
+        for (Index side = 0; side < 2; ++side) strand.tips[side] = tips(c, side);
+        for (Index i = bounds(c); i < bounds(c + 1); ++i) {
+            if (sights(i, 0) != 0 || sights(i, 1) != 0 || sights(i, 2) != 0) continue;
+            require(std::isfinite(arcs(i)), "an arc length is not finite");
+            strand.measured.insert(strand.measured.end(), &places[3 * i], &places[3 * i] + 3);
+            strand.arcs.push_back(arcs(i));
+        }
+    }
+    std::vector<Index> order(strands);
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return all[a].length > all[b].length; });
+    std::vector<const Strand*> placed;
+    Visits visits{count};
+    for (const Index c : order) {
+        Strand& strand = all[c];
+        if (strand.arcs.empty() || strand.length > length + 2 * object.overhang) continue;
+        for (const bool backwards : {false, true}) search(strand, backwards, placed, object, visits);
+        if (strand.cost < object.most_cost) {
+            placed.push_back(&strand);
+        } else {
+            strand.start = std::nan("");
+        }
+    }
+    std::vector<double> starts, costs;
+    std::vector<std::uint8_t> backwards;
+    for (const Strand& strand : all) {
+        starts.push_back(strand.start);
+        costs.push_back(strand.cost);
+        backwards.push_back(strand.backwards);
+    }
+    released.end();
+    return std::make_tuple(to_numpy(std::move(starts)), to_numpy(std::move(costs)), to_numpy_bool(backwards));
+}
+
+}  // namespace
+
+void bind_strand_places(Module& m) {
+    // Return where the strands of a frame lie along an object whose shape is about known.
+    //
+    // Strands are placed in order of descending length, each where it costs least, in steps and in both directions. The cost is in
+    // squared standard deviations, which are the error of lengths: the mean square of the offsets of the strand from the samples of
+    // the object less that of their mean, plus the square of the mean in shares; and the squared distances of tips from the ends of
+    // the object, in halves of the error.
+    //
+    // Parameters
+    // ----------
+    // points, bounds
+    //     (N, 3) float64 m, the points of C strands one after the other, and (C + 1,) int64, the first of each, and N
+    // arcs, sights
+    //     (N,) float64 m, arc length from the start of its strand, and (N, 3) float64, direction in which the place of the point is
+    //     not known, 0 where it is; only such points count, and a strand without any is not placed
+    // lengths, tips
+    //     (C,) float64 m, and (C, 2) float64, weights of the ends of a strand as tips of the object
+    // expected
+    //     (J, 3) float64 m, J >= 2 joints of the object
+    // length, tolerance
+    //     m, of the object, and largest root mean square of the offsets less their mean
+    // settings
+    //     (6,) float64: steps per segment; error of lengths, a share of the length; shares of the mean offset, which may be as many
+    //     tolerances; share of a strand that may overlap another one; largest cost of a tip, and of a strand that is placed
+    //
+    // Returns
+    // -------
+    // starts : (C,) float64 m, arc length of the object at which the strand begins; NaN if it has no place
+    // costs : (C,) float64
+    // backwards : (C,) bool, True for a strand that begins with its last point
+    m.def("strand_places", &strand_places, "points"_a.noconvert(), "arcs"_a.noconvert(), "sights"_a.noconvert(),
+          "bounds"_a.noconvert(), "lengths"_a.noconvert(), "tips"_a.noconvert(), "expected"_a.noconvert(), "length"_a, "tolerance"_a,
+          "settings"_a.noconvert());
+}
