@@ -969,6 +969,33 @@ def fit_circles(
     count : (S,) float64, number of points, after pooling
     """
 
+def fit_joints(
+    expected: Floats, points: Floats, arcs: Floats, sights: Floats, segment: float, turn: float, place: float
+) -> NDArray[np.float64]:
+    """Return the joints of an object fitted to samples of strands, by regularized least squares.
+
+    The displacements d of the expected joints minimize the squared distances of the samples from the object, plus |d''|^2,
+    turn |d'|^2 and place |d|^2, with differences of neighbors for derivatives: first with the samples whose place is known, then
+    with all. Of the others the offset along the sight does not count.
+
+    Parameters
+    ----------
+    expected
+        (J, 3) float64 m, J >= 2
+    points, arcs
+        (N, 3) and (N,) float64 m, the samples, and the arc length of the object at each; those beyond an end count there
+    sights
+        (N, 3) float64 unit, direction in which the place of a sample is not known; 0 where it is known
+    segment
+        distance of neighboring joints, m
+    turn, place
+        weights, beside 1 for a sample and for second differences; of no samples, the joints are the expected ones
+
+    Returns
+    -------
+    (J, 3) float64 m. A ValueError says if the weights do not determine it.
+    """
+
 def fit_lines(
     points: Floats,
     at: Floats,

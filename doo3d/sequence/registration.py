@@ -11,10 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from ..geometry.polyline import arc_length, unit
-from ..kernels import equalize_lengths, strand_places
+from ..kernels import equalize_lengths, fit_joints, strand_places
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
 
@@ -189,50 +188,16 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     joints are moved until all segments have one length, seen joints least (Mueller et al., "Position based dynamics", 2007).
     """
     segment = length / (len(expected) - 1)
-    measured = [item.measured for item in placed]
-    bent = _bent(expected, measured, segment)
-    if any(item.sight is not None for item in placed):
-        bent = _bent(bent, placed, segment)
+    bent = fit_joints(expected, *_joined(placed), segment, TURN_WEIGHT, PLACE_WEIGHT) if placed else expected
     seen = covered(placed, len(expected), segment)
     return to_lengths(bent, segment, seen), seen
-
-
-def _bent(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
-    """Return the joints (M + 1, 3) m of `bend` before they get their lengths; along sights, samples pull at nothing."""
-    count = len(expected)
-    if not sum(len(item.arcs) for item in placed):
-        return expected
-    at = np.clip(np.concatenate([item.arcs for item in placed]) / segment, 0.0, count - 1 - 1e-9)
-    low = at.astype(int)
-    part = at - low
-    target = np.concatenate([item.points for item in placed])
-    residual = target - (expected[low] * (1 - part)[:, None] + expected[low + 1] * part[:, None])
-    sight = np.concatenate([np.zeros_like(item.points) if item.sight is None else item.sight for item in placed])
-    residual -= (residual * sight).sum(axis=1, keepdims=True) * sight
-    bands = np.zeros((3, count))  # the upper form of `solveh_banded`: diagonal last
-    bands[2] = PLACE_WEIGHT + (np.bincount(low, (1 - part) ** 2, count) + np.bincount(low + 1, part**2, count)[:count])
-    bands[1, 1:] = np.bincount(low + 1, part * (1 - part), count)[1:count]
-    bands[2, :-1] += TURN_WEIGHT
-    bands[2, 1:] += TURN_WEIGHT
-    bands[1, 1:] -= TURN_WEIGHT
-    bands[2, :-2] += 1
-    bands[2, 1:-1] += 4
-    bands[2, 2:] += 1
-    bands[1, 1:-1] -= 2
-    bands[1, 2:] -= 2
-    bands[0, 2:] += 1
-    right = np.zeros((count, 3))
-    np.add.at(right, low, (1 - part)[:, None] * residual)
-    np.add.at(right, low + 1, part[:, None] * residual)
-    return np.asarray(expected + solveh_banded(bands, right, overwrite_ab=True, overwrite_b=True, check_finite=False))
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
     """Tell which of `count` joints of an object, `segment` m apart, are covered by strands: (count,) bool."""
     seen = np.zeros(count, dtype=bool)
-    for item in placed:
-        near = np.rint(item.arcs / segment).astype(int)
-        seen[near[(near >= 0) & (near < count)]] = True
+    near = np.rint(np.concatenate([np.zeros(0), *(item.arcs for item in placed)]) / segment).astype(int)
+    seen[near[(near >= 0) & (near < count)]] = True
     holes = ~seen[1:-1] & seen[:-2] & seen[2:]  # joints between samples that lie a little more than a segment apart
     seen[1:-1] |= holes
     return seen

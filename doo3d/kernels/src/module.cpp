@@ -19,6 +19,7 @@ void bind_frame_facts(Module&);
 void bind_gap_lengths(Module&);
 void bind_gap_path(Module&);
 void bind_joint_deviations(Module&);
+void bind_joint_fitting(Module&);
 void bind_keep_segments(Module&);
 void bind_line_ends(Module&);
 void bind_line_fitting(Module&);
@@ -83,6 +84,7 @@ NB_MODULE(_native, native) {
     bind_gap_lengths(m);
     bind_gap_path(m);
     bind_joint_deviations(m);
+    bind_joint_fitting(m);
     bind_keep_segments(m);
     bind_line_ends(m);
     bind_line_fitting(m);
