@@ -637,6 +637,29 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
+def carry_hidden(joints: Floats, seen: Bools, least: float, near: int) -> NDArray[np.float64]:
+    """Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
+
+    A hidden joint is where it was when it was seen last, moved and turned since as the seen joints near it have (Kabsch, Acta
+    Cryst. 1976), between two seen ones beside it by how near they are; the same from when it is seen next, and both averaged by
+    how near they are in time. Joints that are never seen stay, and all joints of a frame that shows none of those of another.
+
+    Parameters
+    ----------
+    joints
+        (T, J, 3) float64 m, the joints of T frames
+    seen
+        (T, J) bool
+    least
+        m, as if points so far off along each axis had not turned
+    near
+        number of seen joints whose motion a hidden part follows, the nearest ones
+
+    Returns
+    -------
+    (T, J, 3) float64 m
+    """
+
 def classify_positions(
     points: Floats, camera: Floats, depth: Floats, mask: Bools, margin: float, own_counts: bool, noise: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:

@@ -20,7 +20,7 @@ struct Line {
 };
 
 // Write the direction of the largest variance, that variance, and the sum of the two others: eigenvalues after Jacobi.
-void principal_axis(double a[3][3], Line& line) {
+void principal_axis(double (&a)[3][3], Line& line) {
     double v[3][3];
     diagonalize(a, v);
     int largest = 0;

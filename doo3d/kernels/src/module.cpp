@@ -18,6 +18,7 @@ void bind_follow_strand(Module&);
 void bind_frame_facts(Module&);
 void bind_gap_lengths(Module&);
 void bind_gap_path(Module&);
+void bind_hidden_parts(Module&);
 void bind_joint_deviations(Module&);
 void bind_joint_fitting(Module&);
 void bind_keep_segments(Module&);
@@ -83,6 +84,7 @@ NB_MODULE(_native, native) {
     bind_frame_facts(m);
     bind_gap_lengths(m);
     bind_gap_path(m);
+    bind_hidden_parts(m);
     bind_joint_deviations(m);
     bind_joint_fitting(m);
     bind_keep_segments(m);

@@ -1,0 +1,171 @@
+// Hidden parts of an object, carried over time from where they were seen last and are seen next.
+#include "arrays.h"
+#include "symmetric.h"
+
+#include <algorithm>
+#include <array>
+
+namespace {
+
+using Point = std::array<double, 3>;
+using Turn = std::array<Point, 3>;
+
+Point turned(const Turn& turn, const double* from, const double* to) {
+    Point result;
+    for (Index i = 0; i < 3; ++i) {
+        result[i] = 0.0;
+        for (Index j = 0; j < 3; ++j) result[i] += turn[i][j] * (to[j] - from[j]);
+    }
+    return result;
+}
+
+// Return the rotation of a product sum (a b') of positions b before and a after, about their middles, that turns b most nearly to a
+// (Horn, J. Opt. Soc. Am. A 4, 1987).
+Turn rotation(const double (&s)[3][3]) {
+    double matrix[4][4] = {{s[0][0] + s[1][1] + s[2][2], s[2][1] - s[1][2], s[0][2] - s[2][0], s[1][0] - s[0][1]},
+                           {0.0, s[0][0] - s[1][1] - s[2][2], s[0][1] + s[1][0], s[0][2] + s[2][0]},
+                           {0.0, 0.0, s[1][1] - s[0][0] - s[2][2], s[1][2] + s[2][1]},
+                           {0.0, 0.0, 0.0, s[2][2] - s[0][0] - s[1][1]}};
+    for (Index i = 0; i < 4; ++i) {
+        for (Index j = 0; j < i; ++j) matrix[i][j] = matrix[j][i];
+    }
+    double axes[4][4];
+    diagonalize(matrix, axes);
+    Index k = 0;
+    for (Index i = 1; i < 4; ++i) k = matrix[i][i] > matrix[k][k] ? i : k;
+    const double w = axes[0][k], x = axes[1][k], y = axes[2][k], z = axes[3][k];
+    return {{{w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)},
+             {2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)},
+             {2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z}}};
+}
+
+// The joints (T, J, 3) of an object, and which of them the T frames show.
+struct Frames {
+    const double* joints;
+    const Byte* seen;
+    Index count, joints_per_frame;
+    double least;
+    Index near;
+
+    const double* joint(Index frame, Index k) const { return joints + (frame * joints_per_frame + k) * 3; }
+    bool is_seen(Index frame, Index k) const { return seen[frame * joints_per_frame + k]; }
+};
+
+// Return how joints turn from one frame to another. Points `least` off along each axis do not: a straight line does not tell how far it
+// turns round itself.
+Turn turn_between(const Frames& frames, const std::vector<Index>& chosen, Index start, Index frame) {
+    Point before{}, after{};
+    for (const Index k : chosen) {
+        for (Index d = 0; d < 3; ++d) {
+            before[d] += frames.joint(start, k)[d] / double(chosen.size());
+            after[d] += frames.joint(frame, k)[d] / double(chosen.size());
+        }
+    }
+    double product[3][3] = {};
+    for (Index d = 0; d < 3; ++d) product[d][d] = frames.least * frames.least;
+    for (const Index k : chosen) {
+        for (Index i = 0; i < 3; ++i) {
+            for (Index j = 0; j < 3; ++j) product[i][j] += (frames.joint(frame, k)[i] - after[i]) * (frames.joint(start, k)[j] - before[j]);
+        }
+    }
+    return rotation(product);
+}
+
+// Add the hidden joints `first` to before `end` of a frame, as they were in frame `start`, moved and turned as the seen joints near them.
+void add_moved(const Frames& frames, Index start, Index frame, Index first, Index end, double weight, double* result, Visits& visits) {
+    std::vector<Index> known;
+    for (Index k = 0; k < frames.joints_per_frame; ++k) {
+        if (frames.is_seen(start, k) && frames.is_seen(frame, k)) known.push_back(k);
+    }
+    const Index at = std::lower_bound(known.begin(), known.end(), first) - known.begin(), last = Index(known.size()) - 1;
+    const Index left = known[std::max<Index>(at - 1, 0)], right = known[std::min(at, last)];
+    const auto away = [&](Index k) { return std::max(first - k, k - (end - 1)); };
+    std::stable_sort(known.begin(), known.end(), [&](Index a, Index b) { return away(a) < away(b); });
+    known.resize(std::min(Index(known.size()), frames.near));
+    visits.count += frames.joints_per_frame + last + 1 + end - first;
+    const Turn turn = turn_between(frames, known, start, frame);
+    for (Index k = first; k < end; ++k) {
+        const double share = double(k - left) / double(std::max<Index>(right - left, 1)), *place = frames.joint(start, k);
+        const Point from_left = turned(turn, frames.joint(start, left), place);
+        const Point from_right = turned(turn, frames.joint(start, right), place);
+        for (Index d = 0; d < 3; ++d) {
+            result[3 * k + d] += weight * ((1 - share) * (frames.joint(frame, left)[d] + from_left[d]) +
+                                           share * (frames.joint(frame, right)[d] + from_right[d]));
+        }
+    }
+}
+
+bool have_common(const Frames& frames, Index start, Index frame) {
+    for (Index k = 0; k < frames.joints_per_frame; ++k) {
+        if (frames.is_seen(start, k) && frames.is_seen(frame, k)) return true;
+    }
+    return false;
+}
+
+// Carry the hidden joints `first` to before `end` of a frame, which were seen in frame `before` last and are in frame `after` next.
+void carry(const Frames& frames, Index frame, Index first, Index end, Index before, Index after, double* result, Visits& visits) {
+    const bool has_before = before >= 0, has_after = after < frames.count;
+    if (!has_before && !has_after) return;
+    if ((has_before && !have_common(frames, before, frame)) || (has_after && !have_common(frames, after, frame))) return;
+    std::fill(result + 3 * first, result + 3 * end, 0.0);
+    const double share = has_before && has_after ? double(frame - before) / double(after - before) : double(has_after);
+    if (has_before) add_moved(frames, before, frame, first, end, 1 - share, result, visits);
+    if (has_after) add_moved(frames, after, frame, first, end, share, result, visits);
+}
+
+auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double least, Index near) {
+    const Index count = joints.shape(0), size = joints.shape(1);
+    require(joints.shape(2) == 3, "joints do not have three coordinates");
+    require(Index(seen.shape(0)) == count && Index(seen.shape(1)) == size, "seen is not one value per joint");
+    require(near > 0 && least > 0, "least and near are not positive");
+    const Frames frames{joints.data(), bytes_of(seen), count, size, least, near};
+    ReleasedGil released;
+    std::vector<double> result(joints.data(), joints.data() + count * size * 3);
+    for (const double value : result) require(std::isfinite(value), "a coordinate is not finite");
+    std::vector<Index> last(size, -1), later(count * size, count);
+    for (Index frame = count - 1; frame >= 0; --frame) {
+        for (Index k = 0; k < size; ++k) {
+            const Index next = frame + 1 < count ? later[(frame + 1) * size + k] : count;
+            later[frame * size + k] = frames.is_seen(frame, k) ? frame : next;
+        }
+    }
+    Visits visits{2 * count * size};
+    for (Index frame = 0; frame < count; ++frame) {
+        const Index* next = later.data() + frame * size;
+        for (Index k = 0; k < size; ++k) last[k] = frames.is_seen(frame, k) ? frame : last[k];
+        for (Index first = 0, end = 0; first < size; first = end) {
+            end = first + 1;
+            if (frames.is_seen(frame, first)) continue;
+            while (end < size && !frames.is_seen(frame, end) && last[end] == last[first] && next[end] == next[first]) ++end;
+            carry(frames, frame, first, end, last[first], next[first], result.data() + frame * size * 3, visits);
+        }
+    }
+    released.end();
+    return to_numpy(std::move(result), count, size, 3);
+}
+
+}  // namespace
+
+void bind_hidden_parts(Module& m) {
+    // Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
+    //
+    // A hidden joint is where it was when it was seen last, moved and turned since as the seen joints near it have (Kabsch, Acta
+    // Cryst. 1976), between two seen ones beside it by how near they are; the same from when it is seen next, and both averaged by
+    // how near they are in time. Joints that are never seen stay, and all joints of a frame that shows none of those of another.
+    //
+    // Parameters
+    // ----------
+    // joints
+    //     (T, J, 3) float64 m, the joints of T frames
+    // seen
+    //     (T, J) bool
+    // least
+    //     m, as if points so far off along each axis had not turned
+    // near
+    //     number of seen joints whose motion a hidden part follows, the nearest ones
+    //
+    // Returns
+    // -------
+    // (T, J, 3) float64 m
+    m.def("carry_hidden", &carry_hidden, "joints"_a.noconvert(), "seen"_a.noconvert(), "least"_a, "near"_a);
+}
