@@ -169,8 +169,7 @@ def assign_ids(
 ) -> tuple[Detection, TrackingState]:
     """Match the chains of the next frame with the remembered chains, and give them their ids and directions.
 
-    The chains are paired so that the total of (1 - cost) over all pairs is largest (Hungarian method; `match_chains` gives the
-    cost). Chains without a counterpart get new ids.
+    `paired` says which are the same. Chains without a counterpart get new ids.
 
     Parameters
     ----------
@@ -186,23 +185,31 @@ def assign_ids(
     detection : the given detection with ids; matched chains run in the direction of their counterparts.
     state : what to remember for the frame after it. A chain not found in 30 frames is forgotten.
     """
-    config = config or TrackingConfig()
-    matches = [[match_chains(tracked.chain, chain, config) for chain in detection.chains] for tracked in state.tracked]
-    gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(matches), len(detection.chains))
-    pairs = {k: t for t, k in _best_pairs(gain) if gain[t, k] > 0}
+    known = [tracked.chain for tracked in state.tracked]
     new_ids = itertools.count(state.next_id)
     chains, segment_maps, backwards = [], [], []
-    for k, chain in enumerate(detection.chains):
-        tracked = state.tracked[pairs[k]] if k in pairs else None
-        match = matches[pairs[k]][k] if k in pairs else Match(0.0)
+    for chain, (number, match) in zip(detection.chains, paired(known, detection.chains, config or TrackingConfig()), strict=True):
         chain, segments = reversed_chain(chain, match.backwards, match.first_joint)
-        chains.append(replace(chain, id=tracked.chain.id if tracked else next(new_ids)))
+        chains.append(replace(chain, id=next(new_ids) if number is None else known[number].id))
         segment_maps.append(segments)
         backwards.append(match.backwards)
     crossings = _renumber_crossings(detection.crossings, segment_maps)
     junctions = tuple(_with_directions(junction, backwards) for junction in detection.junctions)
     tracked_detection = replace(detection, chains=tuple(chains), crossings=crossings, junctions=junctions)
     return tracked_detection, _after_frame(TrackingState(state.tracked, next(new_ids)), chains)
+
+
+def paired(known: Sequence[Chain], chains: Sequence[Chain], config: TrackingConfig) -> list[tuple[int | None, Match]]:
+    """Return for each chain of a frame which of the known chains it is, and how it matches that; None for one without any.
+
+    The total of (1 - cost) over all pairs is largest (Hungarian method); `match_chains` gives the cost.
+
+    known : the chains of earlier frames. chains : those of the frame. config : the section `tracking` of a Config.
+    """
+    matches = [[match_chains(old, chain, config) for chain in chains] for old in known]
+    gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(known), len(chains))
+    pairs = {k: t for t, k in _best_pairs(gain) if gain[t, k] > 0}
+    return [(pairs[k], matches[pairs[k]][k]) if k in pairs else (None, Match(0.0)) for k in range(len(chains))]
 
 
 def _with_directions(junction: Junction, backwards: Sequence[bool]) -> Junction:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ..config import TrackingConfig
 from ..types import Chain, Floats
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .topology import OPEN, ChainInFrame, Pattern, pattern_of
-from .tracking import FRAME_RATE, Tracker
+from .tracking import FRAME_RATE, MAX_AGE, paired, reversed_chain
 
 JUNCTION_SLACK_RADII = 1.5
 """Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
@@ -84,23 +84,26 @@ def tracks_of(
 
     taken : (frame, chain) of the chains to leave out.
     """
-    tracker = Tracker(tracking)
     tracks: dict[int, Track] = {}
+    last: dict[int, tuple[int, Chain]] = {}  # by id, the frame that showed its chain last, counted without empty ones, and this
+    count = 0
     for frame, observation in enumerate(observations):
         all_chains = enumerate(observation.detection.chains)
-        chains = [(number, chain) for number, chain in all_chains if not chain.closed and (frame, number) not in taken]
-        if not chains:
+        numbers = [number for number, chain in all_chains if not chain.closed and (frame, number) not in taken]
+        if not numbers:
             continue
-        tracked = tracker.update(
-            replace(observation.detection, chains=tuple(chain for _, chain in chains), crossings=(), junctions=(), objects=())
-        )
-        for (number, _), chain in zip(chains, tracked.chains, strict=True):
-            assert chain.id is not None
-            track = tracks.setdefault(chain.id, Track([], {}, {}))
-            track.items.append((frame, number, chain))
-            backwards = not np.array_equal(chain.joints[0], observation.detection.chains[number].joints[0])
-            track.backwards[frame] = backwards
-            track.patterns[frame] = pattern_of(observation.detection, number, backwards)
+        count += 1
+        ids = sorted(id for id, (at, _) in last.items() if count - at <= MAX_AGE + 1)
+        chains = [observation.detection.chains[number] for number in numbers]
+        for number, chain, (known, match) in zip(
+            numbers, chains, paired([last[id][1] for id in ids], chains, tracking), strict=True
+        ):
+            id = len(tracks) if known is None else ids[known]
+            track = tracks.setdefault(id, Track([], {}, {}))
+            last[id] = count, reversed_chain(chain, match.backwards)[0]
+            track.items.append((frame, number, last[id][1]))
+            track.backwards[frame] = match.backwards
+            track.patterns[frame] = pattern_of(observation.detection, number, match.backwards)
     return tracks
 
 
