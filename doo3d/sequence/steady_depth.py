@@ -157,8 +157,12 @@ def _steady_lines(at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats], ray
 def _at_places(at: Ints, arcs: Sequence[Floats], values: Sequence[Floats]) -> Floats:
     """Return values (M, C) of the joints of chains at evenly spaced places along them: (T, NODES, C), NaN in other frames."""
     result = np.full((at[-1] + 1, NODES, values[0].shape[1]), np.nan)
+    places = np.linspace(0.0, 1.0, NODES)
     for row, arc, each in zip(at.tolist(), arcs, values, strict=True):
-        result[row] = interp1d(arc / arc[-1], each, axis=0)(np.linspace(0.0, 1.0, NODES))
+        share = arc / arc[-1]
+        low = np.clip(share.searchsorted(places), 1, len(arc) - 1) - 1
+        slope = (each[low + 1] - each[low]) / (share[low + 1] - share[low])[:, None]
+        result[row] = slope * (places - share[low])[:, None] + each[low]
     return result
 
 
