@@ -108,9 +108,15 @@ def axes_along(direction: Floats) -> Floats:
     """
     size = float(np.linalg.norm(direction))
     forward = direction / size if size > 0 else np.array((0.0, 0.0, 1.0))
-    side = np.cross(np.eye(3)[np.argmin(np.abs(forward))], forward)
+    side = _cross(np.eye(3)[np.argmin(np.abs(forward))], forward)
     side /= np.linalg.norm(side)
-    return np.array([side, np.cross(forward, side), forward])
+    return np.array([side, _cross(forward, side), forward])
+
+
+def _cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross product of two vectors (3,), in a tenth of the time of NumPy's."""
+    (a, b, c), (x, y, z) = first.tolist(), second.tolist()
+    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def upright_axes_along(direction: Floats) -> Floats:
