@@ -71,8 +71,9 @@ def background_view(frame: Frame, mask: Bools | None) -> BackgroundView:
         bright = cv2.cvtColor(frame.color[within], cv2.COLOR_RGB2GRAY)
         gray = np.maximum(cv2.resize(bright, size, interpolation=cv2.INTER_AREA), 1)
     if mask is not None:
-        share = cv2.resize(np.ascontiguousarray(mask[within]).view(np.uint8) * 255, size, interpolation=cv2.INTER_AREA)
-        gray[cv2.dilate(share, np.ones((3, 3), dtype=np.uint8)) > 0] = 0
+        in_rows = np.logical_or.reduce(mask[within].reshape(rows, factor, columns * factor), axis=1)
+        shown = np.logical_or.reduce([in_rows[:, k::factor] for k in range(factor)]).view(np.uint8)
+        gray[cv2.dilate(shown, np.ones((3, 3), dtype=np.uint8)) > 0] = 0
     depth = frame.depth[factor // 2 :: factor, factor // 2 :: factor][:rows, :columns]
     inverse = np.zeros(depth.shape, dtype=np.float32)
     np.divide(1.0, depth, out=inverse, where=depth > 1 / np.finfo(np.float16).max)
