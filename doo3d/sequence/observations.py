@@ -83,7 +83,7 @@ class ObservedStrand:
         if self.sight is None:
             return False
         camera = self.points - self.sight
-        return bool(np.allclose(camera, camera[0], rtol=0, atol=1e-6))
+        return bool((np.abs(camera - camera[0]) <= 1e-6).all())
 
 
 @dataclass(frozen=True)
