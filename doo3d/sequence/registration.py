@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
+from operator import itemgetter
 
 import numpy as np
 
-from ..geometry.polyline import arc_length, unit
+from ..geometry.polyline import arc_length, steps, unit
 from ..kernels import equalize_lengths, fit_joints, strand_places
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
@@ -140,7 +142,7 @@ def _placed(
         return []
     starts, costs, backwards = strand_places(
         *_joined(strands),
-        np.cumsum([0, *(len(strand.arcs) for strand in strands)]),
+        np.array([0, *accumulate(len(strand.arcs) for strand in strands)]),
         np.array([strand.length for strand in strands], dtype=float),
         np.array([strand.tips for strand in strands], dtype=float),
         expected,
@@ -149,10 +151,10 @@ def _placed(
         np.array((STEPS_PER_SEGMENT, LENGTH_ERROR, SHIFT_TOLERANCES, MAX_OVERLAP_SHARE, *most)),
     )
     placed = []
-    for k in np.argsort(starts)[: np.isfinite(starts).sum()].tolist():
-        strand, start = strands[k], float(starts[k])
-        along = start + (strand.length - strand.arcs if backwards[k] else strand.arcs)
-        placed.append(Placed(along, strand.points, (start, start + strand.length), float(costs[k]), strand.sight))
+    places = zip(starts.tolist(), costs.tolist(), backwards.tolist(), strands, strict=True)
+    for start, cost, is_backwards, strand in sorted((each for each in places if each[0] < np.inf), key=itemgetter(0)):
+        along = start + (strand.length - strand.arcs if is_backwards else strand.arcs)
+        placed.append(Placed(along, strand.points, (start, start + strand.length), cost, strand.sight))
     return placed
 
 
@@ -217,7 +219,9 @@ def exact_lengths(joints: Floats, segment: float) -> Floats:
 
     Segments keep their directions, and the mean of all joints stays.
     """
-    steps = np.diff(joints, axis=0)
-    steps *= segment / np.linalg.norm(steps, axis=1, keepdims=True)
-    result = joints[0] + np.concatenate((np.zeros((1, joints.shape[1])), np.cumsum(steps, axis=0)))
-    return np.asarray(result + (joints - result).mean(axis=0))
+    offsets = joints[1:] - joints[:-1]
+    offsets *= (segment / steps(joints))[:, None]
+    result = np.zeros_like(joints)
+    np.cumsum(offsets, axis=0, out=result[1:])
+    result += joints[0]
+    return np.asarray(result + np.add.reduce(joints - result, axis=0) / len(joints))
