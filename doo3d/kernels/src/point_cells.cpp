@@ -2,6 +2,7 @@
 #include "point_cells.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace {
 
@@ -308,6 +309,39 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
     return std::make_tuple(to_numpy(std::move(distance), size, k), to_numpy(std::move(index), size, k));
 }
 
+// Positions without more than `most` points near them, as nearly all are, need no order of the points.
+auto least_near(Matrix<double> points, Matrix<double> positions, double reach, Index most) {
+    const Index count = points.shape(0), size = positions.shape(0);
+    require(points.shape(1) == 3 && positions.shape(1) == 2, "points are not (N, 3), or positions not (P, 2)");
+    require(most >= 1, "most is not positive");
+    std::vector<double> result(size, std::nan(""));
+    count_visits(count * size);
+    ReleasedGil released;
+    std::vector<double> u(count), v(count), squares(count);
+    for (Index i = 0; i < count; ++i) {
+        u[i] = points.data()[3 * i];
+        v[i] = points.data()[3 * i + 1];
+    }
+    std::vector<std::pair<double, double>> near;  // squared distance and value
+    for (Index s = 0; s < size; ++s) {
+        const double *at = positions.data() + 2 * s, limit = 2 * reach * reach;
+        for (Index i = 0; i < count; ++i) squares[i] = (u[i] - at[0]) * (u[i] - at[0]) + (v[i] - at[1]) * (v[i] - at[1]);
+        near.clear();
+        for (Index i = 0; i < count; ++i) {
+            if (squares[i] < limit && std::sqrt(squares[i]) < reach) near.emplace_back(squares[i], points.data()[3 * i + 2]);
+        }
+        if (Index(near.size()) > most) {
+            std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+            near.resize(most);
+        }
+        for (const auto& [square, value] : near) {
+            if (std::isfinite(value) && !(result[s] <= value)) result[s] = value;
+        }
+    }
+    released.end();
+    return to_numpy(std::move(result));
+}
+
 }  // namespace
 
 void bind_point_cells(Module& m) {
@@ -315,6 +349,23 @@ void bind_point_cells(Module& m) {
     //
     // points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
     m.def("values_at_ranks", &values_at_ranks, "points"_a.noconvert(), "ranks"_a.noconvert());
+    // Return the least value of the points of a plane near each of a few positions.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64, two coordinates and the value of each point; values that are not finite are left out
+    // positions
+    //     (P, 2) float64, in the unit of the coordinates
+    // reach
+    //     distance within which a point is near
+    // most
+    //     number of points that count, the nearest ones
+    //
+    // Returns
+    // -------
+    // (P,) float64; NaN where no point is near
+    m.def("least_near", &least_near, "points"_a.noconvert(), "positions"_a.noconvert(), "reach"_a, "most"_a);
     // Find the `k` points that are nearest to each of a few positions.
     //
     // Parameters
