@@ -12,7 +12,7 @@ from ..config import TrackingConfig
 from ..types import Chain
 from .observations import LENGTH_ERROR
 from .topology import OPEN
-from .tracks import CONTEXT, LEAP_NODES, Track
+from .tracks import CONTEXT, LEAP_NODES, Track, lengths_of
 
 
 @dataclass
@@ -23,6 +23,12 @@ class Candidate:
     track: Track
     whole: list[tuple[int, int, Chain]]
     is_part: bool
+
+    @property
+    def seen(self) -> float:
+        """How much is seen of it where it is whole, m: median over these frames."""
+        lengths, filled = lengths_of([chain for _, _, chain in self.whole])
+        return float(np.median(lengths - filled))
 
     @property
     def parts(self) -> tuple[tuple[int, int], ...]:
@@ -70,14 +76,12 @@ def without_shortened(candidates: list[Candidate], tracking: TrackingConfig) -> 
 
     Tracking loses a chain whose joints leap along the object, and so gives the same cable another id there.
     """
-    longest_first = sorted(candidates, key=lambda candidate: -candidate.length)
+    longest_first = sorted(candidates, key=lambda candidate: -candidate.seen)
     shortened = set()
     for k, shorter in enumerate(longest_first):
         for longer in longest_first[:k]:
             if id(longer) not in shortened and _is_shortened(shorter, longer, tracking):
-                longer.track.items = sorted([*longer.track.items, *shorter.track.items], key=lambda item: item[0])
-                longer.track.backwards = shorter.track.backwards | longer.track.backwards
-                longer.track.patterns = shorter.track.patterns | longer.track.patterns
+                _append(longer, shorter)
                 shortened.add(id(shorter))
                 break
     return [candidate for candidate in candidates if id(candidate) not in shortened]

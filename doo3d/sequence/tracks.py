@@ -22,6 +22,10 @@ MIN_FRAMES = 3
 LEAP_NODES = 20
 """Points of a chain at which its place in one frame is compared with that in others."""
 
+LEAP_FACTOR = 5.0
+"""Times the median distance of chains from those before and after that a chain may have, but at least LENGTH_ERROR, the error of
+places: where the others move steadily, one that is alone in its place has its strands joined wrongly."""
+
 WINDOW = 10 * FRAME_RATE
 """Frames of a window, which are followed and whose depth is smoothed together: 10 s of video."""
 
@@ -50,14 +54,14 @@ class Track:
     pattern: Pattern = OPEN
 
     @property
-    def lengths(self) -> Floats:
-        """The lengths (K,) m of the chains that show both ends; of all if there are none.
+    def lengths(self) -> tuple[Floats, Floats]:
+        """The lengths (K,) m of the chains that show both ends, of all if there are none, and how much of each was not seen.
 
         Chains that end at other junctions than most are left out.
         """
-        items = [item for item in self.items if self.patterns[item[0]] == self.pattern]
-        shown = [chain.length for _, _, chain in items if _shows_both_ends(chain, self.pattern)]
-        return np.array(shown or [chain.length for _, _, chain in items or self.items])
+        chains = [item[2] for item in self.items if self.patterns[item[0]] == self.pattern]
+        shown = [chain for chain in chains if _shows_both_ends(chain, self.pattern)]
+        return lengths_of(shown or chains or [chain for _, _, chain in self.items])
 
     def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
         """Tell whether one of its chains is the whole object, of a length in m."""
@@ -75,6 +79,12 @@ class Track:
             for frame, chain, _ in self.items
             if self.patterns[frame] == self.pattern
         ]
+
+
+def lengths_of(chains: Sequence[Chain]) -> tuple[Floats, Floats]:
+    """Return the lengths (K,) m of chains, and the lengths (K,) m of those of their parts that were not seen."""
+    filled = [chain.occluded.sum() * chain.segment_length for chain in chains]
+    return np.array([chain.length for chain in chains]), np.array(filled, dtype=float)
 
 
 def tracks_of(
@@ -115,26 +125,38 @@ def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig)
     kept = list(items)
     nodes = [chain.nodes(LEAP_NODES) for _, _, chain in items]
     while len(kept) > MIN_FRAMES:
-        leaps = [_leap(kept, nodes, k) for k in range(len(kept))]
-        farthest = int(np.argmax(leaps))
-        if leaps[farthest] <= tracking.max_motion_lengths:
+        leaps, alone = np.array([_leap(kept, nodes, k) for k in range(len(kept))]).T
+        usual = max(LENGTH_ERROR, LEAP_FACTOR * float(np.median(alone)))
+        if leaps.max() > tracking.max_motion_lengths:
+            farthest = int(np.argmax(leaps))
+        elif alone.max() > usual:
+            farthest = int(np.argmax(alone))
+        else:
             break
         del kept[farthest], nodes[farthest]
     return kept
 
 
-def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> float:
-    """Return how far a chain lies from where those before and after say, mean over its nodes, in lengths of the chain."""
+def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> tuple[float, float]:
+    """Return how far a chain lies from where those before and after say, mean over its nodes, in lengths of the chain.
+
+    The second value is the least of this and the distances from the one before and the one after, for each frame between: a chain
+    that is alone in its place is far from both.
+    """
     frame, _, chain = items[k]
-    before, after = max(0, k - 1), min(len(items) - 1, k + 1)
-    first, last = items[before][0], items[after][0]
-    if k in (before, after):
-        other = after if before == k else before
-        expected, frames = nodes[other], abs(items[other][0] - frame)
-    else:
+    beside = [n for n in (k - 1, k + 1) if 0 <= n < len(items)]
+    from_each = [_apart(nodes[k], nodes[n]) / abs(items[n][0] - frame) for n in beside]
+    leap = from_each[0]
+    if len(beside) == 2:
+        first, last = (items[n][0] for n in beside)
         share = (frame - first) / (last - first)
-        expected, frames = (1 - share) * nodes[before] + share * nodes[after], 1
-    return float(np.linalg.norm(nodes[k] - expected, axis=1).mean()) / (frames * chain.length)
+        leap = _apart(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1])
+    return leap / chain.length, min(leap, *from_each) / chain.length
+
+
+def _apart(first: Floats, second: Floats) -> float:
+    """Return the mean distance of points (K, 3) from others of the same number."""
+    return float(np.linalg.norm(first - second, axis=1).mean())
 
 
 def _shows_both_ends(chain: Chain, pattern: Pattern) -> bool:

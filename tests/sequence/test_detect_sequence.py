@@ -171,7 +171,14 @@ def test_without_a_whole_object_frames_keep_their_chains():
     [([1.0, 1.0, 1.0, 0.7, 0.7, 0.7, 0.7, 0.7], 1.0), ([1.4, 1.0, 1.005, 0.995, 0.4], 1.0), ([0.5], 0.5), ([0.5, 0.9], 0.7)],
 )
 def test_the_length_is_the_longest_that_enough_frames_agree_on(lengths, expected):
-    assert vote_length(np.array(lengths)) == pytest.approx(expected, rel=0.006)
+    assert vote_length(np.array(lengths), np.zeros(len(lengths))) == pytest.approx(expected, rel=0.006)
+
+
+def test_the_length_is_that_of_the_frames_that_show_the_whole_object():
+    """Frames that fill a third of a chain are a little too long, and more; frames that join strands wrongly are too short."""
+    lengths = np.array([1.0, 1.003, 0.998, 1.002] + [1.03] * 10 + [0.75] * 8)
+    filled = np.array([0.0] * 4 + [0.33] * 10 + [0.08] * 8)
+    assert vote_length(lengths, filled) == pytest.approx(1.0, abs=0.01)
 
 
 def test_windows_agree_with_the_whole(monkeypatch):
@@ -281,3 +288,22 @@ def test_a_frame_that_failed_needs_no_pose():
     assert in_world(seen)[6].detection.coordinates == "world"
     seen[6] = replace(seen[6], pose=None)
     assert in_world(seen)[7].detection.coordinates == "camera"
+
+
+def test_between_two_anchors_each_pass_counts_until_it_lays_a_strand_wrongly():
+    """A pass that got lost fits well afterwards: only the frame in which that happened costs."""
+    from doo3d.sequence.second_pass import _Clues, _earlier_counts
+    from doo3d.sequence.shape import Shape
+
+    def shapes(costs):
+        nothing = np.zeros(2, dtype=bool)
+        return [Shape(np.zeros((2, 3)), nothing, np.zeros(2, dtype=int), cost, nothing, nothing) for cost in costs]
+
+    anchor, free = _Clues((), None, ()), _Clues(None, None, ())
+    clues = [anchor, *[free] * 6, anchor]
+    forward = [0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # lost in frame 4
+    backward = [0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]  # lost in frame 3
+    assert _earlier_counts(clues, shapes(forward), shapes(backward))[1:7] == [True] * 3 + [False] * 3
+    assert _earlier_counts(clues, shapes([0.0] * 8), shapes(backward))[1:4] == [True] * 3
+    assert not any(_earlier_counts(clues, shapes(forward), shapes([0.0] * 8))[1:7])
+    assert not any(_earlier_counts(clues, [None] * 8, shapes(backward)))
