@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from ..geometry.curves import runs
 from ..types import Chain, Floats
+from .cutting import cut_misjoined
 from .objects import Anchor, SequenceObject
 from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
 from .registration import (
@@ -104,10 +106,24 @@ def _located(
     if past_only:
         return forward
     backward = _pass(item, observations, clues, range(len(observations) - 1, -1, -1))
-    shapes: list[Shape | None] = []
-    for frame, (before, after) in enumerate(zip(forward, backward, strict=True)):
-        shapes.append(_decided(item, observations[frame], clues[frame], before, after))
-    return shapes
+    earlier = _earlier_counts(clues, forward, backward)
+    return [_decided(item, *each) for each in zip(observations, clues, forward, backward, earlier, strict=True)]
+
+
+def _earlier_counts(clues: Sequence[_Clues], forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
+    """Tell for each frame whether the shape from earlier frames counts if that from later ones disagrees.
+
+    Once a pass has laid a strand wrongly, its later frames fit: what tells is its cost at the frame in which that happened. So
+    between two anchors there is one frame up to which the forward pass counts: that for which the sum of all costs is the least.
+    """
+    gains = [0.0 if a is None or b is None else b.cost - a.cost for a, b in zip(forward, backward, strict=True)]
+    result = [False] * len(clues)
+    anchors = [-1, *(k for k, clue in enumerate(clues) if clue.own is not None), len(clues)]
+    for first, end in pairwise(anchors):
+        total = np.cumsum([0.0, *gains[first + 1 : end]])
+        for frame in range(first + 1, first + 1 + int(np.argmax(total))):
+            result[frame] = True
+    return result
 
 
 def _clues(
@@ -190,10 +206,12 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
         strands = [observation.strands[k] for k in clue.strands]
         tolerance = max(TOLERANCE_SHARE * item.length, MIN_MOTION_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
         is_joined = item.nodes != (None, None)
+        least = MIN_STRAND_RADII * (item.radius if np.isfinite(item.radius) else 0.0)
         for side, node in enumerate(item.nodes):
             if node is not None:
-                least = MIN_STRAND_RADII * (item.radius if np.isfinite(item.radius) else 0.0)
                 strands = cut_strands(strands, expected[-side], least, tolerance)
+        if not item.closed:
+            strands = cut_misjoined(strands, expected, item.length, least)
         placed = place(strands, expected, item.length, tolerance)
         if strands and not placed and not is_joined:  # beside a hidden part of a tree there are other parts
             placed = place(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)
@@ -219,25 +237,21 @@ def _total_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> 
 
 
 def _decided(
-    item: SequenceObject, observation: Observation, clue: _Clues, before: Shape | None, after: Shape | None
+    item: SequenceObject,
+    observation: Observation,
+    clue: _Clues,
+    before: Shape | None,
+    after: Shape | None,
+    earlier_counts: bool,
 ) -> Shape | None:
-    """Return the object in a frame, from what comes from earlier and from later frames.
-
-    Where the two agree on the frame, they are blended; else the one onto which the frame's strands fit better counts.
-    """
+    """Return the object in a frame, from what comes from earlier and from later frames: blended where the two agree."""
     if before is None or after is None:
         known = before or after
         return None if known is None else _fitted(item, observation, clue, known.joints)
-    expected = [_blended(before, after)]
+    expected = _blended(before, after)
     if clue.own is None and np.linalg.norm(before.joints - after.joints, axis=1).max() > TOLERANCE_SHARE * item.length:
-        expected = [expected[0], before.joints, after.joints]
-        earlier = [0.0, before.cost, after.cost]
-        fitted = [_fitted(item, observation, clue, joints) for joints in expected]
-        costs = [shape.cost + past for shape, past in zip(fitted, earlier, strict=True)]
-        if before.seen.any() and after.seen.any():
-            costs[0] += min(before.cost, after.cost)
-        return fitted[int(np.argmin(costs))]
-    return _fitted(item, observation, clue, expected[0])
+        expected = before.joints if earlier_counts else after.joints
+    return _fitted(item, observation, clue, expected)
 
 
 def _blended(before: Shape, after: Shape) -> Floats:

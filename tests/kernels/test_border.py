@@ -144,6 +144,7 @@ CALLS = {
     "steps": (POINTS, False),
     "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
     "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
+    "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 25.0),
     "strand_places": (
         POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS, 0.1,
         0.05, np.array([3.0, 0.02, 2.5, 0.2, 25.0, 9.0]),

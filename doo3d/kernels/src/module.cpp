@@ -45,6 +45,7 @@ void bind_shift_costs(Module&);
 void bind_silhouette(Module&);
 void bind_skeleton_graph(Module&);
 void bind_skeleton_paths(Module&);
+void bind_strand_cuts(Module&);
 void bind_strand_depth(Module&);
 void bind_strand_places(Module&);
 void bind_strand_sides(Module&);
@@ -111,6 +112,7 @@ NB_MODULE(_native, native) {
     bind_silhouette(m);
     bind_skeleton_graph(m);
     bind_skeleton_paths(m);
+    bind_strand_cuts(m);
     bind_strand_depth(m);
     bind_strand_places(m);
     bind_strand_sides(m);

@@ -8,7 +8,7 @@ namespace {
 // place in that state, in squared standard deviations, at most that of a point beside the object; a change of state costs `cut`. The
 // cheapest sequence of states is found by dynamic programming (Viterbi): after each point only the cheapest state needs to be
 // remembered, since all changes cost the same (Potts model).
-auto misjoined(Matrix<double> points, Vector<double> arcs, double length, Matrix<double> places, double step, double deviation,
+auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matrix<double> places, double step, double deviation,
                double outside, double cut) {
     const Index count = points.shape(0), size = places.shape(0);
     require(points.shape(1) == 3 && places.shape(1) == 3, "points and places are not 3-D");
@@ -79,6 +79,6 @@ void bind_strand_cuts(Module& m) {
     // Returns
     // -------
     // (K,) int64, indices of points, ascending; empty if the strand is best left whole.
-    m.def("misjoined", &misjoined, "points"_a.noconvert(), "arcs"_a.noconvert(), "length"_a, "places"_a.noconvert(), "step"_a,
+    m.def("strand_cuts", &strand_cuts, "points"_a.noconvert(), "arcs"_a.noconvert(), "length"_a, "places"_a.noconvert(), "step"_a,
           "deviation"_a, "outside"_a, "cut"_a);
 }
