@@ -1409,6 +1409,25 @@ def lay_equal_chords(points: Floats, length: float) -> tuple[NDArray[np.float64]
     arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
     """
 
+def least_near(points: Floats, positions: Floats, reach: float, most: int) -> NDArray[np.float64]:
+    """Return the least value of the points of a plane near each of a few positions.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64, two finite coordinates and the value of each point; NaN tells nothing
+    positions
+        (P, 2) float64, in the unit of the coordinates
+    reach
+        distance within which a point is near
+    most
+        number of points that count, the nearest ones
+
+    Returns
+    -------
+    (P,) float64; NaN where no point is near
+    """
+
 def limit_pairs(
     cost: Floats,
     distance: Floats,

@@ -86,6 +86,7 @@ CALLS = {
     "keep_segments": (
         POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
     ),
+    "least_near": (POINTS, POINTS[:2, :2].copy(), 0.02, 3),
     "lay_equal_chords": (POINTS, 0.01),
     "limit_pairs": (
         np.ones((4, 4)), np.ones((4, 4)), np.ones((4, 4)), np.zeros(4, bool), np.zeros(4, bool), 1.0, 1.0, 1.0, False,

@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from doo3d.kernels import CloudFacts, nearest_points, values_at_ranks
+from doo3d.kernels import CloudFacts, least_near, nearest_points, values_at_ranks
 
 RULES = (8000, 80, 3.0, 0.05, 0.8)
 
@@ -156,6 +156,22 @@ def test_nearest_points_are_those_of_a_tree(count, seed, stretch, whole):
     wanted = cKDTree(points).query(positions, k=np.arange(1, count // 2 + 2))[0]
     np.testing.assert_allclose(distance, wanted, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(points[index] - positions[:, None], axis=2), distance, rtol=1e-12)
+
+
+@given(st.integers(1, 60), st.integers(0, 9), st.integers(1, 9), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_the_least_value_is_that_of_the_nearest_points(count, seed, most, whole):
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(count, 3))
+    points = np.floor(points) if whole else points
+    points[::7, 2] = np.nan
+    positions = np.concatenate((points[:5, :2], rng.normal(size=(5, 2))))
+    wanted = []
+    for position in positions:
+        distance = np.linalg.norm(points[:, :2] - position, axis=1)
+        near = np.argsort(distance, kind="stable")[:most]
+        wanted.append(np.fmin.reduce(points[near[distance[near] < 1.5], 2], initial=np.nan))
+    np.testing.assert_array_equal(least_near(points, positions, 1.5, most), wanted)
 
 
 @pytest.mark.parametrize("spread", ["even", "heavy", "equal", "tiny", "vast"])

@@ -308,6 +308,32 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
     return std::make_tuple(to_numpy(std::move(distance), size, k), to_numpy(std::move(index), size, k));
 }
 
+auto least_near(Matrix<double> points, Matrix<double> positions, double reach, Index most) {
+    const Index count = points.shape(0), size = positions.shape(0);
+    require(points.shape(1) == 3 && positions.shape(1) == 2, "points are not (N, 3), or positions not (P, 2)");
+    require(reach > 0 && most >= 1, "reach or most is not positive");
+    for (Index s = 0; s < 2 * size; ++s) require(std::isfinite(positions.data()[s]), "a position is not finite");
+    std::vector<double> result(size, std::nan("")), flat(points.data(), points.data() + 3 * count);
+    if (count == 0) return to_numpy(std::move(result));
+    ReleasedGil released;
+    for (Index i = 0; i < count; ++i) flat[3 * i + 2] = 0.0;
+    const PointColumns columns(flat.data(), count);
+    std::vector<PointColumns::Near> near;
+    for (Index s = 0; s < size; ++s) {
+        const double at[3] = {positions.data()[2 * s], positions.data()[2 * s + 1], 0.0};
+        columns.within(at, reach, near);
+        if (Index(near.size()) > most) {
+            std::nth_element(near.begin(), near.begin() + most, near.end());
+            near.resize(most);
+        }
+        for (const PointColumns::Near& each : near) {
+            if (std::sqrt(each.square) < reach) result[s] = std::fmin(result[s], points.data()[3 * each.index + 2]);
+        }
+    }
+    released.end();
+    return to_numpy(std::move(result));
+}
+
 }  // namespace
 
 void bind_point_cells(Module& m) {
@@ -315,6 +341,23 @@ void bind_point_cells(Module& m) {
     //
     // points : (N, D) float64, finite. ranks : (R,) int64, 0 to N - 1. Returns (R, D) float64.
     m.def("values_at_ranks", &values_at_ranks, "points"_a.noconvert(), "ranks"_a.noconvert());
+    // Return the least value of the points of a plane near each of a few positions.
+    //
+    // Parameters
+    // ----------
+    // points
+    //     (N, 3) float64, two finite coordinates and the value of each point; NaN tells nothing
+    // positions
+    //     (P, 2) float64, in the unit of the coordinates
+    // reach
+    //     distance within which a point is near
+    // most
+    //     number of points that count, the nearest ones
+    //
+    // Returns
+    // -------
+    // (P,) float64; NaN where no point is near
+    m.def("least_near", &least_near, "points"_a.noconvert(), "positions"_a.noconvert(), "reach"_a, "most"_a);
     // Find the `k` points that are nearest to each of a few positions.
     //
     // Parameters

@@ -13,7 +13,7 @@ from ...geometry.limits import AT_ONCE
 from ...geometry.noise import COLOR_NOISE, DEVIATIONS
 from ...geometry.projection import Projection
 from ...geometry.radii import CORE_OFFSETS
-from ...kernels import CrossingStrands, nearest_points, points_around
+from ...kernels import CrossingStrands, least_near, points_around
 from ...types import Array, Floats, Foreground
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -117,10 +117,5 @@ def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach
         shown = view.project(part)
         near = points_around(shown, known, reach)
         rows.append(np.column_stack((shown[near], view.distance(part[near]))))
-    found = np.concatenate(rows)
-    if len(found) and len(known):
-        in_view = found * (1.0, 1.0, 0.0)
-        distance, index = nearest_points(in_view, np.pad(known, ((0, 0), (0, 1))), min(NEAREST_POINTS, len(found)))
-        depth = np.where(distance < reach, found[index, 2], np.inf).min(axis=1)
-        surface[is_known] = np.where(np.isfinite(depth), depth, np.nan)
+    surface[is_known] = least_near(np.concatenate(rows), known, reach, NEAREST_POINTS)
     return surface
