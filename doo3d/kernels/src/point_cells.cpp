@@ -2,7 +2,6 @@
 #include "point_cells.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace {
 
@@ -309,33 +308,26 @@ auto nearest_points(Matrix<double> points, Matrix<double> positions, Index k) {
     return std::make_tuple(to_numpy(std::move(distance), size, k), to_numpy(std::move(index), size, k));
 }
 
-// Positions without more than `most` points near them, as nearly all are, need no order of the points.
 auto least_near(Matrix<double> points, Matrix<double> positions, double reach, Index most) {
     const Index count = points.shape(0), size = positions.shape(0);
     require(points.shape(1) == 3 && positions.shape(1) == 2, "points are not (N, 3), or positions not (P, 2)");
-    require(most >= 1, "most is not positive");
-    std::vector<double> result(size, std::nan(""));
-    count_visits(count * size);
+    require(reach > 0 && most >= 1, "reach or most is not positive");
+    for (Index s = 0; s < 2 * size; ++s) require(std::isfinite(positions.data()[s]), "a position is not finite");
+    std::vector<double> result(size, std::nan("")), flat(points.data(), points.data() + 3 * count);
+    if (count == 0) return to_numpy(std::move(result));
     ReleasedGil released;
-    std::vector<double> u(count), v(count), squares(count);
-    for (Index i = 0; i < count; ++i) {
-        u[i] = points.data()[3 * i];
-        v[i] = points.data()[3 * i + 1];
-    }
-    std::vector<std::pair<double, double>> near;  // squared distance and value
+    for (Index i = 0; i < count; ++i) flat[3 * i + 2] = 0.0;
+    const PointColumns columns(flat.data(), count);
+    std::vector<PointColumns::Near> near;
     for (Index s = 0; s < size; ++s) {
-        const double *at = positions.data() + 2 * s, limit = 2 * reach * reach;
-        for (Index i = 0; i < count; ++i) squares[i] = (u[i] - at[0]) * (u[i] - at[0]) + (v[i] - at[1]) * (v[i] - at[1]);
-        near.clear();
-        for (Index i = 0; i < count; ++i) {
-            if (squares[i] < limit && std::sqrt(squares[i]) < reach) near.emplace_back(squares[i], points.data()[3 * i + 2]);
-        }
+        const double at[3] = {positions.data()[2 * s], positions.data()[2 * s + 1], 0.0};
+        columns.within(at, reach, near);
         if (Index(near.size()) > most) {
-            std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+            std::nth_element(near.begin(), near.begin() + most, near.end());
             near.resize(most);
         }
-        for (const auto& [square, value] : near) {
-            if (std::isfinite(value) && !(result[s] <= value)) result[s] = value;
+        for (const PointColumns::Near& each : near) {
+            if (std::sqrt(each.square) < reach) result[s] = std::fmin(result[s], points.data()[3 * each.index + 2]);
         }
     }
     released.end();
@@ -354,7 +346,7 @@ void bind_point_cells(Module& m) {
     // Parameters
     // ----------
     // points
-    //     (N, 3) float64, two coordinates and the value of each point; values that are not finite are left out
+    //     (N, 3) float64, two finite coordinates and the value of each point; NaN tells nothing
     // positions
     //     (P, 2) float64, in the unit of the coordinates
     // reach
