@@ -1,7 +1,7 @@
 """Fit the weights of the confidence on rendered scenes: python docs/fit_confidence.py [--seeds 3] [--check 2] [--cache FOLDER]
 [--photos FOLDER].
 
-Prints the constants TOLD, UNTOLD and UNTOLD_IMAGE of doo3d/stages/confidence/confidence.py, each by logistic regression with
+Prints the constants TOLD and UNTOLD_IMAGE of doo3d/stages/confidence/evidence.py, each by logistic regression with
 weights of 0 or more; kinds of evidence that never occur have none.
 
 TOLD: scenes of every family, by stereo with the true and with a ragged mask, and by the simulated D435 with the true mask, each
@@ -9,10 +9,9 @@ with the number of cables given and left to the data. A frame is right or wrong;
 chain. The weights of strays (short chains beside one five times as long) are fitted afterwards, chain by chain, to ragged masks
 and to masks by color with the number left to the data, the other weights staying as they are.
 
-UNTOLD, UNTOLD_IMAGE: the same scenes and those without a cable, by stereo and by the D435, and their color images alone, with
-nothing given (images by the method strands; docs/fit_photographs.py has the network); to the images come every second of the
-labelled photographs of --photos. Every chain is right or wrong by itself: in a frame by the strict rule, in an image if it lies
-on a cable.
+UNTOLD_IMAGE: the color images of the same scenes and of those without a cable, with nothing given, by the method strands
+(docs/fit_photographs.py has the network); with them every second of the labelled photographs of --photos. Every chain is right or
+wrong by itself: it is right if it lies on a cable. docs/fit_untold.py fits UNTOLD.
 
 `--check` seeds that follow are not fitted, but their likelihood is printed.
 """
@@ -107,7 +106,6 @@ def found_in(known: KnownFrame, name: str, seed: int, sensor: str) -> Iterator[F
             yield from detected(known, mode, seed, mask, given, "mask")
         yield from detected(known, "stray", seed, ragged, False, "mask")
         yield from detected(known, "stray", seed, None, False, "hsv")
-    yield from detected(known, "untold", seed, None, False, "auto")
     if sensor == "d435":
         on = np.zeros(known.data.depth.shape, dtype=bool) if known.mask is None else known.mask
         yield from detected_in_image(known.data.color, on, seed)
@@ -246,13 +244,11 @@ def main() -> None:
     print_weights("TOLD", [*told, *strays[1:]], both)
     for label in (True, False):
         print_likelihood("fitted" if label else "checked", part("stray", label), np.array([*told, *strays[1:]]), both)
-    for name, mode, kinds in (("UNTOLD", "untold", UNTOLD_KINDS), ("UNTOLD_IMAGE", "image", IMAGE_KINDS)):
-        x, right = by_chain(part(mode), kinds)
-        start = np.concatenate(([5.0], np.ones(len(kinds))))
-        weights = regress(x, right, start, shrinkage=IMAGE_SHRINKAGE if mode == "image" else SHRINKAGE)
-        print_weights(name, weights, kinds)
-        for label in (True, False):
-            print_likelihood("fitted" if label else "checked", part(mode, label), weights, kinds)
+    x, right = by_chain(part("image"), IMAGE_KINDS)
+    weights = regress(x, right, np.concatenate(([5.0], np.ones(len(IMAGE_KINDS)))), shrinkage=IMAGE_SHRINKAGE)
+    print_weights("UNTOLD_IMAGE", weights, IMAGE_KINDS)
+    for label in (True, False):
+        print_likelihood("fitted" if label else "checked", part("image", label), weights, IMAGE_KINDS)
 
 
 if __name__ == "__main__":

@@ -1561,6 +1561,9 @@ def medial_axis(mask: Bools) -> tuple[NDArray[np.int64], NDArray[np.int64], NDAr
     every machine.
     """
 
+def middle_medians(values: Floats) -> NDArray[np.float64]:
+    """Return the medians (A, C) of finite values (A, B, C) over the second axis, of at least one value, as NumPy takes them."""
+
 def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
 

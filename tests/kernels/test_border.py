@@ -98,6 +98,7 @@ CALLS = {
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
+    "middle_medians": (np.ones((2, 3, 2)),),
     "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "near_pixels": (np.arange(4), np.arange(2), (3, 3), 1, 1),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from doo3d.kernels import part_medians, percentiles, upper_of_groups
+from doo3d.kernels import middle_medians, part_medians, percentiles, upper_of_groups
 
 
 def test_medians_are_those_of_numpy_without_values_that_are_not_finite():
@@ -51,3 +51,14 @@ def test_values_below_the_uppermost_share_of_each_group(seed):
         own = np.sort(values[group == k])
         assert count[k] == len(own)
         assert found[k] == (own[len(own) - 1 - int(0.35 * (len(own) - 1))] if len(own) else 0.0)
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 1500])
+def test_medians_over_the_second_axis_are_those_of_numpy(count):
+    values = np.random.default_rng(count).normal(size=(4, count, 3))
+    np.testing.assert_array_equal(middle_medians(values), np.median(values, axis=1))
+
+
+def test_an_empty_second_axis_has_no_medians():
+    with pytest.raises(ValueError, match="second axis"):
+        middle_medians(np.zeros((2, 0, 3)))

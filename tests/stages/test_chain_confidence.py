@@ -232,3 +232,15 @@ def test_a_straight_chain_within_the_view_may_be_a_rod():
     assert judged(0.99, (-50, 250))[0].rod == 0
     curved = np.column_stack((np.linspace(20, 300, 200), 120 + 30 * np.sin(np.linspace(0, 4, 200))))
     assert _straightness(curved, np.full(200, 4.0)) == 0
+
+
+def test_a_straight_rod_in_a_frame_is_doubted_and_the_surest_chain_counts_for_all(plain):
+    config, found = doo3d.load_config("default"), []
+    for told in (True, False):
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=told))
+        found.append(with_confidence(plain.chains, (), 0.0, context, config)[1][0])
+    told, untold = found
+    assert (told.rod, told.unsure) == (0.0, 0.0)
+    assert untold.inside == 2
+    assert untold.unsure == pytest.approx(sum(replace(untold, unsure=0.0).losses().values()))
+    assert replace(untold, rod=1.0).log_odds < replace(untold, rod=0.0).log_odds - 1

@@ -46,6 +46,22 @@ auto percentiles(Vector<double> values, Vector<double> percents) {
     return to_numpy(std::move(result));
 }
 
+auto middle_medians(Volume<double> values) {
+    const std::size_t outer = values.shape(0), count = values.shape(1), inner = values.shape(2);
+    require(count > 0, "the second axis is empty");
+    count_visits(Index(values.size()));
+    ReleasedGil released;
+    std::vector<double> medians(outer * inner), part(count);
+    for (std::size_t i = 0; i < outer; ++i) {
+        for (std::size_t k = 0; k < inner; ++k) {
+            for (std::size_t j = 0; j < count; ++j) part[j] = values.data()[(i * count + j) * inner + k];
+            medians[i * inner + k] = median(part);
+        }
+    }
+    released.end();
+    return to_numpy(std::move(medians), outer, inner);
+}
+
 auto upper_of_groups(Vector<double> values, Vector<Index> group, Index groups, double share) {
     const Index size = values.shape(0);
     require(Index(group.shape(0)) == size, "group is not one per value");
@@ -88,6 +104,8 @@ void bind_medians(Module& m) {
     //     values
     // count : (K,) int64, number of finite values
     m.def("part_medians", &part_medians, "values"_a.noconvert(), "first"_a.noconvert(), "last"_a.noconvert());
+    // Return the medians (A, C) of finite values (A, B, C) over the second axis, of at least one value, as NumPy takes them.
+    m.def("middle_medians", &middle_medians, "values"_a.noconvert());
     // Return percentiles (Q,) of the finite ones of values (N,), interpolated linearly as NumPy does; NaN without any.
     //
     // percents : (Q,) 0 to 100.

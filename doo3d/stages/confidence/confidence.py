@@ -123,8 +123,9 @@ def with_confidence(
                 is_judged=foreground.probability is not None and not foreground.is_told,
             )
         )
-    if evidence[0].is_judged:
-        unsure = min(sum(each.losses().values()) for each in evidence)
+    if not foreground.is_told:
+        narrow = [each for each in evidence if not each.is_wide]
+        unsure = min(sum(each.losses().values()) for each in narrow or evidence)
         evidence = [replace(each, unsure=unsure) for each in evidence]
     return [_with_confidence(*each) for each in zip(chains, evidence, deviations, strict=True)], evidence
 

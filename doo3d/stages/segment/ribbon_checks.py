@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from ...kernels import middle_medians, percentiles
 from ...types import Array, Bools, Floats
 from .ribbons import BORDER_PX, STEP_PX, TracedStrand
 
@@ -27,8 +28,8 @@ MIN_LENGTH_PX, MIN_LENGTH_WIDTHS = 60.0, 8.0
 MIN_MEAN_SCORE, MIN_SEEN = 2.2, 0.6
 """Mean score that a strand has at least, and the share of its length that is seen."""
 
-MAX_WIDTH_CHANGE = 3.2
-"""Ratio of the widths at the 85th and 15th percentile of an object's at most."""
+WIDTH_PERCENTILES, MAX_WIDTH_CHANGE = np.array((85.0, 15.0)), 3.2
+"""Percentiles of the widths along a strand, and their ratio in an object at most."""
 
 MAX_EDGE_PX = 5.5
 """px over which the color changes at an edge at most; shadows of distant things are softer."""
@@ -89,7 +90,7 @@ def choose_strands(strands: list[TracedStrand], color: Array, lab: Array) -> tup
     for k in np.argsort(-ranks, kind="stable").tolist():
         if ranks[k] < MIN_RANK_SHARE * (chosen[0].rank if chosen else 0.0):
             break
-        entry = check_strand(strands[k], color, lab)
+        entry = check_strand(strands[k], color, lab, float(ranks[k]))
         column, row = (np.clip(np.rint(entry.line[:, d]).astype(int), 0, covered.shape[1 - d] - 1) for d in (0, 1))
         if entry.fault not in ("", "shadow") or covered[row, column].mean() > MAX_OVERLAP:
             continue
@@ -108,7 +109,7 @@ def draw_strand(line: Floats, width: float, shape: tuple[int, ...]) -> Bools:
     return np.asarray(mask > 0)
 
 
-def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
+def check_strand(strand: TracedStrand, color: Array, lab: Array, rank: float) -> Checked:
     """Measure the profile across a strand, and say why it is not an object.
 
     Parameters
@@ -119,11 +120,12 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
         (H, W, 3) uint8 RGB.
     lab
         (H, W, 3) float32, the same in CIELAB.
+    rank
+        how much the strand counts.
     """
     seen = np.isfinite(strand.score)
-    width, length = float(np.median(strand.width[seen])), len(strand.points) * STEP_PX
+    width, length = _median(strand.width[seen]), len(strand.points) * STEP_PX
     score = float(np.mean(strand.score[seen]))
-    rank = _rank(strand)
     fault = _fault_without_profile(strand, seen, score, width, length, color.shape)
     if fault:
         return Checked(strand.points, width, rank, fault)
@@ -131,12 +133,12 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
     offset = np.arange(-1.5 * width - 3, 1.5 * width + 3 + PROFILE_SPACING_PX, PROFILE_SPACING_PX)
     x, y = np.moveaxis(strand.points[:, None] + offset[:, None] * normal[:, None], 2, 0).astype(np.float32)
     profile = cv2.remap(lab, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    light = LIGHT[cv2.remap(color, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)]
+    values = cv2.remap(color, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     side_px = width / 2 + SIDE_GAP_PX + max(2.0, SIDE_WIDTHS * width)
     core, side = np.abs(offset) < CORE_WIDTHS * width, (np.abs(offset) > width / 2 + SIDE_GAP_PX) & (np.abs(offset) < side_px)
     line, between = _centered(strand, profile, offset, width, normal, seen)
-    edge_px = _edge_px(np.median(profile[seen], axis=0), offset, core, side)
-    if _is_shadow(_light_left(light, offset, core, side, seen), edge_px):
+    edge_px = _edge_px(_medians(profile[seen][None])[0].astype(np.float32), offset, core, side)
+    if _is_shadow(_light_left(values, offset, core, side, seen), edge_px):
         fault = "shadow"
     elif edge_px > MAX_EDGE_PX:
         fault = "uneven"
@@ -146,7 +148,7 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array) -> Checked:
 def _rank(strand: TracedStrand) -> float:
     """Return how much a strand counts: by its mean score, its length and its width."""
     seen = np.isfinite(strand.score)
-    score, width = float(np.mean(strand.score[seen])), float(np.median(strand.width[seen]))
+    score, width = float(np.mean(strand.score[seen])), _median(strand.width[seen])
     return float((score - 1) * (len(strand.points) * STEP_PX) * np.sqrt(width))
 
 
@@ -157,9 +159,9 @@ def _fault_without_profile(
     if length < max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width):
         return "short"
     border = np.min((*strand.points.T, *(np.array((shape[1] - 1, shape[0] - 1))[:, None] - strand.points.T)), axis=0)
-    if np.median(border) < width / 2 + BORDER_PX:
+    if _median(border) < width / 2 + BORDER_PX:
         return "border"
-    wide, narrow = np.percentile(strand.width[seen], (85, 15))
+    wide, narrow = percentiles(strand.width[seen], WIDTH_PERCENTILES)
     return "uneven" if score < MIN_MEAN_SCORE or seen.mean() < MIN_SEEN or wide > MAX_WIDTH_CHANGE * narrow else ""
 
 
@@ -174,7 +176,7 @@ def _centered(
         near = (sign * at > MIN_EDGE_WIDTHS * width) & (sign * at < MAX_EDGE_WIDTHS * width)
         edges.append(at[near][np.argmax(change[:, near], axis=1)])
     apart = edges[1] - edges[0]
-    between = float(np.median(apart[seen]))
+    between = _median(apart[seen])
     shift = np.where(np.abs(apart - between) < 0.3 * between, (edges[0] + edges[1]) / 2, 0.0)
     shift = uniform_filter1d(median_filter(shift, 15, mode="nearest"), 7, mode="nearest")
     return strand.points + shift[:, None] * normal, between
@@ -183,15 +185,30 @@ def _centered(
 def _edge_px(profile: Floats, offset: Floats, core: Bools, side: Bools) -> float:
     """Return over how many px the color changes from a strand to its softer side, from its profile (F, 3)."""
     slope = np.linalg.norm(np.diff(profile, axis=0), axis=1) / PROFILE_SPACING_PX
-    step = float(np.linalg.norm(np.median(profile[core], axis=0) - np.median(profile[side], axis=0)))
+    inside, outside = (_medians(profile[part][None])[0].astype(np.float32) for part in (core, side))
+    step = float(np.linalg.norm(inside - outside))
     return step / max(min(float(slope[offset[:-1] < 0].max()), float(slope[offset[:-1] > 0].max())), 1e-3)
 
 
-def _light_left(light: Array, offset: Floats, core: Bools, side: Bools, seen: Bools) -> Floats:
-    """Return the logarithm of the light on a strand over that on its sides: (3,) for red, green and blue."""
-    sides = sum(np.median(light[:, side & (sign * offset > 0)], axis=1) for sign in (-1, 1)) / 2
-    left = np.log((np.median(light[:, core], axis=1) + DARK) / (sides + DARK))
-    return np.asarray(np.median(left[seen], axis=0))
+def _light_left(values: Array, offset: Floats, core: Bools, side: Bools, seen: Bools) -> Floats:
+    """Return the logarithm of the light on a strand over that on its sides: (3,) for red, green and blue.
+
+    values : (P, F, 3) uint8, the colors of its profile.
+    """
+    before, after, own = (_medians(LIGHT[values[:, part]]) for part in (side & (offset < 0), side & (offset > 0), core))
+    left = np.log((own + DARK) / ((before + after) / 2 + DARK))
+    return np.asarray(_medians(left[seen][None])[0])
+
+
+def _medians(values: Array) -> Floats:
+    """Return the medians (A, C...) of values (A, B, C...) over the second axis, float64."""
+    every = np.ascontiguousarray(values, dtype=float)
+    return middle_medians(every.reshape(*every.shape[:2], -1)).reshape(every.shape[0], *every.shape[2:])
+
+
+def _median(values: Array) -> float:
+    """Return the median of values (N,)."""
+    return float(_medians(values[None])[0])
 
 
 def _is_shadow(left: Floats, edge_px: float) -> bool:

@@ -93,8 +93,12 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
 
 def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> Array:
     """Return the probability (H, W) float32 of pixels after the rules' votes (H, W) bool; odds : factors for and against."""
-    raised = probability * np.where(voted, np.float32(odds[0]), np.float32(1 / odds[1]))
-    return np.asarray(raised / (raised + (1 - probability)))
+    raised = np.where(voted, np.float32(odds[0]), np.float32(1 / odds[1]))
+    raised *= probability
+    whole = 1 - probability
+    whole += raised
+    raised /= whole
+    return np.asarray(raised)
 
 
 def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1.0,)) -> Array:
@@ -113,9 +117,11 @@ def object_probability(color: Array, model: str | None = None, scales: Sequence[
 
 def _at_scale(image: Array, path: str, scale: float) -> Array:
     shape = image.shape[:2]
-    if scale != 1:
-        kind = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-        image = cv2.resize(image, (max(1, round(shape[1] * scale)), max(1, round(shape[0] * scale))), interpolation=kind)
+    if scale < 1:  # to sides that the network takes, so that it looks at no pixel beyond the image
+        width, height = (STRIDE_PX * max(1, round(side * scale / STRIDE_PX)) for side in shape[::-1])
+        image = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+    elif scale > 1:
+        image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
     height, width = image.shape[:2]
     padded = cv2.copyMakeBorder(image, 0, -height % STRIDE_PX, 0, -width % STRIDE_PX, cv2.BORDER_REPLICATE)
     output = run_model(path, cv2.dnn.blobFromImage(padded, 1 / 255), is_trusted=path == str(PACKAGED))
@@ -126,6 +132,8 @@ def _at_scale(image: Array, path: str, scale: float) -> Array:
             "network takes files of doo3d train, the method onnx any other",
             code="onnx-output",
         )
-    shuffled = output[0, :4].reshape(2, 2, rows, columns).transpose(2, 0, 3, 1).reshape(2 * rows, 2 * columns)
-    found = np.ascontiguousarray(shuffled[:height, :width])
+    shuffled = np.empty((rows, 2, columns, 2), np.float32)
+    for channel in range(4):
+        shuffled[:, channel // 2, :, channel % 2] = output[0, channel]
+    found = np.ascontiguousarray(shuffled.reshape(2 * rows, 2 * columns)[:height, :width])
     return np.asarray(cv2.resize(found, shape[::-1], interpolation=cv2.INTER_LINEAR))
