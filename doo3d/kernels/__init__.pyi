@@ -2282,6 +2282,35 @@ def straight_gaps(points: Floats, first: Ints, second: Ints, shares: Floats) -> 
     (K S, D) float64, pair by pair
     """
 
+def strand_cuts(
+    points: Floats, arcs: Floats, length: float, places: Floats, step: float, deviation: float, outside: float, cut: float
+) -> NDArray[np.int64]:
+    """Return the points before which a strand has to be cut, so that its parts lie along an object.
+
+    Parameters
+    ----------
+    points
+        (N, 3) float64, m, on the strand, in order
+    arcs
+        (N,) float64, m, arc length of each point from the start of the strand
+    length
+        arc length of the strand, m
+    places
+        (P, 3) float64, m, evenly spaced along the object
+    step
+        arc length of the object between neighboring places, m
+    deviation
+        standard deviation of a point, m
+    outside
+        largest cost of a point, and that of a point beyond the ends of the object, in squared standard deviations
+    cut
+        cost of a cut, in squared standard deviations
+
+    Returns
+    -------
+    (K,) int64, indices of points, ascending; empty if the strand is best left whole.
+    """
+
 def strand_places(
     points: Floats,
     arcs: Floats,
