@@ -248,10 +248,9 @@ def _decided(
     if before is None or after is None:
         known = before or after
         return None if known is None else _fitted(item, observation, clue, known.joints)
-    expected = _blended(before, after)
     if clue.own is None and np.linalg.norm(before.joints - after.joints, axis=1).max() > TOLERANCE_SHARE * item.length:
-        expected = before.joints if earlier_counts else after.joints
-    return _fitted(item, observation, clue, expected)
+        return before if earlier_counts else after
+    return _fitted(item, observation, clue, _blended(before, after))
 
 
 def _blended(before: Shape, after: Shape) -> Floats:

@@ -148,7 +148,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
                 "sequence": config.sequence.model_copy(update={"chains": 1}),
             }
         )
-    frames = [_first_pass(rendered, config) for rendered in case.load().frames(case.sensor)]
+    frames = [first_pass(rendered, config) for rendered in case.load().frames(case.sensor)]
     observations = [frame.observation for frame in frames]
     detections = {"single": [frame.observation.detection for frame in frames]}
     seconds = {"single": sum(frame.seconds[0] for frame in frames)}
@@ -166,13 +166,13 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     rows = []
     for variant in VARIANTS:
         end = {"found_length": found, "ms": times[variant], "ms_single": times["single"]}
-        rows += [case.record(row | end) for row in _rows(variant, frames, detections[variant])]
+        rows += [case.record(row | end) for row in variant_rows(variant, frames, detections[variant])]
     for row, detection in zip(rows, (each for variant in VARIANTS for each in detections[variant]), strict=True):
         row.detection = detection
     return rows
 
 
-def _first_pass(rendered: Rendered, config: Config) -> FirstPass:
+def first_pass(rendered: Rendered, config: Config) -> FirstPass:
     """Detect in a frame for itself. A frame that cannot be used shows no more than its image."""
     frame, (truth,) = rendered.frame, rendered.truths
     config = first_pass_config(config)
@@ -197,7 +197,7 @@ def _or_single(detection: Detection, single: Detection) -> Detection:
     return detection if detection.chains else replace(single, chains=tuple(replace(chain, id=None) for chain in single.chains))
 
 
-def _rows(variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
+def variant_rows(variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
     """Return the values of each frame in one variant; the longest chain of a frame is compared node by node."""
     truths = [frame.truth for frame in frames]
     offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant not in ("single", "forward"))

@@ -1,0 +1,135 @@
+"""The bill of the steps that find objects over time: `python -m doo3d.evaluation.sequences.ablations`.
+
+The frames of a sequence are detected once, and combined with all steps and without one at a time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from time import process_time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...config import Config, load_config
+from ...sequence.detect_sequence import combine
+from ...sequence.shape import Shape
+from ...types import Floats
+from ..benchmark.ablations import replaced
+from ..metrics.record import Record
+from .evaluate import FirstPass, first_pass, variant_rows
+from .recorded import RecordedSequence, recorded_sequences
+from .scenes import Sequence as TrueSequence
+from .scenes import make_sequence
+
+_PLACE = "doo3d.sequence"
+
+
+def _first(value: Any, *_: Any) -> Any:
+    """Return the first argument: in place of a function that changes it."""
+    return value
+
+
+def _all_seen(chains: Sequence[Any]) -> tuple[Floats, Floats]:
+    """Return the lengths of chains, as if all of each was seen."""
+    lengths = np.array([chain.length for chain in chains])
+    return lengths, np.zeros_like(lengths)
+
+
+def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
+    """Tell for each frame whether its shape from earlier frames fits better than that from later ones."""
+    pairs = zip(forward, backward, strict=True)
+    return [before is not None and after is not None and before.cost <= after.cost for before, after in pairs]
+
+
+STEPS: dict[str, Mapping[str, Any]] = {
+    "lengths by what was seen": {f"{_PLACE}.tracks:lengths_of": _all_seen},
+    "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
+    "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
+    "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
+    "depth of the frames smoothed over time": {f"{_PLACE}.detect_sequence:steadied": _first},
+    "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},
+    "places smoothed over time": {f"{_PLACE}.smoothing:whittaker_smooth": _first},
+    "depth of the object smoothed over time": {f"{_PLACE}.smoothing:steady_shapes": _first},
+}
+"""Name of a step -> "module:NAME" in the source code -> what is put there in its place."""
+
+
+class Outcome(NamedTuple):
+    """What the frames of one or more sequences came to: their records, and the processor time of combining them, s."""
+
+    rows: list[Record]
+    seconds: float
+
+
+def outcomes_of(frames: Sequence[FirstPass], config: Config, steps: Sequence[str]) -> dict[str, Outcome]:
+    """Return the outcome of a sequence with all steps, under the name "", and without each of some steps."""
+    result = {}
+    for step in ("", *steps):
+        with replaced(STEPS.get(step, {})):
+            start = process_time()
+            detections = list(combine([frame.observation for frame in frames], config))
+            seconds = process_time() - start
+        result[step] = Outcome(variant_rows("sequence", frames, detections), seconds)
+    return result
+
+
+def table(sequences: Sequence[tuple[TrueSequence | RecordedSequence, str]], steps: Sequence[str]) -> Iterator[str]:
+    """Yield the lines of a Markdown table of what each step gives in sequences, each with its sensor.
+
+    A column "+3 -1" counts frames that the step makes right and wrong, "hidden" and "jumps" are values with and without it.
+    """
+    config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+    found: dict[str, Outcome] = {step: Outcome([], 0.0) for step in ("", *steps)}
+    for sequence, sensor in sequences:
+        frames = [first_pass(rendered, config) for rendered in sequence.frames(sensor)]
+        for step, (rows, seconds) in outcomes_of(frames, config, steps).items():
+            found[step] = Outcome(found[step].rows + rows, found[step].seconds + seconds)
+    complete = found.pop("")
+    count = len(complete.rows)
+    yield f"| of {count} frames | right | in the image | hidden, mean | jumps per 1,000 | ms a frame |"
+    yield "|---|---|---|---|---|---|"
+    for step, without in found.items():
+        right, image = (_changes(complete.rows, without.rows, key) for key in ("correct", "image_correct"))
+        hidden = " for ".join(f"{_hidden(each.rows):.1f}" for each in (complete, without))
+        jumps = " for ".join(f"{_jumps(each.rows):.1f}" for each in (complete, without))
+        ms = 1e3 * (complete.seconds - without.seconds) / count
+        yield f"| {step} | {right} | {image} | {hidden} mm | {jumps} | {ms:+.1f} |"
+
+
+def _changes(complete: Sequence[Record], without: Sequence[Record], key: str) -> str:
+    pairs = [(bool(a[key]), bool(b[key])) for a, b in zip(complete, without, strict=True)]
+    return f"+{sum(a and not b for a, b in pairs)} -{sum(b and not a for a, b in pairs)}"
+
+
+def _hidden(rows: Sequence[Record]) -> float:
+    """Return the mean error of hidden nodes, mm."""
+    return float(np.mean([error for row in rows for error in row["nodes_hidden"]] or [math.nan]))
+
+
+def _jumps(rows: Sequence[Record]) -> float:
+    """Return how many of 1,000 nodes jump."""
+    return float(1e3 * sum(row["jumps"] for row in rows) / max(1, sum(row["nodes_compared"] for row in rows)))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(
+        prog="python -m doo3d.evaluation.sequences.ablations", description="Take out each step that finds objects over time."
+    )
+    parser.add_argument("--own", default="dragged,knot", help="motions that need no file, or none")
+    parser.add_argument("--seeds", type=int, default=6, help="sequences of each motion")
+    parser.add_argument("--start", type=int, default=2, help="first seed")
+    parser.add_argument("--frames", type=int, default=60, help="frames of each sequence, 30 a second")
+    parser.add_argument("--captures", type=Path, nargs="*", default=[], help="folders of captures with truth.npz")
+    given = parser.parse_args()
+    names = [] if given.own == "none" else given.own.split(",")
+    seeds = range(given.start, given.start + given.seeds)
+    chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
+        (make_sequence(name, seed, frames=given.frames), "d435") for name in names for seed in seeds
+    ]
+    chosen += [(capture, "") for capture in recorded_sequences(given.captures, given.frames)]
+    for line in table(chosen, list(STEPS)):
+        print(line, flush=True)  # noqa: T201
