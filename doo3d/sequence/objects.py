@@ -130,8 +130,10 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
             candidates.append(Candidate(lengths[id], track, whole, is_part))
     cables = without_shortened(linked(candidates), config.tracking)
     for cable in cables:
-        cable.length = _length(cable.track, config)
-        cable.whole = _whole(cable.track, cable.length, config)
+        length = _length(cable.track, config)
+        whole = _whole(cable.track, length, config)
+        if len(whole) >= least:
+            cable.length, cable.whole = length, whole
     found = [
         ring
         for id, track in of_rings.items()
@@ -208,7 +210,7 @@ def vote_length(lengths: Floats, filled: Floats) -> float:
     lengths
         (K,) m, measured lengths.
     filled
-        (K,) m, how much of each was not seen. Lengths agree within 2 %, and within 10 % of what was not seen.
+        (K,) m, how much of each was not seen. Lengths agree within 2 %, and 5 % of what was not seen.
 
     Returns
     -------

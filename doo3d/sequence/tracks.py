@@ -124,8 +124,9 @@ def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig)
     """
     kept = list(items)
     nodes = [chain.nodes(LEAP_NODES) for _, _, chain in items]
+    measured = [_leap(kept, nodes, k) for k in range(len(kept))] if len(kept) > MIN_FRAMES else []
     while len(kept) > MIN_FRAMES:
-        leaps, alone = np.array([_leap(kept, nodes, k) for k in range(len(kept))]).T
+        leaps, alone = np.array(measured).T
         usual = max(LENGTH_ERROR, LEAP_FACTOR * float(np.median(alone)))
         if leaps.max() > tracking.max_motion_lengths:
             farthest = int(np.argmax(leaps))
@@ -133,7 +134,9 @@ def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig)
             farthest = int(np.argmax(alone))
         else:
             break
-        del kept[farthest], nodes[farthest]
+        del kept[farthest], nodes[farthest], measured[farthest]
+        for k in range(max(0, farthest - 1), min(len(kept), farthest + 1)):
+            measured[k] = _leap(kept, nodes, k)
     return kept
 
 

@@ -1,0 +1,30 @@
+"""The bill of the steps that find objects over time."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+
+from doo3d.evaluation.sequences.ablations import STEPS, table
+from doo3d.evaluation.sequences.scenes import make_sequence
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_each_step_names_places_in_the_source(step):
+    for place in STEPS[step]:
+        module, _, name = place.partition(":")
+        assert hasattr(importlib.import_module(module), name)
+
+
+@pytest.mark.slow
+def test_the_table_has_a_line_for_each_step():
+    """Hidden parts that are carried are nearer to the truth than those that are not."""
+    steps = ["hidden parts carried", "places smoothed over time"]
+    head, rule, *lines = table([(make_sequence("dragged", 3, frames=40), "d435")], steps)
+    assert head.startswith("| of 40 frames | right |")
+    assert rule.count("|") == head.count("|")
+    assert [line.split(" | ")[0] for line in lines] == [f"| {step}" for step in steps]
+    assert all(line.count("|") == head.count("|") for line in lines)
+    hidden = lines[0].split(" | ")[3]
+    assert float(hidden.split(" for ")[0]) < float(hidden.split(" for ")[1].removesuffix(" mm"))
