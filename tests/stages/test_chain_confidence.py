@@ -11,7 +11,7 @@ from builders.drawn_masks import CAMERA, frame_of, line, wave
 
 import doo3d
 from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
-from doo3d.stages.confidence import TOLD, UNTOLD, UNTOLD_IMAGE, UNTOLD_NETWORK, Evidence, with_confidence
+from doo3d.stages.confidence import TOLD, UNTOLD, UNTOLD_CLOUD, UNTOLD_IMAGE, UNTOLD_NETWORK, Evidence, with_confidence
 from doo3d.stages.confidence.looks import _straightness
 from doo3d.stages.segment import segment
 from doo3d.types import Connection, Crossing, SegmentRef
@@ -244,3 +244,10 @@ def test_a_straight_rod_in_a_frame_is_doubted_and_the_surest_chain_counts_for_al
     assert untold.inside == 2
     assert untold.unsure == pytest.approx(sum(replace(untold, unsure=0.0).losses().values()))
     assert replace(untold, rod=1.0).log_odds < replace(untold, rod=0.0).log_odds - 1
+
+
+def test_a_cloud_without_a_view_has_weights_of_its_own():
+    evidence = Evidence(unsure=2.0, rod=1.0, uneven=0.1, is_told=False)
+    cloud = replace(evidence, is_in_view=False)
+    assert set(evidence.losses()) <= set(UNTOLD)
+    assert cloud.log_odds == pytest.approx(UNTOLD_CLOUD["base"] - 0.1 * UNTOLD_CLOUD["uneven"])

@@ -119,6 +119,7 @@ def with_confidence(
                 odd=_radius_ratio(chain, chains[longest]) if is_stray else 0.0,
                 is_wide=not foreground.is_told and foreground.camera is not None and 2 * chain.radius > config.segment.max_width,
                 is_told=foreground.is_told,
+                is_in_view=foreground.camera is not None,
                 is_planar=chain.joints.shape[1] == 2,
                 is_judged=foreground.probability is not None and not foreground.is_told,
             )

@@ -46,8 +46,25 @@ UNTOLD = {
     "rod": 1.62,
     "unsure": 0.86,
 }
-"""The same where strands were looked for in a frame or a cloud by their shape alone: fitted by docs/fit_untold.py. Right chains
-count as much together as wrong ones."""
+"""The same where strands were looked for in a frame by their shape alone: fitted by docs/fit_untold.py. Right chains count as much
+together as wrong ones."""
+
+UNTOLD_CLOUD = {
+    "base": 5.12,
+    "joins": 0.11,
+    "unsupported": 1.63,
+    "residual": 0.32,
+    "bend": 1.66,
+    "undecided": 1.25,
+    "beside": 0.13,
+    "unclaimed": 3.71,
+    "stubby": 3.48,
+    "uneven": 7.59,
+    "stray": 3.81,
+    "odd": 1.42,
+}
+"""The same in a cloud, of which nobody has a view: fitted, before the weights of frames were fitted by themselves, to automatic
+segmentation of seeds 0 and 1 of the same scenes."""
 
 UNTOLD_IMAGE = {
     "base": 3.51,
@@ -114,6 +131,8 @@ class Evidence:
         whether it is wider than `segment.max_width` in a frame where nobody said what the object is: it is none then.
     is_told
         whether somebody said what the object is; if not, strands were looked for by their shape alone.
+    is_in_view
+        whether the chain was found in a frame of a camera, and not in a cloud.
     is_planar
         whether the chain was found in an image, without depth.
     is_judged
@@ -141,6 +160,7 @@ class Evidence:
     unsure: float = 0.0
     is_wide: bool = False
     is_told: bool = True
+    is_in_view: bool = True
     is_planar: bool = False
     is_judged: bool = False
 
@@ -170,5 +190,5 @@ class Evidence:
 
     def _weights(self) -> dict[str, float]:
         if self.is_told or not self.is_planar:
-            return TOLD if self.is_told else UNTOLD
+            return TOLD if self.is_told else UNTOLD if self.is_in_view else UNTOLD_CLOUD
         return UNTOLD_NETWORK if self.is_judged else UNTOLD_IMAGE
