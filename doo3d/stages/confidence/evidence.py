@@ -46,8 +46,8 @@ UNTOLD = {
     "rod": 1.62,
     "unsure": 0.86,
 }
-"""The same where strands were looked for in a frame by their shape alone: fitted by docs/fit_untold.py. Right chains count as much
-together as wrong ones."""
+"""The same where strands were looked for in a frame by their shape alone: fitted by docs/fit_untold.py. Right chains count as
+much together as wrong ones."""
 
 UNTOLD_CLOUD = {
     "base": 5.12,
