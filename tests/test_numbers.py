@@ -8,7 +8,7 @@ import pytest
 
 from doo3d.evaluation.benchmark.source_size import SourceSize, file_size, method_files, size_of
 
-MOST = 352
+MOST = 351
 """Lower it when numbers go; a new one needs an old one to go, and a docstring that names where its value comes from."""
 
 

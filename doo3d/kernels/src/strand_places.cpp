@@ -6,7 +6,6 @@
 namespace {
 
 constexpr Index BLOCK = 8;  // starts that are tried at once
-constexpr std::size_t SETTINGS = 6;
 
 // The object: its samples, one array per coordinate, in which the first and the last one are repeated before and after.
 struct Object {
@@ -146,7 +145,7 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
     require(Index(bounds.shape(0)) == strands + 1 && Index(tips.shape(0)) == strands && tips.shape(1) == 2,
             "bounds, lengths and tips do not fit each other");
     require(expected.shape(0) >= 2 && std::isfinite(length) && length > 0, "the object has no length");
-    require(settings.shape(0) == SETTINGS, "settings are not six");
+    require(settings.shape(0) == 6, "settings are not six");
     require(settings(0) >= 1 && settings(0) <= 100 && settings(1) > 0 && settings(1) <= 1, "steps or the error of lengths are out of bounds");
     ReleasedGil released;
     const Object object = sampled(expected, length, tolerance, settings);

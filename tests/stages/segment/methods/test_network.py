@@ -121,27 +121,26 @@ def test_large_images_are_scaled_down(model, monkeypatch):
     assert (found != line).mean() < 0.03
 
 
-def test_a_large_image_is_scaled_to_sides_that_the_network_takes_and_not_padded(monkeypatch):
-    looked_at = []
+@pytest.fixture
+def looked_at(monkeypatch):
+    """The images that the network is given, of which it finds nothing."""
+    images = []
 
     def run(path, image, is_trusted):
-        looked_at.append(image[0].transpose(1, 2, 0))
+        images.append(image[0].transpose(1, 2, 0))
         return np.zeros((1, 8, image.shape[2] // 2, image.shape[3] // 2), np.float32)
 
     monkeypatch.setattr(network, "run_model", run)
+    return images
+
+
+def test_a_large_image_is_scaled_to_sides_that_the_network_takes_and_not_padded(looked_at):
     ramp = np.tile(np.linspace(0, 255, 1280).astype(np.uint8)[None, :, None], (720, 1, 3))
     assert object_probability(ramp, None, (1.0, 1.5)).shape == (720, 1280)
     assert [image.shape[:2] for image in looked_at] == [(352, 640), (544, 960)]
 
 
-def test_a_small_image_keeps_its_pixels(monkeypatch):
-    looked_at = []
-
-    def run(path, image, is_trusted):
-        looked_at.append(image[0].transpose(1, 2, 0))
-        return np.zeros((1, 8, image.shape[2] // 2, image.shape[3] // 2), np.float32)
-
-    monkeypatch.setattr(network, "run_model", run)
+def test_a_small_image_keeps_its_pixels(looked_at):
     color = np.random.default_rng(0).integers(0, 256, (50, 70, 3), np.uint8)
     object_probability(color)
     np.testing.assert_allclose(looked_at[0][:50, :70] * 255, color, atol=1e-3)
