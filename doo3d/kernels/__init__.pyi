@@ -637,12 +637,14 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
-def carry_hidden(joints: Floats, seen: Bools, least: float, near: int) -> NDArray[np.float64]:
+def carry_hidden(joints: Floats, seen: Bools, segment: float, near: int) -> NDArray[np.float64]:
     """Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
 
-    A hidden joint is where it was when it was seen last, moved and turned since as the seen joints near it have (Kabsch, Acta
-    Cryst. 1976), between two seen ones beside it by how near they are; the same from when it is seen next, and both averaged by
-    how near they are in time. Joints that are never seen stay, and all joints of a frame that shows none of those of another.
+    A hidden segment has the direction of when it was seen last, turned since as the seen joints near it have (Horn, J. Opt. Soc.
+    Am. A 4, 1987); the same from when it is seen next, and the mean of both by how near they are in time. So a part that slides
+    along itself keeps its length, which the mean of positions does not. Hidden joints are laid along these segments from the seen
+    joint beside them; what is missing to that on the other side is shared evenly. Joints that are never seen keep their shape,
+    and all joints of a frame that shows none of those of another.
 
     Parameters
     ----------
@@ -650,8 +652,8 @@ def carry_hidden(joints: Floats, seen: Bools, least: float, near: int) -> NDArra
         (T, J, 3) float64 m, the joints of T frames
     seen
         (T, J) bool
-    least
-        m, as if points so far off along each axis had not turned
+    segment
+        m, length of a segment: as if points so far off along each axis had not turned
     near
         number of seen joints whose motion a hidden part follows, the nearest ones
 
@@ -993,13 +995,24 @@ def fit_circles(
     """
 
 def fit_joints(
-    expected: Floats, points: Floats, arcs: Floats, sights: Floats, segment: float, turn: float, place: float
-) -> NDArray[np.float64]:
-    """Return the joints of an object fitted to samples of strands, by regularized least squares.
+    expected: Floats,
+    points: Floats,
+    arcs: Floats,
+    sights: Floats,
+    bounds: Ints,
+    slides: Bools,
+    segment: float,
+    weights: Floats,
+    rounds: int,
+    tolerance: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the joints of an object fitted to samples of strands, by regularized least squares, and where the samples lie then.
 
     The displacements d of the expected joints minimize the squared distances of the samples from the object, plus |d''|^2,
     turn |d'|^2 and place |d|^2, with differences of neighbors for derivatives: first with the samples whose place is known, then
-    with all. Of the others the offset along the sight does not count.
+    with all. Of the others the offset along the sight does not count. Then the joints that no sample is near are spaced evenly,
+    and from there the same sum plus the squared errors of all lengths is made least (Gauss-Newton). There, strands that may slide
+    lie anywhere along the object, but for a small weight; where, is found from what their samples miss along it after each round.
 
     Parameters
     ----------
@@ -1009,14 +1022,26 @@ def fit_joints(
         (N, 3) and (N,) float64 m, the samples, and the arc length of the object at each; those beyond an end count there
     sights
         (N, 3) float64 unit, direction in which the place of a sample is not known; 0 where it is known
+    bounds
+        (S + 1,) int64, the index of the first sample of each strand, and N
+    slides
+        (S,) bool, which strands may slide along the object
     segment
         distance of neighboring joints, m
-    turn, place
-        weights, beside 1 for a sample and for second differences; of no samples, the joints are the expected ones
+    weights
+        (4,) float64, beside 1 for a sample and for second differences: turn, place, offsets along the object of strands that
+        slide, and errors of lengths
+    rounds, tolerance
+        most rounds with lengths, and the share of its length by which a segment may miss it
 
     Returns
     -------
-    (J, 3) float64 m. A ValueError says if the weights do not determine it.
+    joints
+        (J, 3) float64 m; those expected if there are no samples
+    arcs
+        (N,) float64 m, arc length of the object at each sample
+
+    A ValueError says if the weights do not determine the joints.
     """
 
 def fit_lines(
@@ -2283,7 +2308,15 @@ def straight_gaps(points: Floats, first: Ints, second: Ints, shares: Floats) -> 
     """
 
 def strand_cuts(
-    points: Floats, arcs: Floats, length: float, places: Floats, step: float, deviation: float, outside: float, cut: float
+    points: Floats,
+    arcs: Floats,
+    length: float,
+    places: Floats,
+    step: float,
+    deviation: float,
+    outside: float,
+    shift: float,
+    cut: Floats,
 ) -> NDArray[np.int64]:
     """Return the points before which a strand has to be cut, so that its parts lie along an object.
 
@@ -2302,9 +2335,11 @@ def strand_cuts(
     deviation
         standard deviation of a point, m
     outside
-        largest cost of a point, and that of a point beyond the ends of the object, in squared standard deviations
+        largest cost of a point, in squared standard deviations; one beyond an end of the object is compared with that end
+    shift
+        how much less a displacement of the whole strand counts than one of a point, as a factor of the standard deviation
     cut
-        cost of a cut, in squared standard deviations
+        (N,) float64, cost of a cut before each point, in squared standard deviations
 
     Returns
     -------

@@ -61,6 +61,7 @@ def encode_strands(observation: Observation) -> bytes:
             "tips": list(strand.tips),
             "chain": strand.chain,
             "sight": None if strand.sight is None else strand.sight.tolist(),
+            "joined": None if strand.joined is None else strand.joined.tolist(),
         }
         for strand in observation.strands
     ]
@@ -113,7 +114,8 @@ def _strand(values: dict[str, Any]) -> ObservedStrand:
         raise ValueError(f"points {points.shape}, arcs {arcs.shape}")
     start, end = values["tips"]
     sight = None if values.get("sight") is None else np.array(values["sight"], dtype=float).reshape(points.shape)
-    return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]), sight)
+    joined = None if values.get("joined") is None else np.array(values["joined"], dtype=float).reshape(arcs.shape)
+    return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]), sight, joined)
 
 
 def write_objects(folder: Path, known: SequenceFile) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,6 +68,8 @@ class ObservedStrand:
         (K, 3) direction in which the place of each point is not known: from the camera where the image shows the strand and its
         depth was not measured, 0 where it was. None: all were measured. Of a strand without any depth the points lie at a
         distance of 1 along their sights, and lengths are angles, rad.
+    joined
+        (K,) confidence that each point follows the one before on the object: that of a connection in between, else 1. None: 1.
     """
 
     points: Floats
@@ -76,6 +78,7 @@ class ObservedStrand:
     tips: tuple[float, float]
     chain: int
     sight: Floats | None = None
+    joined: Floats | None = None
 
     @property
     def is_flat(self) -> bool:
@@ -180,7 +183,18 @@ def _strands(
         shown, sight = visible_joints(chain, first, end, low, high, center)
         line = chain.joints[low : high + 1]
         tips = TIP if ends_there[0] else _is_tip(line[::-1], context), TIP if ends_there[1] else _is_tip(line, context)
-        yield ObservedStrand(chain.joints[shown], (shown - low) * chain.segment_length, length, tips, number, sight)
+        arcs = (shown - low) * chain.segment_length
+        yield ObservedStrand(chain.joints[shown], arcs, length, tips, number, sight, _joined(chain, shown))
+
+
+def _joined(chain: Chain, shown: Ints) -> Floats | None:
+    """Return how surely each of some joints (K,) of a chain follows the one before, as of `ObservedStrand`."""
+    result = np.ones(len(shown))
+    for connection in chain.connections:
+        after = int(np.searchsorted(shown, connection.segment, side="right"))
+        if 0 < after < len(shown):
+            result[after] = min(result[after], connection.confidence)
+    return None if (result == 1).all() else result
 
 
 def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats | None) -> tuple[Ints, Floats | None]:
@@ -269,16 +283,21 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
             result.append(strand)
             continue
         first, last = strand.tips
-        before, after = slice(0, k + 1), slice(k, None)
-        result.append(_part(strand, before, arc, (first, UNKNOWN)))
-        rest = strand.length - arc
-        result.append(_part(strand, after, rest, (UNKNOWN, last)))
+        result.append(part_of(strand, slice(0, k + 1), 0.0, arc, (first, UNKNOWN)))
+        result.append(part_of(strand, slice(k, None), arc, strand.length - arc, (UNKNOWN, last)))
     return result
 
 
-def _part(strand: ObservedStrand, part: slice, length: float, tips: tuple[float, float]) -> ObservedStrand:
-    arcs, sight = strand.arcs[part], None if strand.sight is None else strand.sight[part]
-    return ObservedStrand(strand.points[part], arcs - arcs[0], length, tips, strand.chain, sight)
+def part_of(strand: ObservedStrand, part: slice, start: float, length: float, tips: tuple[float, float]) -> ObservedStrand:
+    """Return a part of a strand as a strand of its own.
+
+    part : range of its points. start, length : m, arc length of the strand at which the part starts, and its length. tips : as of
+    `ObservedStrand`.
+    """
+    sight, joined = (None if values is None else values[part] for values in (strand.sight, strand.joined))
+    return replace(
+        strand, points=strand.points[part], arcs=strand.arcs[part] - start, length=length, tips=tips, sight=sight, joined=joined
+    )
 
 
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from operator import itemgetter
 
 import numpy as np
 
 from ..geometry.polyline import arc_length, steps, unit
 from ..kernels import equalize_lengths, fit_joints, strand_places
-from ..types import Bools, Floats
-from .observations import LENGTH_ERROR, ObservedStrand
+from ..types import Bools, Floats, Ints
+from .observations import CUT_OFF, LENGTH_ERROR, ObservedStrand
 
 STEPS_PER_SEGMENT = 3
 """Positions per segment that are tried for the start of a strand."""
@@ -45,6 +45,11 @@ TURN_WEIGHT, PLACE_WEIGHT = 0.02, 3e-6
 and for a joint of a strand. Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far
 it moves much more slowly."""
 
+SLIDE_WEIGHT, FIT_ROUNDS = 0.3, 5
+"""Weight of the offsets along the object of a strand without tips: where it lies there, the lengths hidden on both sides tell
+better than the last frame. Of 660 frames of knots that are pulled through under a hand 91 % are right, with 0.2 and 0.5 as well,
+and 90 % with 1. Rounds of the fit with lengths: with 3 or 8 as many are right."""
+
 LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
 """Times at most that all segments are brought to their length, and share of it by which they may miss it."""
 
@@ -68,6 +73,8 @@ class Placed:
         misfit in squared standard deviations; 0 for a perfect fit.
     sight
         (K, 3) as of `ObservedStrand`.
+    slides
+        whether it may lie elsewhere along the object: it has no tip that tells.
     """
 
     arcs: Floats
@@ -75,6 +82,7 @@ class Placed:
     span: tuple[float, float]
     cost: float
     sight: Floats | None = None
+    slides: bool = False
 
     @property
     def measured(self) -> Placed:
@@ -115,7 +123,7 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
         return _placed(strands, expected, length, tolerance)
     assert strands[0].sight is not None
     center = strands[0].points[0] - strands[0].sight[0]
-    seen = center + unit(expected - center)
+    seen = as_seen(expected, strands[0])
     along = arc_length(seen)
     if not along[-1] > 0:  # seen end on
         return []
@@ -130,6 +138,13 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     return result
 
 
+def as_seen(joints: Floats, strand: ObservedStrand) -> Floats:
+    """Return joints (M + 1, 3) m on the unit sphere around the camera that saw a strand without any depth."""
+    assert strand.sight is not None
+    center = strand.points[0] - strand.sight[0]
+    return np.asarray(center + unit(joints - center))
+
+
 def _placed(
     strands: Sequence[ObservedStrand],
     expected: Floats,
@@ -142,7 +157,7 @@ def _placed(
         return []
     starts, costs, backwards = strand_places(
         *_joined(strands),
-        np.array([0, *accumulate(len(strand.arcs) for strand in strands)]),
+        _bounds(strands),
         np.array([strand.length for strand in strands], dtype=float),
         np.array([strand.tips for strand in strands], dtype=float),
         expected,
@@ -154,7 +169,8 @@ def _placed(
     places = zip(starts.tolist(), costs.tolist(), backwards.tolist(), strands, strict=True)
     for start, cost, is_backwards, strand in sorted((each for each in places if each[0] < np.inf), key=itemgetter(0)):
         along = start + (strand.length - strand.arcs if is_backwards else strand.arcs)
-        placed.append(Placed(along, strand.points, (start, start + strand.length), cost, strand.sight))
+        slides = strand.tips == (CUT_OFF, CUT_OFF)
+        placed.append(Placed(along, strand.points, (start, start + strand.length), cost, strand.sight, slides))
     return placed
 
 
@@ -165,7 +181,12 @@ def _joined(items: Sequence[ObservedStrand | Placed]) -> tuple[Floats, Floats, F
     return np.concatenate(points), np.concatenate(arcs), np.concatenate(sights)
 
 
-def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:
+def _bounds(items: Sequence[ObservedStrand | Placed]) -> Ints:
+    """Return the index of the first point of each strand among those of `_joined`, and the number of all points."""
+    return np.array([0, *accumulate(len(item.arcs) for item in items)])
+
+
+def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
     """Fit the joints of an object to the strands placed on it, by regularized least squares.
 
     Parameters
@@ -180,19 +201,27 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     Returns
     -------
     joints : (M + 1, 3) m, neighbors about `length` / M apart.
-    seen : (M + 1,) bool, True for the joints that a strand covers.
+    seen, measured : (M + 1,) bool, True for the joints that a strand covers, and for those that its measured samples cover.
 
     Notes
     -----
-    First with the samples whose depth was measured, then with all, of which the others pull across their sights only: the
-    displacement d of the expected joints minimizes the squared distances from the samples, plus |d''|^2,
-    TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences for derivatives. The normal equations are pentadiagonal. Then
-    joints are moved until all segments have one length, seen joints least (Mueller et al., "Position based dynamics", 2007).
+    The displacement d of the expected joints minimizes the squared distances from the samples, of those without depth across
+    their sights, plus |d''|^2, TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences for derivatives. Then the joints
+    between strands are spaced evenly, and from there the squared errors of all lengths are added, in units of LENGTH_TOLERANCE
+    (Gauss-Newton; the normal equations are banded). Strands without a tip slide along the object meanwhile: so the length hidden
+    on both sides of them is shared where it bends the object least. What is left of the errors of lengths is moved away, at seen
+    joints least (Mueller et al., "Position based dynamics", 2007).
     """
     segment = length / (len(expected) - 1)
-    bent = fit_joints(expected, *_joined(placed), segment, TURN_WEIGHT, PLACE_WEIGHT) if placed else expected
+    if placed:
+        bounds, slides = _bounds(placed), np.array([item.slides for item in placed])
+        weights = np.array((TURN_WEIGHT, PLACE_WEIGHT, SLIDE_WEIGHT, LENGTH_TOLERANCE**-2))
+        expected, arcs = fit_joints(expected, *_joined(placed), bounds, slides, segment, weights, FIT_ROUNDS, LENGTH_TOLERANCE)
+        ranges = pairwise(bounds.tolist())
+        placed = [replace(item, arcs=arcs[first:end]) for item, (first, end) in zip(placed, ranges, strict=True)]
     seen = covered(placed, len(expected), segment)
-    return to_lengths(bent, segment, seen), seen
+    measured = seen & covered([item.measured for item in placed], len(expected), segment)
+    return to_lengths(expected, segment, seen), seen, measured
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:

@@ -16,7 +16,7 @@ from ..config import TrackingConfig
 from ..geometry.equal_segments import close_ring
 from ..types import Bools, Chain, Floats
 from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation, ObservedStrand
-from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, bend, covered, place_strands
+from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, bend, place_strands
 from .tracking import Tracker
 
 
@@ -192,7 +192,7 @@ def _slid(item: Placed, expected: Floats, segment: float) -> Floats:
     return np.asarray(item.arcs + np.clip(slide, -segment, segment))
 
 
-def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools]:
+def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
     """Fit the joints of a ring to the strands placed on it, as `bend` does with a cable: three turns of it, of which one counts.
 
     Parameters
@@ -207,14 +207,14 @@ def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tupl
     Returns
     -------
     joints : (M + 1, 3) m, neighbors exactly `length` / M apart, the last as the first.
-    seen : (M + 1,) bool, True for the joints that a strand covers.
+    seen, measured : (M + 1,) bool, as of `bend`.
     """
     count = len(expected) - 1
     turns = np.concatenate((expected[:-1], expected[:-1], expected))
     around = [replace(item, arcs=item.arcs + turn * length) for item in placed for turn in range(3)]
-    joints, _ = bend(turns, around, 3 * length)
-    seen = covered(around, len(turns), length / count)[count : 2 * count]
-    return closed_lengths(joints[count : 2 * count + 1], length / count), np.append(seen, seen[0])
+    joints, *known = bend(turns, around, 3 * length)
+    seen, measured = (np.append(each[count : 2 * count], each[count]) for each in known)
+    return closed_lengths(joints[count : 2 * count + 1], length / count), seen, measured
 
 
 def closed_lengths(joints: Floats, segment: float) -> Floats:

@@ -20,15 +20,14 @@ import numpy as np
 from ..geometry.curves import runs
 from ..types import Chain, Floats
 from .cutting import cut_misjoined
-from .objects import Anchor, SequenceObject
-from .observations import MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
+from .objects import FILLED_ERROR, Anchor, SequenceObject
+from .observations import LENGTH_ERROR, MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
 from .registration import (
     MISSING_COST,
     SHIFT_TOLERANCES,
     TOLERANCE_SHARE,
     Placed,
     bend,
-    covered,
     place_strands,
     to_lengths,
 )
@@ -116,7 +115,7 @@ def _earlier_counts(clues: Sequence[_Clues], forward: Sequence[Shape | None], ba
     Once a pass has laid a strand wrongly, its later frames fit: what tells is its cost at the frame in which that happened. So
     between two anchors there is one frame up to which the forward pass counts: that for which the sum of all costs is the least.
     """
-    gains = [0.0 if a is None or b is None else b.cost - a.cost for a, b in zip(forward, backward, strict=True)]
+    gains = [0.0 if a is None or b is None else _gain(a, b) for a, b in zip(forward, backward, strict=True)]
     result = [False] * len(clues)
     anchors = [-1, *(k for k, clue in enumerate(clues) if clue.own is not None), len(clues)]
     for first, end in pairwise(anchors):
@@ -124,6 +123,15 @@ def _earlier_counts(clues: Sequence[_Clues], forward: Sequence[Shape | None], ba
         for frame in range(first + 1, first + 1 + int(np.argmax(total))):
             result[frame] = True
     return result
+
+
+def _gain(before: Shape, after: Shape) -> float:
+    """Return how much better the earlier shape of a frame is than the later one, in squared standard deviations.
+
+    Costs that differ by less than 1 tell nothing: then the one counts whose joints were seen more recently.
+    """
+    earlier, later = float(before.age.sum()), float(after.age.sum())
+    return after.cost - before.cost + (later - earlier) / max(later + earlier, 1.0)
 
 
 def _clues(
@@ -148,10 +156,15 @@ def _clues(
 
 
 def _own_place(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats | None) -> Placed:
-    """Return the seen parts of a whole chain at their places along the object."""
+    """Return the seen parts of a whole chain at their places along the object.
+
+    What its length misses is shared among its segments by the variances of their lengths: that of a filled gap is known less.
+    """
     count = len(chain.depth_filled)
     shown, sight = visible_joints(chain, 0, count, 0, count, center)
-    along = shown * chain.segment_length * item.length / chain.length
+    variance = np.where(chain.occluded, FILLED_ERROR, LENGTH_ERROR) ** 2
+    lengths = chain.segment_length + (item.length - chain.length) * variance / variance.sum()
+    along = np.append(0.0, np.cumsum(lengths))[shown]
     arcs = -along if anchor.backwards else along
     if item.closed:
         arcs = (arcs + anchor.start * item.length) % item.length
@@ -217,12 +230,10 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
             placed = place(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)
         cost = _total_cost(strands, placed)
         if placed:
-            nearer, _ = fit(expected, placed, item.length)
+            nearer, *_ = fit(expected, placed, item.length)
             placed = place(strands, nearer, item.length, tolerance) or placed
-    joints, seen = fit(expected, placed, item.length)
+    joints, seen, measured = fit(expected, placed, item.length)
     age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
-    measured = seen & covered([each.measured for each in placed], len(joints), item.segment_length)
-    measured[-1] = measured[0] if item.closed else measured[-1]
     return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen), measured)
 
 
@@ -248,9 +259,15 @@ def _decided(
     if before is None or after is None:
         known = before or after
         return None if known is None else _fitted(item, observation, clue, known.joints)
-    if clue.own is None and np.linalg.norm(before.joints - after.joints, axis=1).max() > TOLERANCE_SHARE * item.length:
+    if clue.own is None and not _agree(before, after, item.length):
         return before if earlier_counts else after
     return _fitted(item, observation, clue, _blended(before, after))
+
+
+def _agree(before: Shape, after: Shape, length: float) -> bool:
+    """Tell whether two shapes of a frame have its strands in the same places, and are near each other where it shows none."""
+    apart = np.linalg.norm(before.joints - after.joints, axis=1)
+    return bool(apart.max() <= TOLERANCE_SHARE * length and (apart[before.seen & after.seen] <= LENGTH_ERROR * length).all())
 
 
 def _blended(before: Shape, after: Shape) -> Floats:

@@ -57,7 +57,10 @@ CALLS = {
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
     "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
-    "fit_joints": (POINTS, POINTS, np.arange(6) * 0.01, np.eye(6, 3), 0.01, 0.02, 1e-4),
+    "fit_joints": (
+        *(POINTS, POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 6]), np.zeros(1, dtype=bool)),
+        *(0.01, np.array((0.02, 1e-4, 0.3, 1e4)), 2, 1e-3),
+    ),
     "fit_chains": (POINTS, np.array([0, 2, 6]), np.array([True, False]), 0.01, 0.5),
     "fit_circles": (np.zeros(6, int), POINTS[:, 0].copy(), np.ones(6), np.zeros(3, int), np.ones(3), 1, 8, 5.0),
     "fit_lines": (
@@ -145,7 +148,7 @@ CALLS = {
     "steps": (POINTS, False),
     "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
     "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
-    "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 25.0),
+    "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 2.5, np.full(6, 13.0)),
     "strand_places": (
         POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS, 0.1,
         0.05, np.array([3.0, 0.02, 2.5, 0.2, 25.0, 9.0]),

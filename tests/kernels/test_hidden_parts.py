@@ -10,10 +10,13 @@ from doo3d.kernels import carry_hidden
 
 
 def by_joints(joints, seen, least, near):
-    """Carry each run of joints that were seen last in one frame, and are seen next in one."""
+    """Turn each run of joints that were seen last in one frame, and are seen next in one, and lay all hidden ones along."""
     frames, count = seen.shape
     result = joints.copy()
     for frame in range(frames):
+        along = np.diff(joints[frame], axis=0)
+        lengths = np.linalg.norm(along, axis=1)
+        is_carried = np.zeros(count - 1, dtype=bool)
         of_joints = []
         for k in range(count):
             shown = np.flatnonzero(seen[:, k])
@@ -23,25 +26,42 @@ def by_joints(joints, seen, least, near):
             starts = [start for start in of_joints[part[0]] if start is not None]
             if seen[frame, part[0]] or not starts or not all((seen[start] & seen[frame]).any() for start in starts):
                 continue
-            lines = [moved(joints, seen, start, frame, part, least, near) for start in starts]
+            low = part[0] - 1 if part[0] and seen[frame, part[0] - 1] else part[0]
+            segments = np.arange(low, min(part[-1] + 1, count - 1))
+            turned = [
+                turn_of(joints, seen, start, frame, part, least, near).apply(np.diff(joints[start], axis=0)) for start in starts
+            ]
             share = (frame - starts[0]) / (starts[-1] - starts[0]) if len(starts) > 1 else 0.0
-            result[frame, part] = (1 - share) * lines[0] + share * lines[-1]
+            along[segments] = (1 - share) * turned[0][segments] + share * turned[-1][segments]
+            each = [np.linalg.norm(line[segments], axis=1) for line in turned]
+            lengths[segments] = (1 - share) * each[0] + share * each[-1]
+            is_carried[segments] = True
+        along *= (lengths / np.linalg.norm(along, axis=1))[:, None]
+        for part in np.split(np.arange(count), np.flatnonzero(np.diff(seen[frame])) + 1):
+            if not seen[frame, part[0]] and len(part) < count and is_carried[max(part[0] - 1, 0) : part[-1] + 1].any():
+                result[frame, part] = laid(joints[frame], along, part[0], part[-1] + 1)
     return result
 
 
-def moved(joints, seen, start, frame, part, least, near):
-    """Return hidden joints of frame `start` moved and turned as the joints near them."""
+def laid(joints, along, first, end):
+    """Lay joints `first` to before `end` along segments, between those beside them."""
+    count = len(joints)
+    if first == 0:
+        return joints[end] - np.cumsum(along[:end][::-1], axis=0)[::-1]
+    if end == count:
+        return joints[first - 1] + np.cumsum(along[first - 1 :], axis=0)
+    line = joints[first - 1] + np.cumsum(along[first - 1 : end], axis=0)
+    return (line + (joints[end] - line[-1]) * (np.arange(1, len(line) + 1) / len(line))[:, None])[:-1]
+
+
+def turn_of(joints, seen, start, frame, part, least, near):
+    """Return how hidden joints turned since frame `start`, as the joints near them."""
     known = np.flatnonzero(seen[start] & seen[frame])
     away = np.maximum(part[0] - known, known - part[-1])
     chosen = known[np.argsort(away, kind="stable")[:near]]
     still = least * np.eye(3)
     pairs = (np.vstack((each[chosen] - each[chosen].mean(axis=0), still)) for each in (joints[frame], joints[start]))
-    turn = Rotation.align_vectors(*pairs)[0]
-    before, after = known[known < part[0]][-1:], known[known > part[-1]][:1]
-    sides = [*before, *after]
-    lines = [joints[frame, side] + turn.apply(joints[start, part] - joints[start, side]) for side in sides]
-    share = ((part - sides[0]) / max(1, sides[-1] - sides[0]))[:, None]
-    return (1 - share) * lines[0] + share * lines[-1]
+    return Rotation.align_vectors(*pairs)[0]
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,3 +66,28 @@ def test_a_gap_without_depth_belongs_to_no_part(loop):
 def test_short_parts_are_dropped(loop):
     (kept,) = cut([strand(np.concatenate((loop[:3], loop[-30:])))], loop)
     np.testing.assert_array_equal(kept.points, loop[-30:])
+
+
+def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop):
+    first, last = loop[:25], loop[-20:][::-1]
+    rays = np.concatenate((first, last))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    arcs = np.append(0, np.cumsum(np.linalg.norm(np.diff(rays, axis=0), axis=1)))
+    arcs[25:] += SEGMENT - (arcs[25] - arcs[24])
+    one, other = cut([ObservedStrand(rays, arcs, float(arcs[-1]), (TIP, TIP), -1, rays)], loop)
+    np.testing.assert_array_equal(one.points, rays[:25])
+    np.testing.assert_array_equal(other.points, rays[25:])
+    assert one.is_flat
+    assert other.is_flat
+
+
+def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop):
+    """The end of a strand lies 3 cm beside the object: noise, unless the frame itself doubts how it goes on."""
+    points = np.concatenate((loop[:30], loop[30:34] + np.array([0.0, 0.0, 0.03])))
+    (whole,) = cut([strand(points)], loop)
+    assert len(whole.points) == 34
+    joined = np.ones(34)
+    joined[30] = 0.4
+    far = replace(strand(np.concatenate((loop[:30], loop[40:44]))), joined=joined)
+    parts = cut([far], loop)
+    assert len(parts[0].points) == 30

@@ -40,7 +40,7 @@ def test_a_tip_in_plain_view_is_the_tip_of_the_object():
     seen = strand(joints, 0, 25, tips=(TIP, CUT_OFF), moved=(0.03, 0.0, 0.0))
     (placed,) = place_strands([seen], joints, 0.5, 0.05)
     assert placed.span == pytest.approx((0.0, 0.25), abs=0.004)
-    bent, covered = bend(joints, [placed], 0.5)
+    bent, covered, _ = bend(joints, [placed], 0.5)
     assert bent[0] == pytest.approx(joints[0] + (0.03, 0, 0), abs=2e-3)
     assert bent[-1] == pytest.approx(joints[-1] + (0.03, 0, 0), abs=5e-3)
     assert covered.tolist() == [True] * 26 + [False] * 25
@@ -56,7 +56,7 @@ def test_a_stretch_without_depth_keeps_its_place_in_the_image():
     sight = np.where((np.arange(51)[:, None] >= 15) & (np.arange(51)[:, None] < 35), rays, 0.0)
     seen = ObservedStrand(shown, np.arange(51) * SEGMENT, 0.5, (TIP, TIP), 0, sight)
     (placed,) = place_strands([seen], joints, 0.5, 0.05)
-    bent, covered = bend(joints, [placed], 0.5)
+    bent, covered, _ = bend(joints, [placed], 0.5)
     assert covered.all()
     pixels = 600 * bent[:, :2] / bent[:, 2:]
     assert np.abs(pixels - 600 * true[:, :2] / true[:, 2:])[:, 1].max() < 0.5
@@ -85,7 +85,7 @@ def test_what_lies_between_strands_moves_with_them():
     moved = (0.02, 0.01, -0.01)
     ends = [strand(joints, 0, 15, (TIP, CUT_OFF), moved), strand(joints, 36, 50, (CUT_OFF, TIP), moved)]
     placed = place_strands(ends, joints, 0.5, 0.05)
-    bent, seen = bend(joints, placed, 0.5)
+    bent, seen, _ = bend(joints, placed, 0.5)
     np.testing.assert_allclose(bent, joints + moved, atol=2.5e-3)
     assert seen[:16].all()
     assert seen[36:].all()
@@ -94,7 +94,7 @@ def test_what_lies_between_strands_moves_with_them():
 
 def test_without_strands_the_expected_shape_stays():
     joints = curve()
-    bent, seen = bend(joints, [], 0.5)
+    bent, seen, _ = bend(joints, [], 0.5)
     np.testing.assert_allclose(bent, joints, atol=1e-4)
     assert not seen.any()
 

@@ -153,7 +153,7 @@ def test_a_strand_is_placed_on_a_ring_wherever_it_begins(part):
     true = (np.arange(part[0], part[1] + 1) * SEGMENT) % LENGTH
     off = (placed.arcs - true + LENGTH / 2) % LENGTH - LENGTH / 2
     assert np.abs(off).max() < 0.003
-    joints, seen = bend_ring(expected, [replace(placed, arcs=true)], LENGTH)
+    joints, seen, _ = bend_ring(expected, [replace(placed, arcs=true)], LENGTH)
     np.testing.assert_array_equal(joints[0], joints[-1])
     assert seen.sum() >= part[1] - part[0]
     at = np.flatnonzero(seen[:-1])

@@ -117,7 +117,7 @@ def test_a_strand_without_depth_finds_its_place_on_an_object_that_moved(center, 
     moved = line + np.array((0.0, 0.012, 0.0))
     (placed,) = place_strands([seen_from(np.array(center), moved[:31], tips)], line, length, 0.05)
     np.testing.assert_allclose(placed.arcs, arc_length(line)[:31], atol=0.012)
-    bent, seen = bend(line, [placed], length)
+    bent, seen, _ = bend(line, [placed], length)
     assert seen[:30].all()
     assert not seen[33:].any()
     across = np.cross(bent[:30] - center, unit(moved[:30] - center))

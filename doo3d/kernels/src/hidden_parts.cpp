@@ -44,14 +44,14 @@ struct Frames {
     const double* joints;
     const Byte* seen;
     Index count, joints_per_frame;
-    double least;
+    double segment;
     Index near;
 
     const double* joint(Index frame, Index k) const { return joints + (frame * joints_per_frame + k) * 3; }
     bool is_seen(Index frame, Index k) const { return seen[frame * joints_per_frame + k]; }
 };
 
-// Return how joints turn from one frame to another. Points `least` off along each axis do not: a straight line does not tell how far it
+// Return how joints turn from one frame to another. Points a segment off along each axis do not: a straight line does not tell how far it
 // turns round itself.
 Turn turn_between(const Frames& frames, const std::vector<Index>& chosen, Index start, Index frame) {
     Point before{}, after{};
@@ -62,7 +62,7 @@ Turn turn_between(const Frames& frames, const std::vector<Index>& chosen, Index 
         }
     }
     double product[3][3] = {};
-    for (Index d = 0; d < 3; ++d) product[d][d] = frames.least * frames.least;
+    for (Index d = 0; d < 3; ++d) product[d][d] = frames.segment * frames.segment;
     for (const Index k : chosen) {
         for (Index i = 0; i < 3; ++i) {
             for (Index j = 0; j < 3; ++j) product[i][j] += (frames.joint(frame, k)[i] - after[i]) * (frames.joint(start, k)[j] - before[j]);
@@ -71,28 +71,17 @@ Turn turn_between(const Frames& frames, const std::vector<Index>& chosen, Index 
     return rotation(product);
 }
 
-// Add the hidden joints `first` to before `end` of a frame, as they were in frame `start`, moved and turned as the seen joints near them.
-void add_moved(const Frames& frames, Index start, Index frame, Index first, Index end, double weight, double* result, Visits& visits) {
+// Return how a hidden part turned from a frame to another, as the seen joints nearest to it did.
+Turn turn_near(const Frames& frames, Index start, Index frame, Index first, Index end, Visits& visits) {
     std::vector<Index> known;
     for (Index k = 0; k < frames.joints_per_frame; ++k) {
         if (frames.is_seen(start, k) && frames.is_seen(frame, k)) known.push_back(k);
     }
-    const Index at = std::lower_bound(known.begin(), known.end(), first) - known.begin(), last = Index(known.size()) - 1;
-    const Index left = known[std::max<Index>(at - 1, 0)], right = known[std::min(at, last)];
     const auto away = [&](Index k) { return std::max(first - k, k - (end - 1)); };
     std::stable_sort(known.begin(), known.end(), [&](Index a, Index b) { return away(a) < away(b); });
+    visits.count += frames.joints_per_frame + Index(known.size()) + end - first;
     known.resize(std::min(Index(known.size()), frames.near));
-    visits.count += frames.joints_per_frame + last + 1 + end - first;
-    const Turn turn = turn_between(frames, known, start, frame);
-    for (Index k = first; k < end; ++k) {
-        const double share = double(k - left) / double(std::max<Index>(right - left, 1)), *place = frames.joint(start, k);
-        const Point from_left = turned(turn, frames.joint(start, left), place);
-        const Point from_right = turned(turn, frames.joint(start, right), place);
-        for (Index d = 0; d < 3; ++d) {
-            result[3 * k + d] += weight * ((1 - share) * (frames.joint(frame, left)[d] + from_left[d]) +
-                                           share * (frames.joint(frame, right)[d] + from_right[d]));
-        }
-    }
+    return turn_between(frames, known, start, frame);
 }
 
 bool have_common(const Frames& frames, Index start, Index frame) {
@@ -102,23 +91,66 @@ bool have_common(const Frames& frames, Index start, Index frame) {
     return false;
 }
 
-// Carry the hidden joints `first` to before `end` of a frame, which were seen in frame `before` last and are in frame `after` next.
-void carry(const Frames& frames, Index frame, Index first, Index end, Index before, Index after, double* result, Visits& visits) {
+// A segment from one joint to the next, and its length: that of a mean of segments is the mean of theirs.
+struct Segment {
+    Point along;
+    double length;
+    bool is_carried;
+
+    void add(const Point& other, double weight) {
+        for (Index d = 0; d < 3; ++d) along[d] += weight * other[d];
+        length += weight * norm(other);
+    }
+    static double norm(const Point& p) { return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]); }
+};
+
+// Add the segments of the hidden joints `first` to before `end`, as they were in frame `start`, turned since.
+void add_turned(const Frames& frames, Index start, const Turn& turn, Index first, Index end, double weight, Segment* segments) {
+    for (Index k = first; k < end; ++k) segments[k].add(turned(turn, frames.joint(start, k), frames.joint(start, k + 1)), weight);
+}
+
+// Find the segments of the hidden joints `first` to before `end`, which were seen in frame `before` last and are in frame `after` next.
+void carry(const Frames& frames, Index frame, Index first, Index end, Index before, Index after, Segment* segments, Visits& visits) {
     const bool has_before = before >= 0, has_after = after < frames.count;
     if (!has_before && !has_after) return;
     if ((has_before && !have_common(frames, before, frame)) || (has_after && !have_common(frames, after, frame))) return;
-    std::fill(result + 3 * first, result + 3 * end, 0.0);
+    const Index low = first > 0 && frames.is_seen(frame, first - 1) ? first - 1 : first, high = std::min(end, frames.joints_per_frame - 1);
+    for (Index k = low; k < high; ++k) segments[k] = {{}, 0.0, true};
     const double share = has_before && has_after ? double(frame - before) / double(after - before) : double(has_after);
-    if (has_before) add_moved(frames, before, frame, first, end, 1 - share, result, visits);
-    if (has_after) add_moved(frames, after, frame, first, end, share, result, visits);
+    if (has_before) add_turned(frames, before, turn_near(frames, before, frame, first, end, visits), low, high, 1 - share, segments);
+    if (has_after) add_turned(frames, after, turn_near(frames, after, frame, first, end, visits), low, high, share, segments);
 }
 
-auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double least, Index near) {
+// Lay the hidden joints `first` to before `end` of a frame along their segments, between the seen joints beside them.
+void lay(const Frames& frames, Index frame, Index first, Index end, const Segment* segments, double* result) {
+    const bool has_left = first > 0, has_right = end < frames.joints_per_frame;
+    const Index low = has_left ? first - 1 : first, high = has_right ? end : end - 1;
+    std::vector<Point> offset(high - low + 1);
+    bool is_carried = false;
+    for (Index k = low; k < high; ++k) {
+        const Segment& segment = segments[k];
+        const double factor = segment.length / std::max(Segment::norm(segment.along), 1e-12);
+        for (Index d = 0; d < 3; ++d) offset[k + 1 - low][d] = offset[k - low][d] + factor * segment.along[d];
+        is_carried = is_carried || segment.is_carried;
+    }
+    if (!is_carried || (!has_left && !has_right)) return;
+    Point start, missing{};
+    for (Index d = 0; d < 3; ++d) {
+        start[d] = has_left ? frames.joint(frame, low)[d] : frames.joint(frame, high)[d] - offset.back()[d];
+        if (has_left && has_right) missing[d] = frames.joint(frame, high)[d] - start[d] - offset.back()[d];
+    }
+    for (Index k = first; k < end; ++k) {
+        const double share = double(k - low) / double(std::max<Index>(high - low, 1));
+        for (Index d = 0; d < 3; ++d) result[3 * k + d] = start[d] + offset[k - low][d] + share * missing[d];
+    }
+}
+
+auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment, Index near) {
     const Index count = joints.shape(0), size = joints.shape(1);
     require(joints.shape(2) == 3, "joints do not have three coordinates");
     require(Index(seen.shape(0)) == count && Index(seen.shape(1)) == size, "seen is not one value per joint");
-    require(near > 0 && least > 0, "least and near are not positive");
-    const Frames frames{joints.data(), bytes_of(seen), count, size, least, near};
+    require(near > 0 && segment > 0, "segment and near are not positive");
+    const Frames frames{joints.data(), bytes_of(seen), count, size, segment, near};
     ReleasedGil released;
     std::vector<double> result(joints.data(), joints.data() + count * size * 3);
     for (const double value : result) require(std::isfinite(value), "a coordinate is not finite");
@@ -133,11 +165,23 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double least, Index 
     for (Index frame = 0; frame < count; ++frame) {
         const Index* next = later.data() + frame * size;
         for (Index k = 0; k < size; ++k) last[k] = frames.is_seen(frame, k) ? frame : last[k];
+        std::vector<Segment> segments(size);
+        for (Index k = 0; k + 1 < size; ++k) {
+            Point along;
+            for (Index d = 0; d < 3; ++d) along[d] = frames.joint(frame, k + 1)[d] - frames.joint(frame, k)[d];
+            segments[k].add(along, 1.0);
+        }
         for (Index first = 0, end = 0; first < size; first = end) {
             end = first + 1;
             if (frames.is_seen(frame, first)) continue;
             while (end < size && !frames.is_seen(frame, end) && last[end] == last[first] && next[end] == next[first]) ++end;
-            carry(frames, frame, first, end, last[first], next[first], result.data() + frame * size * 3, visits);
+            carry(frames, frame, first, end, last[first], next[first], segments.data(), visits);
+        }
+        for (Index first = 0, end = 0; first < size; first = end) {
+            end = first + 1;
+            if (frames.is_seen(frame, first)) continue;
+            while (end < size && !frames.is_seen(frame, end)) ++end;
+            lay(frames, frame, first, end, segments.data(), result.data() + frame * size * 3);
         }
     }
     released.end();
@@ -149,9 +193,11 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double least, Index 
 void bind_hidden_parts(Module& m) {
     // Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
     //
-    // A hidden joint is where it was when it was seen last, moved and turned since as the seen joints near it have (Kabsch, Acta
-    // Cryst. 1976), between two seen ones beside it by how near they are; the same from when it is seen next, and both averaged by
-    // how near they are in time. Joints that are never seen stay, and all joints of a frame that shows none of those of another.
+    // A hidden segment has the direction of when it was seen last, turned since as the seen joints near it have (Horn, J. Opt. Soc.
+    // Am. A 4, 1987); the same from when it is seen next, and the mean of both by how near they are in time. So a part that slides
+    // along itself keeps its length, which the mean of positions does not. Hidden joints are laid along these segments from the seen
+    // joint beside them; what is missing to that on the other side is shared evenly. Joints that are never seen keep their shape,
+    // and all joints of a frame that shows none of those of another.
     //
     // Parameters
     // ----------
@@ -159,13 +205,13 @@ void bind_hidden_parts(Module& m) {
     //     (T, J, 3) float64 m, the joints of T frames
     // seen
     //     (T, J) bool
-    // least
-    //     m, as if points so far off along each axis had not turned
+    // segment
+    //     m, length of a segment: as if points so far off along each axis had not turned
     // near
     //     number of seen joints whose motion a hidden part follows, the nearest ones
     //
     // Returns
     // -------
     // (T, J, 3) float64 m
-    m.def("carry_hidden", &carry_hidden, "joints"_a.noconvert(), "seen"_a.noconvert(), "least"_a, "near"_a);
+    m.def("carry_hidden", &carry_hidden, "joints"_a.noconvert(), "seen"_a.noconvert(), "segment"_a, "near"_a);
 }

@@ -1,53 +1,116 @@
 #include <algorithm>
+#include <array>
+#include <limits>
 
 #include "arrays.h"
 
 namespace {
 
 // A state is where a strand would begin on the object, or end where it runs against it. Each point costs the squared distance from its
-// place in that state, in squared standard deviations, at most that of a point beside the object; a change of state costs `cut`. The
-// cheapest sequence of states is found by dynamic programming (Viterbi): after each point only the cheapest state needs to be
-// remembered, since all changes cost the same (Potts model).
+// place in that state, in squared standard deviations, at most that of a point beside the object; a change of state before a point costs
+// its `cut`. The cheapest sequence of states is found by dynamic programming (Viterbi): after each point only the cheapest state needs
+// to be remembered, since all changes there cost the same (Potts model). The object may have moved on as a whole: so this is done twice,
+// as it is, and with the strand moved to where it lies best uncut.
+class Cuts {
+public:
+    Cuts(const Matrix<double>& points, const Vector<double>& arcs, const Matrix<double>& places, const Vector<double>& cut, Index whole,
+         double step, double deviation, double outside, double shift)
+        : points_(points), places_(places.data()), cut_(cut), count_(points.shape(0)), size_(places.shape(0)), whole_(whole),
+          starts_(size_ + whole), variance_(deviation * deviation), outside_(outside), shift_(shift) {
+        for (Index k = 0; k < count_; ++k) along_.push_back(std::lround(arcs(k) / step));
+    }
+    std::vector<Index> cheapest() const {
+        double still = 0.0, total = 0.0, squares = 0.0;
+        std::array<double, 3> moved = displacement();
+        for (const double value : moved) squares += value * value;
+        std::vector<Index> cuts = cut_moved({}, still), others = cut_moved(moved, total);
+        return total + double(count_) * squares / (shift_ * shift_ * variance_) < still ? others : cuts;
+    }
+
+private:
+    const Matrix<double>& points_;
+    const double* places_;
+    const Vector<double>& cut_;
+    Index count_, size_, whole_, starts_;
+    double variance_, outside_, shift_;
+    std::vector<Index> along_;
+
+    // Return the index of the place of a point in a state; beyond an end, that end.
+    Index place_of(Index state, Index k) const {
+        const Index at = state < starts_ ? state - whole_ + along_[k] : state - starts_ - along_[k];
+        return std::min(std::max<Index>(at, 0), size_ - 1);
+    }
+    // Return how far the strand lies on the mean from the object where it fits best uncut, if a displacement counts little.
+    std::array<double, 3> displacement() const {
+        std::array<double, 3> best{};
+        double least = std::numeric_limits<double>::infinity();
+        count_visits(count_ * 2 * starts_);
+        for (Index state = 0; state < 2 * starts_; ++state) {
+            std::array<double, 3> mean{};
+            double squares = 0.0, shift = 0.0;
+            for (Index k = 0; k < count_; ++k) {
+                const double *p = points_.data() + 3 * k, *place = places_ + 3 * place_of(state, k);
+                for (Index d = 0; d < 3; ++d) {
+                    mean[d] += (p[d] - place[d]) / double(count_);
+                    squares += (p[d] - place[d]) * (p[d] - place[d]) / double(count_);
+                }
+            }
+            for (const double value : mean) shift += value * value;
+            const double cost = squares - shift + shift / (shift_ * shift_);
+            if (cost < least) {
+                least = cost;
+                best = mean;
+            }
+        }
+        return best;
+    }
+    // Return the cheapest cuts of the strand moved back by a displacement, and what they cost.
+    std::vector<Index> cut_moved(const std::array<double, 3>& moved, double& cost) const {
+        const Index states = 2 * starts_;
+        std::vector<double> costs(size_), total(states, 0.0);
+        std::vector<std::uint8_t> changed(count_ * states, 0);
+        std::vector<Index> best(count_, 0), cuts;
+        for (Index k = 0; k < count_; ++k) {
+            const double* p = points_.data() + 3 * k;
+            for (Index q = 0; q < size_; ++q) {
+                double squares = 0.0;
+                for (Index d = 0; d < 3; ++d) {
+                    const double off = p[d] - moved[d] - places_[3 * q + d];
+                    squares += off * off;
+                }
+                costs[q] = std::min(squares / variance_, outside_);
+            }
+            best[k] = k ? std::min_element(total.begin(), total.end()) - total.begin() : 0;
+            const double limit = k ? total[best[k]] + cut_(k) : 0.0;
+            std::uint8_t* jumped = changed.data() + k * states;
+            for (Index s = 0; s < states; ++s) {
+                jumped[s] = total[s] > limit;
+                total[s] = std::min(total[s], limit) + costs[place_of(s, k)];
+            }
+        }
+        count_visits(count_ * (size_ + states));
+        Index state = std::min_element(total.begin(), total.end()) - total.begin();
+        cost = total[state];
+        for (Index k = count_ - 1; k > 0; --k) {
+            if (!changed[k * states + state]) continue;
+            cuts.push_back(k);
+            state = best[k];
+        }
+        std::reverse(cuts.begin(), cuts.end());
+        return cuts;
+    }
+};
+
 auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matrix<double> places, double step, double deviation,
-               double outside, double cut) {
+               double outside, double shift, Vector<double> cut) {
     const Index count = points.shape(0), size = places.shape(0);
     require(points.shape(1) == 3 && places.shape(1) == 3, "points and places are not 3-D");
     require(Index(arcs.shape(0)) == count, "arcs is not one value per point");
-    require(step > 0 && deviation > 0, "step and deviation are not positive");
+    require(Index(cut.shape(0)) == count, "cut is not one value per point");
+    require(step > 0 && deviation > 0 && shift > 0, "step, deviation and shift are not positive");
     ReleasedGil released;
     std::vector<Index> cuts;
-    if (count && size) {
-        const Index whole = std::lround(length / step), starts = size + whole, states = 2 * starts;
-        std::vector<double> costs(size), total(states, 0.0);
-        std::vector<std::uint8_t> changed(count * states, 0);
-        std::vector<Index> cheapest(count, 0);
-        const double* place = places.data();
-        for (Index k = 0; k < count; ++k) {
-            const double* p = points.data() + 3 * k;
-            for (Index q = 0; q < size; ++q) {
-                const double x = p[0] - place[3 * q], y = p[1] - place[3 * q + 1], z = p[2] - place[3 * q + 2];
-                costs[q] = std::min((x * x + y * y + z * z) / (deviation * deviation), outside);
-            }
-            const Index best = k ? std::min_element(total.begin(), total.end()) - total.begin() : 0;
-            const double limit = k ? total[best] + cut : 0.0;
-            const Index along = std::lround(arcs(k) / step);
-            std::uint8_t* jumped = changed.data() + k * states;
-            cheapest[k] = best;
-            for (Index s = 0; s < states; ++s) {
-                const Index at = s < starts ? s - whole + along : s - starts - along;
-                jumped[s] = total[s] > limit;
-                total[s] = std::min(total[s], limit) + (at >= 0 && at < size ? costs[at] : outside);
-            }
-        }
-        count_visits(count * (size + states));
-        Index state = std::min_element(total.begin(), total.end()) - total.begin();
-        for (Index k = count - 1; k > 0; --k) {
-            if (!changed[k * states + state]) continue;
-            cuts.push_back(k);
-            state = cheapest[k];
-        }
-        std::reverse(cuts.begin(), cuts.end());
-    }
+    if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), step, deviation, outside, shift).cheapest();
     released.end();
     return to_numpy(std::move(cuts));
 }
@@ -72,13 +135,15 @@ void bind_strand_cuts(Module& m) {
     // deviation
     //     standard deviation of a point, m
     // outside
-    //     largest cost of a point, and that of a point beyond the ends of the object, in squared standard deviations
+    //     largest cost of a point, in squared standard deviations; one beyond an end of the object is compared with that end
+    // shift
+    //     how much less a displacement of the whole strand counts than one of a point, as a factor of the standard deviation
     // cut
-    //     cost of a cut, in squared standard deviations
+    //     (N,) float64, cost of a cut before each point, in squared standard deviations
     //
     // Returns
     // -------
     // (K,) int64, indices of points, ascending; empty if the strand is best left whole.
     m.def("strand_cuts", &strand_cuts, "points"_a.noconvert(), "arcs"_a.noconvert(), "length"_a, "places"_a.noconvert(), "step"_a,
-          "deviation"_a, "outside"_a, "cut"_a);
+          "deviation"_a, "outside"_a, "shift"_a, "cut"_a.noconvert());
 }
