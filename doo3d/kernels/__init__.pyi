@@ -637,10 +637,10 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
     mask : (H, W) bool.
     """
 
-def carry_hidden(joints: Floats, seen: Bools, segment: float, near: int) -> NDArray[np.float64]:
+def carry_hidden(joints: Floats, seen: Bools, segment: float) -> NDArray[np.float64]:
     """Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
 
-    A hidden segment has the direction of when it was seen last, turned since as the seen joints near it have (Horn, J. Opt. Soc.
+    A hidden segment has the direction of when it was seen last, turned since as the seen joints have (Horn, J. Opt. Soc.
     Am. A 4, 1987); the same from when it is seen next, and the mean of both by how near they are in time. So a part that slides
     along itself keeps its length, which the mean of positions does not. Hidden joints are laid along these segments from the seen
     joint beside them; what is missing to that on the other side is shared evenly. Joints that are never seen keep their shape,
@@ -654,8 +654,6 @@ def carry_hidden(joints: Floats, seen: Bools, segment: float, near: int) -> NDAr
         (T, J) bool
     segment
         m, length of a segment: as if points so far off along each axis had not turned
-    near
-        number of seen joints whose motion a hidden part follows, the nearest ones
 
     Returns
     -------

@@ -43,9 +43,9 @@ MIN_OCCLUDER_MARGIN = 0.005
 JUNCTION_SEGMENTS = 1
 """Segments next to a junction that may be unseen in a strand that ends at the junction."""
 
-TIP, UNKNOWN, CUT_OFF = 1.0, 0.5, 0.0
-"""Confidence that an end of a strand is a tip of its object: the end is in plain view; depth is missing around it; the end is
-hidden, or the mask continues."""
+TIP, UNKNOWN, CUT_OFF = 1.0, 0.18, 0.0
+"""How much it counts if an end of a strand is not at a tip of its object: the end is in plain view; depth is missing around it;
+the end is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: one in ten is no tip."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class ObservedStrand:
     length
         m, arc length of the whole strand.
     tips
-        confidence that the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
+        whether the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
     chain
         index in the detection of the chain that the strand is part of; -1 for a strand that is in none.
     sight

@@ -25,12 +25,10 @@ STEPS_PER_SEGMENT = 3
 MAX_OVERLAP_SHARE = 0.2
 """Largest share of a strand that may overlap a strand placed earlier."""
 
-MISSING_COST, MAX_COST, FLAT_COSTS = 25.0, 9.0, (1.0, 3.0)
+MISSING_COST, MAX_COST = 25.0, 9.0
 """Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
 standard deviations: 5 of them. Largest cost of a strand that is placed, 3 of them: one that costs more has lost its depth, or
-joins parts that do not belong together, and would bend the object where it is hidden. The same two of a strand without any depth:
-nothing tells its tips from ends that a hand hides, 1 deviation; and at a crossing nothing but its shape tells how it goes on: in
-rendered frames, strands that follow the cable cost 1 at most, and those that turn off at a crossing 5 to 9."""
+joins parts that do not belong together, and would bend the object where it is hidden."""
 
 SHIFT_TOLERANCES = 2.5
 """Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
@@ -45,16 +43,13 @@ TURN_WEIGHT, PLACE_WEIGHT = 0.02, 3e-6
 and for a joint of a strand. Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far
 it moves much more slowly."""
 
-SLIDE_WEIGHT, FIT_ROUNDS = 0.3, 5
+SLIDE_WEIGHT = 0.3
 """Weight of the offsets along the object of a strand without tips: where it lies there, the lengths hidden on both sides tell
 better than the last frame. Of 660 frames of knots that are pulled through under a hand 91 % are right, with 0.2 and 0.5 as well,
-and 90 % with 1. Rounds of the fit with lengths: with 3 or 8 as many are right."""
+and 90 % with 1."""
 
 LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
 """Times at most that all segments are brought to their length, and share of it by which they may miss it."""
-
-SEEN_MOBILITY = 0.02
-"""How far a seen joint gives way where segments have the wrong length, against 1 for a joint that was not seen."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +123,7 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     if not along[-1] > 0:  # seen end on
         return []
     on_sphere = [replace(strand, sight=None) for strand in strands]
-    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length, FLAT_COSTS)
+    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length)
     arcs = np.linspace(0.0, length, len(expected))
     result = []
     for item in placed:
@@ -145,14 +140,8 @@ def as_seen(joints: Floats, strand: ObservedStrand) -> Floats:
     return np.asarray(center + unit(joints - center))
 
 
-def _placed(
-    strands: Sequence[ObservedStrand],
-    expected: Floats,
-    length: float,
-    tolerance: float,
-    most: tuple[float, float] = (MISSING_COST, MAX_COST),
-) -> list[Placed]:
-    """Place strands along an object in the same space, as `place_strands`; `most` has the largest costs of a tip and a strand."""
+def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+    """Place strands along an object in the same space, as `place_strands`."""
     if not strands:
         return []
     starts, costs, backwards = strand_places(
@@ -163,7 +152,7 @@ def _placed(
         expected,
         length,
         tolerance,
-        np.array((STEPS_PER_SEGMENT, LENGTH_ERROR, SHIFT_TOLERANCES, MAX_OVERLAP_SHARE, *most)),
+        np.array((STEPS_PER_SEGMENT, LENGTH_ERROR, SHIFT_TOLERANCES, MAX_OVERLAP_SHARE, MISSING_COST, MAX_COST)),
     )
     placed = []
     places = zip(starts.tolist(), costs.tolist(), backwards.tolist(), strands, strict=True)
@@ -216,7 +205,7 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     if placed:
         bounds, slides = _bounds(placed), np.array([item.slides for item in placed])
         weights = np.array((TURN_WEIGHT, PLACE_WEIGHT, SLIDE_WEIGHT, LENGTH_TOLERANCE**-2))
-        expected, arcs = fit_joints(expected, *_joined(placed), bounds, slides, segment, weights, FIT_ROUNDS, LENGTH_TOLERANCE)
+        expected, arcs = fit_joints(expected, *_joined(placed), bounds, slides, segment, weights, LENGTH_ROUNDS, LENGTH_TOLERANCE)
         ranges = pairwise(bounds.tolist())
         placed = [replace(item, arcs=arcs[first:end]) for item, (first, end) in zip(placed, ranges, strict=True)]
     seen = covered(placed, len(expected), segment)
@@ -237,9 +226,9 @@ def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
 def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
     """Move joints (M + 1, 3) m until neighbors are `segment` m apart to about 0.1 %.
 
-    fixed : (M + 1,) bool, True for joints that move 50 times less than the others.
+    fixed : (M + 1,) bool, True for joints that move by LENGTH_ERROR beside 1 for the others: so well is known where they are.
     """
-    mobility = np.where(fixed, SEEN_MOBILITY, 1.0)
+    mobility = np.where(fixed, LENGTH_ERROR, 1.0)
     return equalize_lengths(np.ascontiguousarray(joints, dtype=float), segment, mobility, LENGTH_ROUNDS, LENGTH_TOLERANCE)
 
 

@@ -26,7 +26,7 @@ CALLS = {
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
-    "carry_hidden": (np.ones((2, 3, 3)), np.array([[True, True, True], [True, False, True]]), 0.01, 4),
+    "carry_hidden": (np.ones((2, 3, 3)), np.array([[True, True, True], [True, False, True]]), 0.01),
     "classify_positions": (
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, 1e-3,
     ),

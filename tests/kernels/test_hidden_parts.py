@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from doo3d.kernels import carry_hidden
 
 
-def by_joints(joints, seen, least, near):
+def by_joints(joints, seen, least):
     """Turn each run of joints that were seen last in one frame, and are seen next in one, and lay all hidden ones along."""
     frames, count = seen.shape
     result = joints.copy()
@@ -28,9 +28,7 @@ def by_joints(joints, seen, least, near):
                 continue
             low = part[0] - 1 if part[0] and seen[frame, part[0] - 1] else part[0]
             segments = np.arange(low, min(part[-1] + 1, count - 1))
-            turned = [
-                turn_of(joints, seen, start, frame, part, least, near).apply(np.diff(joints[start], axis=0)) for start in starts
-            ]
+            turned = [turn_of(joints, seen, start, frame, least).apply(np.diff(joints[start], axis=0)) for start in starts]
             share = (frame - starts[0]) / (starts[-1] - starts[0]) if len(starts) > 1 else 0.0
             along[segments] = (1 - share) * turned[0][segments] + share * turned[-1][segments]
             each = [np.linalg.norm(line[segments], axis=1) for line in turned]
@@ -54,13 +52,11 @@ def laid(joints, along, first, end):
     return (line + (joints[end] - line[-1]) * (np.arange(1, len(line) + 1) / len(line))[:, None])[:-1]
 
 
-def turn_of(joints, seen, start, frame, part, least, near):
-    """Return how hidden joints turned since frame `start`, as the joints near them."""
+def turn_of(joints, seen, start, frame, least):
+    """Return how hidden joints turned since frame `start`, as the joints that both frames show."""
     known = np.flatnonzero(seen[start] & seen[frame])
-    away = np.maximum(part[0] - known, known - part[-1])
-    chosen = known[np.argsort(away, kind="stable")[:near]]
     still = least * np.eye(3)
-    pairs = (np.vstack((each[chosen] - each[chosen].mean(axis=0), still)) for each in (joints[frame], joints[start]))
+    pairs = (np.vstack((each[known] - each[known].mean(axis=0), still)) for each in (joints[frame], joints[start]))
     return Rotation.align_vectors(*pairs)[0]
 
 
@@ -75,5 +71,4 @@ def test_against_rotations_of_scipy(seed):
     for row in seen:
         for first, length in rng.integers(0, count, (2, 2)):
             row[first : first + length] = False
-    near = int(rng.integers(1, 12))
-    np.testing.assert_allclose(carry_hidden(joints, seen, 0.01, near), by_joints(joints, seen, 0.01, near), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(carry_hidden(joints, seen, 0.01), by_joints(joints, seen, 0.01), rtol=0, atol=1e-12)

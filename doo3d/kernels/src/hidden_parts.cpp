@@ -45,7 +45,6 @@ struct Frames {
     const Byte* seen;
     Index count, joints_per_frame;
     double segment;
-    Index near;
 
     const double* joint(Index frame, Index k) const { return joints + (frame * joints_per_frame + k) * 3; }
     bool is_seen(Index frame, Index k) const { return seen[frame * joints_per_frame + k]; }
@@ -53,7 +52,12 @@ struct Frames {
 
 // Return how joints turn from one frame to another. Points a segment off along each axis do not: a straight line does not tell how far it
 // turns round itself.
-Turn turn_between(const Frames& frames, const std::vector<Index>& chosen, Index start, Index frame) {
+Turn turn_between(const Frames& frames, Index start, Index frame, Visits& visits) {
+    std::vector<Index> chosen;
+    for (Index k = 0; k < frames.joints_per_frame; ++k) {
+        if (frames.is_seen(start, k) && frames.is_seen(frame, k)) chosen.push_back(k);
+    }
+    visits.count += frames.joints_per_frame + Index(chosen.size());
     Point before{}, after{};
     for (const Index k : chosen) {
         for (Index d = 0; d < 3; ++d) {
@@ -69,19 +73,6 @@ Turn turn_between(const Frames& frames, const std::vector<Index>& chosen, Index 
         }
     }
     return rotation(product);
-}
-
-// Return how a hidden part turned from a frame to another, as the seen joints nearest to it did.
-Turn turn_near(const Frames& frames, Index start, Index frame, Index first, Index end, Visits& visits) {
-    std::vector<Index> known;
-    for (Index k = 0; k < frames.joints_per_frame; ++k) {
-        if (frames.is_seen(start, k) && frames.is_seen(frame, k)) known.push_back(k);
-    }
-    const auto away = [&](Index k) { return std::max(first - k, k - (end - 1)); };
-    std::stable_sort(known.begin(), known.end(), [&](Index a, Index b) { return away(a) < away(b); });
-    visits.count += frames.joints_per_frame + Index(known.size()) + end - first;
-    known.resize(std::min(Index(known.size()), frames.near));
-    return turn_between(frames, known, start, frame);
 }
 
 bool have_common(const Frames& frames, Index start, Index frame) {
@@ -117,8 +108,8 @@ void carry(const Frames& frames, Index frame, Index first, Index end, Index befo
     const Index low = first > 0 && frames.is_seen(frame, first - 1) ? first - 1 : first, high = std::min(end, frames.joints_per_frame - 1);
     for (Index k = low; k < high; ++k) segments[k] = {{}, 0.0, true};
     const double share = has_before && has_after ? double(frame - before) / double(after - before) : double(has_after);
-    if (has_before) add_turned(frames, before, turn_near(frames, before, frame, first, end, visits), low, high, 1 - share, segments);
-    if (has_after) add_turned(frames, after, turn_near(frames, after, frame, first, end, visits), low, high, share, segments);
+    if (has_before) add_turned(frames, before, turn_between(frames, before, frame, visits), low, high, 1 - share, segments);
+    if (has_after) add_turned(frames, after, turn_between(frames, after, frame, visits), low, high, share, segments);
 }
 
 // Lay the hidden joints `first` to before `end` of a frame along their segments, between the seen joints beside them.
@@ -145,12 +136,12 @@ void lay(const Frames& frames, Index frame, Index first, Index end, const Segmen
     }
 }
 
-auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment, Index near) {
+auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment) {
     const Index count = joints.shape(0), size = joints.shape(1);
     require(joints.shape(2) == 3, "joints do not have three coordinates");
     require(Index(seen.shape(0)) == count && Index(seen.shape(1)) == size, "seen is not one value per joint");
-    require(near > 0 && segment > 0, "segment and near are not positive");
-    const Frames frames{joints.data(), bytes_of(seen), count, size, segment, near};
+    require(segment > 0, "segment is not positive");
+    const Frames frames{joints.data(), bytes_of(seen), count, size, segment};
     ReleasedGil released;
     std::vector<double> result(joints.data(), joints.data() + count * size * 3);
     for (const double value : result) require(std::isfinite(value), "a coordinate is not finite");
@@ -193,7 +184,7 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment, Inde
 void bind_hidden_parts(Module& m) {
     // Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
     //
-    // A hidden segment has the direction of when it was seen last, turned since as the seen joints near it have (Horn, J. Opt. Soc.
+    // A hidden segment has the direction of when it was seen last, turned since as the seen joints have (Horn, J. Opt. Soc.
     // Am. A 4, 1987); the same from when it is seen next, and the mean of both by how near they are in time. So a part that slides
     // along itself keeps its length, which the mean of positions does not. Hidden joints are laid along these segments from the seen
     // joint beside them; what is missing to that on the other side is shared evenly. Joints that are never seen keep their shape,
@@ -207,11 +198,9 @@ void bind_hidden_parts(Module& m) {
     //     (T, J) bool
     // segment
     //     m, length of a segment: as if points so far off along each axis had not turned
-    // near
-    //     number of seen joints whose motion a hidden part follows, the nearest ones
     //
     // Returns
     // -------
     // (T, J, 3) float64 m
-    m.def("carry_hidden", &carry_hidden, "joints"_a.noconvert(), "seen"_a.noconvert(), "segment"_a, "near"_a);
+    m.def("carry_hidden", &carry_hidden, "joints"_a.noconvert(), "seen"_a.noconvert(), "segment"_a);
 }
