@@ -38,10 +38,11 @@ CLOSING_ITERATIONS = 1
 """Voxels by which holes are closed (dilate, then erode): one brings back a shell with a tenth of its voxels missing."""
 
 MIN_COMPONENT = 12
-"""Voxels of half a radius; smaller 26-connected components are removed."""
+"""Voxels of half a radius; smaller 26-connected components of a cloud are removed."""
 
 MIN_COMPONENT_COARSE = 3
-"""Voxels of the smallest component when voxels are coarse: along a thin object there is one behind the other."""
+"""Voxels of the smallest component in a frame, and in a cloud of coarse voxels: along a thin object there is one voxel behind
+another. The parts of a frame's mask were judged in the image; small components of its voxels are strands with torn depth."""
 
 MIN_MASK_RADIUS_PX = 0.5
 """px; least radius of a mask: a line of single pixels."""
@@ -93,12 +94,12 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
         radius = config.radius or max(sampling.scatter, SPARSE_RADIUS_OVER_SPACING * spacing)
         size = config.size or size_over_radius * radius
     kept = _points_to_voxelize(foreground, config, radius, radius / spacing)
-    fineness = min(1.0, size_over_radius * radius / size)
-    min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
     if foreground.camera is None:
+        fineness = min(1.0, size_over_radius * radius / size)
+        min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
         return _closed_grid(kept, size, radius, foreground, min_voxels)
     distance = spacing * foreground.camera.fx
-    grid = _closed_grid(_along_rays(kept, distance), size, radius, foreground, min_voxels)
+    grid = _closed_grid(_along_rays(kept, distance), size, radius, foreground, MIN_COMPONENT_COARSE)
     return replace(grid, centroids=_in_space(grid.centroids, distance))
 
 

@@ -184,6 +184,15 @@ def test_coarse_voxels_need_fewer_for_a_component():
     assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=1.0)).coords) == 6
 
 
+def test_small_components_of_a_frame_are_torn_strands():
+    """Six voxels are no component of a cloud, but a piece of a strand far away; two of a frame are none either."""
+    piece = np.array([0.0, 0.0, 0.5]) + 0.001 * np.column_stack((np.arange(30.0), np.zeros((30, 2))))
+    config = VoxelizeConfig(size=0.005, radius=0.01)
+    assert len(voxelize(Foreground(piece), config).coords) == 0
+    assert len(voxelize(Foreground(piece, camera=CAMERA), config).coords) >= 6
+    assert len(voxelize(Foreground(piece[:4], camera=CAMERA), config).coords) == 0
+
+
 @pytest.mark.parametrize("radius", [0.001, 0.004, 0.02])
 @pytest.mark.parametrize("view", ["whole", "half", "image"])
 def test_the_radius_is_about_right_before_there_is_a_chain(radius, view):
