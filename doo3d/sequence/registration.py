@@ -45,8 +45,8 @@ it moves much more slowly."""
 
 SLIDE_WEIGHT = 0.3
 """Weight of the offsets along the object of a strand without tips: where it lies there, the lengths hidden on both sides tell
-better than the last frame. Of 660 frames of knots that are pulled through under a hand 91 % are right, with 0.2 and 0.5 as well,
-and 90 % with 1."""
+better than the last frame. With 1, ten fewer of the 720 frames of the bill of steps are right; 0.2 and 0.5 differed from 0.3 by 0
+and 4 of 660 frames of knots when it was chosen."""
 
 LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
 """Times at most that all segments are brought to their length, and share of it by which they may miss it."""
@@ -226,7 +226,7 @@ def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
 def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
     """Move joints (M + 1, 3) m until neighbors are `segment` m apart to about 0.1 %.
 
-    fixed : (M + 1,) bool, True for joints that move by LENGTH_ERROR beside 1 for the others: so well is known where they are.
+    fixed : (M + 1,) bool, True for joints that move 50 times less than the others: LENGTH_ERROR by its value alone.
     """
     mobility = np.where(fixed, LENGTH_ERROR, 1.0)
     return equalize_lengths(np.ascontiguousarray(joints, dtype=float), segment, mobility, LENGTH_ROUNDS, LENGTH_TOLERANCE)
