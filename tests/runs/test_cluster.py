@@ -38,7 +38,7 @@ def cluster(tmp_path, schedulers):
     scheduler = (sys.executable, "-m", "distributed.cli.dask_scheduler", *options, "--scheduler-file", file)
     processes = [started(*scheduler, start_new_session=True, cwd=tmp_path)]
     schedulers.append(processes[0])
-    wait_for(file.exists)
+    wait_for(lambda: file.exists() and file.read_text().endswith("}"))  # made first, then written into
     address = json.loads(file.read_text())["address"]
     folders = [tmp_path / f"machine{i}" for i in range(2)]
     for folder in folders:
