@@ -993,24 +993,13 @@ def fit_circles(
     """
 
 def fit_joints(
-    expected: Floats,
-    points: Floats,
-    arcs: Floats,
-    sights: Floats,
-    bounds: Ints,
-    slides: Bools,
-    segment: float,
-    weights: Floats,
-    rounds: int,
-    tolerance: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the joints of an object fitted to samples of strands, by regularized least squares, and where the samples lie then.
+    expected: Floats, points: Floats, arcs: Floats, sights: Floats, segment: float, turn: float, place: float
+) -> NDArray[np.float64]:
+    """Return the joints of an object fitted to samples of strands, by regularized least squares.
 
     The displacements d of the expected joints minimize the squared distances of the samples from the object, plus |d''|^2,
     turn |d'|^2 and place |d|^2, with differences of neighbors for derivatives: first with the samples whose place is known, then
-    with all. Of the others the offset along the sight does not count. Then the joints that no sample is near are spaced evenly,
-    and from there the same sum plus the squared errors of all lengths is made least (Gauss-Newton). There, strands that may slide
-    lie anywhere along the object, but for a small weight; where, is found from what their samples miss along it after each round.
+    with all. Of the others the offset along the sight does not count. Then the joints that no sample is near are spaced evenly.
 
     Parameters
     ----------
@@ -1020,26 +1009,14 @@ def fit_joints(
         (N, 3) and (N,) float64 m, the samples, and the arc length of the object at each; those beyond an end count there
     sights
         (N, 3) float64 unit, direction in which the place of a sample is not known; 0 where it is known
-    bounds
-        (S + 1,) int64, the index of the first sample of each strand, and N
-    slides
-        (S,) bool, which strands may slide along the object
     segment
         distance of neighboring joints, m
-    weights
-        (4,) float64, beside 1 for a sample and for second differences: turn, place, offsets along the object of strands that
-        slide, and errors of lengths
-    rounds, tolerance
-        most rounds with lengths, and the share of its length by which a segment may miss it
+    turn, place
+        weights, beside 1 for a sample and for second differences; of no samples, the joints are the expected ones
 
     Returns
     -------
-    joints
-        (J, 3) float64 m; those expected if there are no samples
-    arcs
-        (N,) float64 m, arc length of the object at each sample
-
-    A ValueError says if the weights do not determine the joints.
+    (J, 3) float64 m. A ValueError says if the weights do not determine it.
     """
 
 def fit_lines(

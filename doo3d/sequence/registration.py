@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from operator import itemgetter
 
 import numpy as np
 
 from ..geometry.polyline import arc_length, steps, unit
 from ..kernels import equalize_lengths, fit_joints, strand_places
-from ..types import Bools, Floats, Ints
-from .observations import CUT_OFF, LENGTH_ERROR, ObservedStrand
+from ..types import Bools, Floats
+from .observations import LENGTH_ERROR, ObservedStrand
 
 STEPS_PER_SEGMENT = 3
 """Positions per segment that are tried for the start of a strand."""
@@ -43,11 +43,6 @@ TURN_WEIGHT, PLACE_WEIGHT = 0.02, 3e-6
 and for a joint of a strand. Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far
 it moves much more slowly."""
 
-SLIDE_WEIGHT = 0.3
-"""Weight of the offsets along the object of a strand without tips: where it lies there, the lengths hidden on both sides tell
-better than the last frame. With 1, ten fewer of the 720 frames of the bill of steps are right; 0.2 and 0.5 differed from 0.3 by 0
-and 4 of 660 frames of knots when it was chosen."""
-
 LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
 """Times at most that all segments are brought to their length, and share of it by which they may miss it."""
 
@@ -68,8 +63,6 @@ class Placed:
         misfit in squared standard deviations; 0 for a perfect fit.
     sight
         (K, 3) as of `ObservedStrand`.
-    slides
-        whether it may lie elsewhere along the object: it has no tip that tells.
     """
 
     arcs: Floats
@@ -77,7 +70,6 @@ class Placed:
     span: tuple[float, float]
     cost: float
     sight: Floats | None = None
-    slides: bool = False
 
     @property
     def measured(self) -> Placed:
@@ -146,7 +138,7 @@ def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, 
         return []
     starts, costs, backwards = strand_places(
         *_joined(strands),
-        _bounds(strands),
+        np.array([0, *accumulate(len(strand.arcs) for strand in strands)]),
         np.array([strand.length for strand in strands], dtype=float),
         np.array([strand.tips for strand in strands], dtype=float),
         expected,
@@ -158,8 +150,7 @@ def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, 
     places = zip(starts.tolist(), costs.tolist(), backwards.tolist(), strands, strict=True)
     for start, cost, is_backwards, strand in sorted((each for each in places if each[0] < np.inf), key=itemgetter(0)):
         along = start + (strand.length - strand.arcs if is_backwards else strand.arcs)
-        slides = strand.tips == (CUT_OFF, CUT_OFF)
-        placed.append(Placed(along, strand.points, (start, start + strand.length), cost, strand.sight, slides))
+        placed.append(Placed(along, strand.points, (start, start + strand.length), cost, strand.sight))
     return placed
 
 
@@ -168,11 +159,6 @@ def _joined(items: Sequence[ObservedStrand | Placed]) -> tuple[Floats, Floats, F
     sights = [np.zeros_like(item.points) if item.sight is None else item.sight for item in items]
     points, arcs = [item.points for item in items], [item.arcs for item in items]
     return np.concatenate(points), np.concatenate(arcs), np.concatenate(sights)
-
-
-def _bounds(items: Sequence[ObservedStrand | Placed]) -> Ints:
-    """Return the index of the first point of each strand among those of `_joined`, and the number of all points."""
-    return np.array([0, *accumulate(len(item.arcs) for item in items)])
 
 
 def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
@@ -196,21 +182,14 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     -----
     The displacement d of the expected joints minimizes the squared distances from the samples, of those without depth across
     their sights, plus |d''|^2, TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences for derivatives. Then the joints
-    between strands are spaced evenly, and from there the squared errors of all lengths are added, in units of LENGTH_TOLERANCE
-    (Gauss-Newton; the normal equations are banded). Strands without a tip slide along the object meanwhile: so the length hidden
-    on both sides of them is shared where it bends the object least. What is left of the errors of lengths is moved away, at seen
-    joints least (Mueller et al., "Position based dynamics", 2007).
+    between strands are spaced evenly, and what is left of the errors of lengths is moved away, at seen joints least (Mueller et
+    al., "Position based dynamics", 2007).
     """
     segment = length / (len(expected) - 1)
-    if placed:
-        bounds, slides = _bounds(placed), np.array([item.slides for item in placed])
-        weights = np.array((TURN_WEIGHT, PLACE_WEIGHT, SLIDE_WEIGHT, LENGTH_TOLERANCE**-2))
-        expected, arcs = fit_joints(expected, *_joined(placed), bounds, slides, segment, weights, LENGTH_ROUNDS, LENGTH_TOLERANCE)
-        ranges = pairwise(bounds.tolist())
-        placed = [replace(item, arcs=arcs[first:end]) for item, (first, end) in zip(placed, ranges, strict=True)]
+    bent = fit_joints(expected, *_joined(placed), segment, TURN_WEIGHT, PLACE_WEIGHT) if placed else expected
     seen = covered(placed, len(expected), segment)
     measured = seen & covered([item.measured for item in placed], len(expected), segment)
-    return to_lengths(expected, segment, seen), seen, measured
+    return to_lengths(bent, segment, seen), seen, measured
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:

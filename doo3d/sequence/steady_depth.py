@@ -129,7 +129,6 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     in_image = [turned[k] for k in whole]
     rays = _at_places(at, in_image, [unit(chain.joints) for chain in given])
     lines = _steady_lines(at, given, in_image, rays)
-    lines = _steady_lines(at, given, [arc_length(line) for line in lines], rays)
     result = list(chains)
     for k, line in zip(whole, lines, strict=True):
         result[k] = _laid(chains[k], line)

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...config import Config, load_config
-from ...kernels import fit_joints
 from ...sequence.detect_sequence import combine
 from ...sequence.shape import Shape
 from ...types import Floats
@@ -40,14 +39,6 @@ def _all_seen(chains: Sequence[Any]) -> tuple[Floats, Floats]:
     return lengths, np.zeros_like(lengths)
 
 
-def _without_lengths(*given: Any) -> tuple[Floats, Floats]:
-    """Fit joints without a round that holds the lengths."""
-    *values, _, tolerance = given
-    fit: Any = fit_joints
-    joints, arcs = fit(*values, 0, tolerance)
-    return joints, arcs
-
-
 def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
     """Tell for each frame whether its shape from earlier frames fits better than that from later ones."""
     pairs = zip(forward, backward, strict=True)
@@ -58,8 +49,6 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by what was seen": {f"{_PLACE}.tracks:lengths_of": _all_seen},
     "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
-    "lengths held in the fit": {f"{_PLACE}.registration:fit_joints": _without_lengths},
-    "strands without tips slide": {f"{_PLACE}.registration:SLIDE_WEIGHT": 1.0},
     "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
     "depth of the frames smoothed over time": {f"{_PLACE}.detect_sequence:steadied": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},

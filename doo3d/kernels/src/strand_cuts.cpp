@@ -17,13 +17,15 @@ public:
          double step, double deviation, double outside, double shift)
         : points_(points), places_(places.data()), cut_(cut), count_(points.shape(0)), size_(places.shape(0)), whole_(whole),
           starts_(size_ + whole), variance_(deviation * deviation), outside_(outside), shift_(shift) {
-        for (Index k = 0; k < count_; ++k) along_.push_back(std::lround(arcs(k) / step));
+        for (Index k = 0; k < count_; ++k) along_.push_back(std::min(std::max<Index>(std::lround(arcs(k) / step), 0), whole));
     }
     std::vector<Index> cheapest() const {
         double still = 0.0, total = 0.0, squares = 0.0;
-        std::array<double, 3> moved = displacement();
+        std::vector<Index> cuts = cut_moved({}, still);
+        if (cuts.empty()) return cuts;
+        const std::array<double, 3> moved = displacement();
         for (const double value : moved) squares += value * value;
-        std::vector<Index> cuts = cut_moved({}, still), others = cut_moved(moved, total);
+        std::vector<Index> others = cut_moved(moved, total);
         return total + double(count_) * squares / (shift_ * shift_ * variance_) < still ? others : cuts;
     }
 
@@ -66,8 +68,8 @@ private:
     }
     // Return the cheapest cuts of the strand moved back by a displacement, and what they cost.
     std::vector<Index> cut_moved(const std::array<double, 3>& moved, double& cost) const {
-        const Index states = 2 * starts_;
-        std::vector<double> costs(size_), total(states, 0.0);
+        const Index states = 2 * starts_, beside = whole_;
+        std::vector<double> costs(size_ + 2 * beside), total(states, 0.0);  // of each place, and of the ends so far beyond them
         std::vector<std::uint8_t> changed(count_ * states, 0);
         std::vector<Index> best(count_, 0), cuts;
         for (Index k = 0; k < count_; ++k) {
@@ -78,14 +80,21 @@ private:
                     const double off = p[d] - moved[d] - places_[3 * q + d];
                     squares += off * off;
                 }
-                costs[q] = std::min(squares / variance_, outside_);
+                costs[beside + q] = std::min(squares / variance_, outside_);
             }
+            std::fill_n(costs.begin(), beside, costs[beside]);
+            std::fill_n(costs.end() - beside, beside, costs[beside + size_ - 1]);
             best[k] = k ? std::min_element(total.begin(), total.end()) - total.begin() : 0;
             const double limit = k ? total[best[k]] + cut_(k) : 0.0;
-            std::uint8_t* jumped = changed.data() + k * states;
-            for (Index s = 0; s < states; ++s) {
-                jumped[s] = total[s] > limit;
-                total[s] = std::min(total[s], limit) + costs[place_of(s, k)];
+            for (const bool backwards : {false, true}) {
+                const Index first = backwards ? starts_ : 0;
+                const double* cost = costs.data() + beside + (backwards ? -along_[k] : along_[k] - whole_);
+                std::uint8_t* jumped = changed.data() + k * states + first;
+                double* sums = total.data() + first;
+                for (Index s = 0; s < starts_; ++s) {
+                    jumped[s] = sums[s] > limit;
+                    sums[s] = std::min(sums[s], limit) + cost[s];
+                }
             }
         }
         count_visits(count_ * (size_ + states));
