@@ -88,8 +88,10 @@ def read_background(folder: Path, frame: str) -> BackgroundView | None:
         raise _damaged(path, error) from None
 
 
-def read_observation(folder: Path, frame: str) -> Observation:
+def read_observation(folder: Path, frame: str, with_background: bool = False) -> Observation:
     """Return what the first pass found in a frame; nothing for a frame that failed, which has no files.
+
+    with_background : whether to read the background, 20 kB, too.
 
     Raises
     ------
@@ -105,7 +107,8 @@ def read_observation(folder: Path, frame: str) -> Observation:
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose)
+    background = read_background(folder, frame) if with_background else None
+    return Observation(read_detection(file), strands, pose, background)
 
 
 def _strand(values: dict[str, Any]) -> ObservedStrand:

@@ -160,14 +160,14 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
             chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
         )
         strands = strands_in_image(frame, config, mask) if isinstance(frame, Frame) else ()
-        return Observation(detection, strands, to_world, _background(frame, mask, to_world))
-    background = _background(frame, stages.context.foreground.mask, to_world)
+        return Observation(detection, strands, to_world, _background(frame, mask))
+    background = _background(frame, stages.context.foreground.mask)
     return replace(observe(detection, stages, config), pose=to_world, background=background)
 
 
-def _background(frame: Frame | Cloud, mask: Array | None, pose: Floats | None) -> BackgroundView | None:
-    """Return the background of a frame of an unknown pose, by which the motion of the camera can be estimated."""
-    return None if pose is not None or isinstance(frame, Cloud) else background_view(frame, mask)
+def _background(frame: Frame | Cloud, mask: Array | None) -> BackgroundView | None:
+    """Return the surroundings of the objects of a frame; None for a cloud."""
+    return None if isinstance(frame, Cloud) else background_view(frame, mask)
 
 
 def motion_of(

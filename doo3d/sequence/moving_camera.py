@@ -41,7 +41,7 @@ def _moved(observation: Observation, pose: Floats) -> Observation:
         )
         for strand in observation.strands
     )
-    return Observation(observation.detection.transformed(pose), tuple(strands), pose)
+    return replace(observation, detection=observation.detection.transformed(pose), strands=tuple(strands), pose=pose)
 
 
 def poses_of(observations: Sequence[Observation]) -> Floats | None:

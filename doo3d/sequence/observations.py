@@ -249,11 +249,18 @@ def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
         return CUT_OFF
     u, v = pixels.T
     reading, masked = foreground.depth[v, u], foreground.mask[v, u]
-    margin = max(OCCLUDER_MARGIN_RADII * radius, MIN_OCCLUDER_MARGIN)
-    hides = (reading > 0) & (reading < ahead[:, 2] - margin) & ~masked  # the object's own surface hides nothing
+    hides = (reading > 0) & (reading < ahead[:, 2] - occluder_margin(radius)) & ~masked  # the object's own surface hides nothing
     if hides.any() or masked[1:].all():
         return CUT_OFF
     return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
+
+
+def occluder_margin(radius: float) -> float:
+    """Return how much nearer to the camera than a part of an object, m, something must be to hide it.
+
+    radius : of the object, m; NaN if unknown.
+    """
+    return float(np.fmax(OCCLUDER_MARGIN_RADII * radius, MIN_OCCLUDER_MARGIN))
 
 
 def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:

@@ -5,7 +5,7 @@
    velocity. The strands of that frame are registered with it, and the object is fitted to them.
 3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was seen. If the two disagree,
    the shape that fits the strands better is used. The strands are registered once more, with that shape.
-4. Joints that are hidden are carried from where they were seen last and are seen next. What was not measured is smoothed over
+4. Joints that are hidden are carried from where they were seen last and are seen next, behind what hides them. What was not measured is smoothed over
    time (Whittaker smoother), and so is the depth of all joints; seen joints stay where they are in the image.
 """
 
@@ -45,11 +45,12 @@ NEVER = 10**6
 
 @dataclass(frozen=True)
 class _Clues:
-    """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without."""
+    """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without; and its camera."""
 
     own: tuple[Placed, ...] | None
     whole: Floats | None
     strands: tuple[int, ...]
+    center: Floats | None
 
 
 def follow(
@@ -88,7 +89,8 @@ def follow(
     located = _without_long_gaps(located, max_gap)
     if past_only:
         return located
-    return [smoothed(item, shapes, poses) for item, shapes in zip(items, located, strict=True)]
+    views = [observation.background for observation in observations]
+    return [smoothed(item, shapes, poses, views) for item, shapes in zip(items, located, strict=True)]
 
 
 def _located(
@@ -146,12 +148,13 @@ def _clues(
     for frame, observation in enumerate(observations):
         anchor = anchors.get(frame)
         own, whole = None, None
+        center = None if poses is None else poses[frame, :3, 3]
         if anchor is not None:
             chain = observation.detection.chains[anchor.chain]
-            own = (_own_place(chain, anchor, item, None if poses is None else poses[frame, :3, 3]),)
+            own = (_own_place(chain, anchor, item, center),)
             whole = _resampled(chain, anchor, item)
         free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
-        result.append(_Clues(own, whole, free))
+        result.append(_Clues(own, whole, free, center))
     return result
 
 
@@ -224,7 +227,7 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
             if node is not None:
                 strands = cut_strands(strands, expected[-side], least, tolerance)
         if not item.closed:
-            strands = cut_misjoined(strands, expected, item.length, least)
+            strands = cut_misjoined(strands, expected, item.length, least, clue.center)
         placed = place(strands, expected, item.length, tolerance)
         if strands and not placed and not is_joined:  # beside a hidden part of a tree there are other parts
             placed = place(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..config import TrackingConfig
 from ..types import Chain, Floats
-from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
+from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .topology import OPEN, ChainInFrame, Pattern, pattern_of
 from .tracking import FRAME_RATE, MAX_AGE, paired, reversed_chain
 
@@ -46,22 +46,27 @@ class Track:
         by frame, whether the chain in the frame runs the other way.
     patterns, pattern
         which ends of the chain are at junctions: by frame, and as most frames say.
+    ending
+        the frames in which the chain ends at tips or junctions, as far as the image tells: no end is hidden or goes on.
     """
 
     items: list[tuple[int, int, Chain]]
     backwards: dict[int, bool]
     patterns: dict[int, Pattern]
     pattern: Pattern = OPEN
+    ending: set[int] = field(default_factory=set)
 
     @property
     def lengths(self) -> tuple[Floats, Floats]:
         """The lengths (K,) m of the chains that show both ends, of all if there are none, and how much of each was not seen.
 
-        Chains that end at other junctions than most are left out.
+        Chains that end at other junctions than most are left out. Where enough frames show both ends as tips, the others are
+        left out too: an end may be seen up to what hides the rest.
         """
-        chains = [item[2] for item in self.items if self.patterns[item[0]] == self.pattern]
-        shown = [chain for chain in chains if _shows_both_ends(chain, self.pattern)]
-        return lengths_of(shown or chains or [chain for _, _, chain in self.items])
+        items = [item for item in self.items if self.patterns[item[0]] == self.pattern]
+        shown = [item for item in items if _shows_both_ends(item[2], self.pattern)]
+        whole = [item for item in shown if item[0] in self.ending]
+        return lengths_of([item[2] for item in (whole if len(whole) >= MIN_FRAMES else shown or items or self.items)])
 
     def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
         """Tell whether one of its chains is the whole object, of a length in m."""
@@ -114,6 +119,9 @@ def tracks_of(
             track.items.append((frame, number, last[id][1]))
             track.backwards[frame] = match.backwards
             track.patterns[frame] = pattern_of(observation.detection, number, match.backwards)
+            tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
+            if tips and tips[0] > CUT_OFF and tips[-1] > CUT_OFF:
+                track.ending.add(frame)
     return tracks
 
 
