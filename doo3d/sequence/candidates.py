@@ -127,5 +127,6 @@ def _append(former: Candidate, later: Candidate) -> None:
     items = [kept[frame][0] for frame in sorted(kept)]
     backwards = {frame: track.backwards[frame] for frame, (_, track) in kept.items()}
     patterns = {frame: track.patterns[frame] for frame, (_, track) in kept.items()}
-    former.track = Track(items, backwards, patterns, former.track.pattern)
+    ending = {frame for frame, (_, track) in kept.items() if frame in track.ending}
+    former.track = Track(items, backwards, patterns, former.track.pattern, ending)
     former.whole = sorted([*former.whole, *later.whole], key=lambda item: item[0])
