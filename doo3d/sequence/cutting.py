@@ -51,10 +51,10 @@ def cut_misjoined(
 
     Notes
     -----
-    A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at most
-    MISSING_COST; of its offset along the line of sight SIGHT_SHARE counts. A cut costs -2 ln of how likely the frame joined the points on both sides wrongly: its own confidence says so
-    where it bridged a hidden part, and MISJOINED elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES,
-    since the object may have moved on.
+    A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at
+    most MISSING_COST; of its offset along the line of sight SIGHT_SHARE counts. A cut costs -2 ln of how likely the frame
+    joined the points on both sides wrongly: its own confidence says so where it bridged a hidden part, and MISJOINED
+    elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES, since the object may have moved on.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
     if strands and all(strand.is_flat for strand in strands):
@@ -74,7 +74,7 @@ def cut_misjoined(
 
 
 def _squeezed(points: Floats, center: Floats | None, usual: float) -> Floats:
-    """Return points (N, 3) m, SIGHT_SHARE as far before or behind a usual distance, m, from the camera; as they are without one."""
+    """Return points (N, 3) m, SIGHT_SHARE as far before or behind a usual distance, m, from a camera if there is one."""
     if center is None:
         return points
     offsets = points - center

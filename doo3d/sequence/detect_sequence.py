@@ -20,7 +20,7 @@ from ..geometry.curves import runs
 from ..pipeline import detect_with_stages
 from ..stages.branches import Branched
 from ..stages.crossings import crossings_of_chains
-from ..types import Array, Chain, Cloud, Connection, Detection, Floats, Frame
+from ..types import Array, Chain, Cloud, Connection, Detection, Frame
 from ..types.arguments import refused
 from ..types.pose import as_pose
 from .background import BackgroundView, background_view

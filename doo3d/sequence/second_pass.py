@@ -5,8 +5,9 @@
    velocity. The strands of that frame are registered with it, and the object is fitted to them.
 3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was seen. If the two disagree,
    the shape that fits the strands better is used. The strands are registered once more, with that shape.
-4. Joints that are hidden are carried from where they were seen last and are seen next, behind what hides them. What was not measured is smoothed over
-   time (Whittaker smoother), and so is the depth of all joints; seen joints stay where they are in the image.
+4. Joints that are hidden are carried from where they were seen last and are seen next, behind what hides them. What was not
+   measured is smoothed over time (Whittaker smoother), and so is the depth of all joints; seen joints stay where they are in
+   the image.
 """
 
 from __future__ import annotations

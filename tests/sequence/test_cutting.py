@@ -28,11 +28,13 @@ def strand(points, tips=(TIP, TIP), sight=None):
     return ObservedStrand(points, arcs, float(arcs[-1]), tips, 0, sight)
 
 
-def cut(strands, joints):
-    return cut_misjoined(strands, joints, (len(joints) - 1) * SEGMENT, 0.03)
+@pytest.fixture(params=[None, np.zeros(3)], ids=["cloud", "camera"])
+def cut(request):
+    """`cut_misjoined` of strands that no camera saw, or one at the origin."""
+    return lambda strands, joints: cut_misjoined(strands, joints, (len(joints) - 1) * SEGMENT, 0.03, request.param)
 
 
-def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop):
+def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop, cut):
     seen = strand(loop + np.array([0.01, -0.005, 0.0]))
     for one in (seen, strand(loop[::-1].copy())):
         (same,) = cut([one], loop)
@@ -40,7 +42,7 @@ def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop):
         assert same.tips == (TIP, TIP)
 
 
-def test_parts_that_one_frame_exchanged_become_strands(loop):
+def test_parts_that_one_frame_exchanged_become_strands(loop, cut):
     """The first part goes on in the last one, turned round, as two strands that meet at the edge of a hand."""
     first, last = loop[:25], loop[-20:][::-1]
     one, other = cut([strand(np.concatenate((first, last)))], loop)
@@ -52,7 +54,7 @@ def test_parts_that_one_frame_exchanged_become_strands(loop):
     assert other.arcs[0] == 0.0
 
 
-def test_a_gap_without_depth_belongs_to_no_part(loop):
+def test_a_gap_without_depth_belongs_to_no_part(loop, cut):
     """What is between the last measured point of one part and the first of the next one was filled by the wrong join."""
     first, between, last = loop[:25], np.linspace(loop[24], loop[-1], 7)[1:-1], loop[-20:][::-1]
     points = np.concatenate((first, between, last))
@@ -63,12 +65,12 @@ def test_a_gap_without_depth_belongs_to_no_part(loop):
     np.testing.assert_array_equal(other.points, last)
 
 
-def test_short_parts_are_dropped(loop):
+def test_short_parts_are_dropped(loop, cut):
     (kept,) = cut([strand(np.concatenate((loop[:3], loop[-30:])))], loop)
     np.testing.assert_array_equal(kept.points, loop[-30:])
 
 
-def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop):
+def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop, cut):
     first, last = loop[:25], loop[-20:][::-1]
     rays = np.concatenate((first, last))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
@@ -81,7 +83,7 @@ def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop):
     assert other.is_flat
 
 
-def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop):
+def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop, cut):
     """The end of a strand lies 3 cm beside the object: noise, unless the frame itself doubts how it goes on."""
     points = np.concatenate((loop[:30], loop[30:34] + np.array([0.0, 0.0, 0.03])))
     (whole,) = cut([strand(points)], loop)
@@ -91,3 +93,16 @@ def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop):
     far = replace(strand(np.concatenate((loop[:30], loop[40:44]))), joined=joined)
     parts = cut([far], loop)
     assert len(parts[0].points) == 30
+
+
+def test_depth_of_what_lies_behind_is_no_cut():
+    """A stereo camera reads the strand behind for a part of the one before: the image shows that it goes straight on."""
+    front = np.column_stack((np.arange(41) * SEGMENT, np.zeros(41), np.full(41, 0.5)))
+    turn = np.column_stack((np.full(5, 0.4), np.zeros(5), 0.51 + 0.01 * np.arange(5)))
+    joints = np.concatenate((front, turn, front[::-1] + np.array((0.0, 0.0, 0.06))))
+    points = front.copy()
+    points[15:27] *= 0.56 / 0.5
+    length = (len(joints) - 1) * SEGMENT
+    (whole,) = cut_misjoined([strand(points, (TIP, CUT_OFF))], joints, length, 0.03, np.zeros(3))
+    np.testing.assert_array_equal(whole.points, points)
+    assert len(cut_misjoined([strand(points, (TIP, CUT_OFF))], joints, length, 0.03, None)) > 1

@@ -181,6 +181,14 @@ def test_the_length_is_that_of_the_frames_that_show_the_whole_object():
     assert vote_length(lengths, filled) == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_chain_up_to_what_hides_the_rest_tells_no_length():
+    """Three frames in 60 show both tips; in the others a hand hides one end, always as much of it."""
+    plan = [[(0, 60)] if k % 20 == 4 else [(0, 50)] for k in range(60)]
+    (item,) = find_objects([seen_in(time, parts) for time, parts in zip(times(60), plan, strict=True)], Config())
+    assert item.segments == 60
+    assert [anchor.frame for anchor in item.anchors] == [4, 24, 44]
+
+
 def test_windows_agree_with_the_whole(monkeypatch):
     from doo3d.sequence import detect_sequence as module
 
@@ -299,7 +307,7 @@ def test_between_two_anchors_each_pass_counts_until_it_lays_a_strand_wrongly():
         nothing = np.zeros(2, dtype=bool)
         return [Shape(np.zeros((2, 3)), nothing, np.zeros(2, dtype=int), cost, nothing, nothing) for cost in costs]
 
-    anchor, free = _Clues((), None, ()), _Clues(None, None, ())
+    anchor, free = _Clues((), None, (), None), _Clues(None, None, (), None)
     clues = [anchor, *[free] * 6, anchor]
     forward = [0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # lost in frame 4
     backward = [0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]  # lost in frame 3

@@ -47,11 +47,14 @@ def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shap
 
 STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by what was seen": {f"{_PLACE}.tracks:lengths_of": _all_seen},
+    "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
+    "depth counts less where strands are cut": {f"{_PLACE}.cutting:SIGHT_SHARE": 1.0},
     "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
     "depth of the frames smoothed over time": {f"{_PLACE}.detect_sequence:steadied": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},
+    "hidden parts behind what hides them": {f"{_PLACE}.smoothing:behind_occluders": _first},
     "places smoothed over time": {f"{_PLACE}.smoothing:whittaker_smooth": _first},
     "depth of the object smoothed over time": {f"{_PLACE}.smoothing:steady_shapes": _first},
 }
