@@ -10,23 +10,6 @@ KEY_LIMIT = 2**61
 """Keys are 64-bit; the box must have fewer cells than this."""
 
 
-def unpack_keys(keys: Ints, shape: tuple[int, ...]) -> Ints:
-    """Return the index along each axis of cells given by their keys.
-
-    Parameters
-    ----------
-    keys
-        (M,) int64, row-major index of each of M cells in a box.
-    shape
-        (D,) number of cells of the box along each axis.
-
-    Returns
-    -------
-    (M, D) int64, in the order of the keys.
-    """
-    return np.column_stack(np.unravel_index(keys, shape)).astype(np.int64)
-
-
 def sorted_unique(keys: Ints) -> Ints:
     """Return the distinct values of an integer array in ascending order.
 

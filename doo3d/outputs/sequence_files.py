@@ -83,7 +83,7 @@ def read_background(folder: Path, frame: str) -> BackgroundView | None:
         return None
     values = read_object(path, (STRANDS_SCHEMA,), "the strands of a frame")
     try:
-        return None if values.get("background") is None else BackgroundView.from_dict(values["background"])
+        return _background(values)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
 
@@ -105,10 +105,14 @@ def read_observation(folder: Path, frame: str, with_background: bool = False) ->
     try:
         strands = tuple(_strand(item) for item in values["strands"])
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
+        background = _background(values) if with_background else None
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    background = read_background(folder, frame) if with_background else None
     return Observation(read_detection(file), strands, pose, background)
+
+
+def _background(values: dict[str, Any]) -> BackgroundView | None:
+    return None if values.get("background") is None else BackgroundView.from_dict(values["background"])
 
 
 def _strand(values: dict[str, Any]) -> ObservedStrand:

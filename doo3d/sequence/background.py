@@ -1,4 +1,4 @@
-"""A small view of what is behind the objects of a frame: by it, frames tell whether and how their camera has moved."""
+"""A small view of what surrounds the objects of a frame: it tells how the camera moves, and what hides the objects."""
 
 from __future__ import annotations
 

@@ -21,10 +21,10 @@ MISJOINED = 0.0013
 """Share of neighboring points of a strand that a frame joined wrongly without bridging anything: 254 of 195 thousand in sequences
 by D435 and stereo cameras."""
 
-
 SIGHT_SHARE = 0.3
 """Share of an offset along the line of sight that counts, beside one across it: depth is wrong for whole stretches of a strand,
-and a strand joined wrongly leaves the object in the image too. With 1, strands of stereo cameras are cut that are whole."""
+and a strand joined wrongly leaves the object in the image too. Of 360 frames of real motions before a stereo camera 304 are right
+in the image, and 292 with 1, which cuts strands that are whole."""
 
 
 def cut_misjoined(

@@ -33,10 +33,10 @@ def behind_occluders(joints: Floats, seen: Bools, view: BackgroundView, length: 
     moved = joints.copy()
     margin, inverse = occluder_margin(radius), view.inverse.astype(float)
     focal, middle = view.intrinsics[:2], view.intrinsics[2:]
-    pixels = joints[:, :2] / joints[:, 2:] * focal + middle
+    pixels = joints[:, :2] / np.maximum(joints[:, 2:], margin) * focal + middle
     rows, columns = np.rint(pixels[:, ::-1]).astype(np.int64).T
     height, width = inverse.shape
-    inside = (joints[:, 2] > 0) & (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    inside = (joints[:, 2] > margin) & (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     for first, end in runs(~seen):
         nearest = float(np.median(joints[first:end, 2])) - margin
         hides = inverse > 1 / max(nearest, margin)

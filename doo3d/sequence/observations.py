@@ -102,7 +102,7 @@ class Observation:
     pose
         (4, 4) m, camera to world; None if unknown.
     background
-        what tells how the camera moves; None if the pose is known, or for a cloud.
+        what surrounds the objects: it tells how the camera moves, and what hides them; None for a cloud.
     """
 
     detection: Detection

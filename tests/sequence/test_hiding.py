@@ -69,5 +69,11 @@ def test_outside_of_the_image_nothing_is_known(joints):
     np.testing.assert_array_equal(hide(far, view(BESIDE)), far)
 
 
+def test_a_hidden_part_that_reaches_the_camera_stays(joints):
+    joints[30:, 2] = np.linspace(0.6, -0.1, 21)
+    joints[47, 2] = 0.0
+    np.testing.assert_array_equal(hide(joints, view(BESIDE)), joints)
+
+
 def test_an_object_that_is_seen_stays(joints):
     np.testing.assert_array_equal(hide(joints, view(BESIDE), np.ones(51, dtype=bool)), joints)

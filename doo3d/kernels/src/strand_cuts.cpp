@@ -9,8 +9,8 @@ namespace {
 // A state is where a strand would begin on the object, or end where it runs against it. Each point costs the squared distance from its
 // place in that state, in squared standard deviations, at most that of a point beside the object; a change of state before a point costs
 // its `cut`. The cheapest sequence of states is found by dynamic programming (Viterbi): after each point only the cheapest state needs
-// to be remembered, since all changes there cost the same (Potts model). The object may have moved on as a whole: so this is done twice,
-// as it is, and with the strand moved to where it lies best uncut.
+// to be remembered, since all changes there cost the same (Potts model). The object may have moved on as a whole: so where there
+// are cuts, this is done once more, with the strand moved to where it lies best uncut.
 class Cuts {
 public:
     Cuts(const Matrix<double>& points, const Vector<double>& arcs, const Matrix<double>& places, const Vector<double>& cut, Index whole,
