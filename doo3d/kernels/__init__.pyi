@@ -909,6 +909,25 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     (J, D) float64, m.
     """
 
+def exact_lengths(joints: Floats, length: float, rounds: int, tolerance: float) -> NDArray[np.float64]:
+    """Return joints moved as little as possible, in the sum of squares, so that neighbors are exactly `length` apart.
+
+    Parameters
+    ----------
+    joints
+        (J, D) float64, m
+    length
+        distance that neighbors are to have, m
+    rounds
+        steps of Newton's method at most
+    tolerance
+        share of `length` by which the worst segment may differ from it before all are scaled to it, in their directions
+
+    Returns
+    -------
+    (J, D) float64, m.
+    """
+
 def fill_cells(
     points: Floats, centers: Floats, reach: float, counts: Ints, origins: Floats, axes: Floats, edge: float, cells: float
 ) -> NDArray[np.bool_]:

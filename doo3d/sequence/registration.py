@@ -14,7 +14,8 @@ from operator import itemgetter
 
 import numpy as np
 
-from ..geometry.polyline import arc_length, steps, unit
+from .. import kernels
+from ..geometry.polyline import arc_length, unit
 from ..kernels import equalize_lengths, fit_joints, strand_places
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
@@ -212,13 +213,5 @@ def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
 
 
 def exact_lengths(joints: Floats, segment: float) -> Floats:
-    """Scale each segment between joints (M + 1, 3) m to exactly `segment` m; the lengths given differ by about 1 %.
-
-    Segments keep their directions, and the mean of all joints stays.
-    """
-    offsets = joints[1:] - joints[:-1]
-    offsets *= (segment / steps(joints))[:, None]
-    result = np.zeros_like(joints)
-    np.cumsum(offsets, axis=0, out=result[1:])
-    result += joints[0]
-    return np.asarray(result + np.add.reduce(joints - result, axis=0) / len(joints))
+    """Move joints (M + 1, 3) m as little as possible until neighbors are exactly `segment` m apart."""
+    return kernels.exact_lengths(np.ascontiguousarray(joints, dtype=float), segment, LENGTH_ROUNDS, LENGTH_TOLERANCE)

@@ -58,14 +58,9 @@ def _smooth_run(
             joints = np.array([_hidden(item, *each) for each in zip(joints, seen, poses, views, strict=True)])
     weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))
     smooth = joints.copy()
-    for k in np.flatnonzero(~measured.all(axis=0)):
+    for k in np.flatnonzero(~seen.all(axis=0)):
         weights = weight[:, k, None, None] * np.eye(3)
-        smooth[:, k] = np.where(measured[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
-    if poses is not None:
-        rays = joints - poses[:, None, :3, 3]
-        rays /= np.linalg.norm(rays, axis=2, keepdims=True)
-        off = np.where((seen & ~measured)[:, :, None], joints - smooth, 0.0)
-        smooth += off - (off * rays).sum(axis=2, keepdims=True) * rays
+        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
     if item.closed:
         return [
             replace(shape, joints=closed_lengths(line, item.segment_length)) for line, shape in zip(smooth, shapes, strict=True)

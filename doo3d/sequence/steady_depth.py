@@ -287,5 +287,5 @@ def _laid(chain: Chain, line: Floats) -> Chain:
     count = len(line)
     nodes = resample(line, np.linspace(0.0, steps(line).sum(), count))
     segment = float(steps(nodes).mean())
-    joints = exact_lengths(to_lengths(nodes, segment, np.zeros(count, dtype=bool)), segment)
+    joints = exact_lengths(nodes, segment)
     return replace(chain, joints=joints, segment_length=segment)
