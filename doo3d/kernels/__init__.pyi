@@ -910,7 +910,9 @@ def equalize_lengths(joints: Floats, length: float, mobility: Floats, rounds: in
     """
 
 def exact_lengths(joints: Floats, length: float, rounds: int, tolerance: float) -> NDArray[np.float64]:
-    """Return joints moved as little as possible, in the sum of squares, so that neighbors are exactly `length` apart.
+    """Return joints moved until neighbors are exactly `length` apart.
+
+    Each step of Newton's method is the least, in the sum of squares, that makes them so to first order.
 
     Parameters
     ----------

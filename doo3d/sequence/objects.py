@@ -10,7 +10,7 @@ import numpy as np
 from ..config import Config
 from ..types import Chain, Floats
 from .candidates import Candidate, linked, without_shortened
-from .observations import LENGTH_ERROR, Observation
+from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
 from .rings import RingTrack, lay_rings, ring_tracks
 from .topology import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
@@ -96,9 +96,9 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     """Find the objects of a capture by a vote over all frames.
 
     Chains are tracked from frame to frame. The length of an object is the longest length on which enough frames agree. A chain
-    that appears only while another object is too short by the same length is a part of that object. In a
-    branched object, each part between two junctions or tips is an object of its own, and a junction needs a minimum number of
-    frames.
+    that appears only while another object is too short by the same length is a part of that object. If there are fewer objects
+    than given, those that most frames show are taken, too, though no frame is sure of them. In a branched object, each part
+    between two junctions or tips is an object of its own, and a junction needs a minimum number of frames.
 
     Parameters
     ----------
@@ -123,11 +123,18 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     candidates = []
     of_rings = {-1 - k: Track(list(ring.items), {}, {}) for k, ring in enumerate(rings)}  # negative: ids of no track
     ring_lengths = {id: vote_length(*lengths_of(rings[-1 - id].closed)) for id in of_rings}
+    unsure = []
     for id, track in tracks.items():
-        whole = _whole(track, lengths[id], config)
         is_part = _is_part(id, tracks | of_rings, lengths | ring_lengths)
-        if len(whole) >= least and (track.pattern != OPEN or not is_part):
+        if is_part and track.pattern == OPEN:
+            continue
+        whole = _whole(track, lengths[id], config)
+        if len(whole) >= least:
             candidates.append(Candidate(lengths[id], track, whole, is_part))
+        elif _most_show(track, len(observations)):
+            unsure.append(Candidate(lengths[id], track, _whole(track, lengths[id], config, 0.0), is_part))
+    missing = (config.sequence.chains or 0) - len(candidates) - len(rings)
+    candidates += [candidate for candidate in unsure if len(candidate.whole) >= least][: max(0, missing)]
     cables = without_shortened(linked(candidates), config.tracking)
     for cable in cables:
         length = _length(cable.track, config)
@@ -148,9 +155,17 @@ def _length(track: Track, config: Config) -> float:
     return given or vote_length(*track.lengths)
 
 
-def _whole(track: Track, length: float, config: Config) -> list[tuple[int, int, Chain]]:
-    """Return the items of a track that show its object whole, of a length in m."""
-    return without_leaps([item for item in track.items if track.is_whole(item, length)], config.tracking)
+def _whole(
+    track: Track, length: float, config: Config, confidence: float = MIN_JOINED_CONFIDENCE
+) -> list[tuple[int, int, Chain]]:
+    """Return the items of a track that show its object whole, of a length in m, with at least some confidence."""
+    sure = [item for item in track.items if item[2].confidence >= confidence]
+    return without_leaps([item for item in sure if track.is_whole(item, length)], config.tracking)
+
+
+def _most_show(track: Track, frames: int) -> bool:
+    """Tell whether more than half of the frames show a track."""
+    return 2 * len(track.items) > frames
 
 
 def _ring(track: RingTrack, observations: Sequence[Observation], length: float, least: int) -> SequenceObject | None:

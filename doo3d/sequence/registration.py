@@ -213,5 +213,5 @@ def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
 
 
 def exact_lengths(joints: Floats, segment: float) -> Floats:
-    """Move joints (M + 1, 3) m as little as possible until neighbors are exactly `segment` m apart."""
+    """Move joints (M + 1, 3) m, all together and hardly more than they must, until neighbors are exactly `segment` m apart."""
     return kernels.exact_lengths(np.ascontiguousarray(joints, dtype=float), segment, LENGTH_ROUNDS, LENGTH_TOLERANCE)

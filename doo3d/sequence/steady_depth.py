@@ -23,7 +23,7 @@ from ..geometry.polyline import arc_length, resample, steps, unit
 from ..types import Bools, Chain, Floats, Ints
 from .moving_camera import in_world
 from .observations import Observation, ObservedStrand
-from .registration import exact_lengths, to_lengths
+from .registration import exact_lengths
 from .tracking import reversed_chain
 from .tracks import MIN_FRAMES, WINDOW, tracks_of
 

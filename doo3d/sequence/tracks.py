@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import TrackingConfig
 from ..types import Chain, Floats
-from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
+from .observations import CUT_OFF, LENGTH_ERROR, Observation
 from .topology import OPEN, ChainInFrame, Pattern, pattern_of
 from .tracking import FRAME_RATE, MAX_AGE, paired, reversed_chain
 
@@ -71,7 +71,7 @@ class Track:
     def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
         """Tell whether one of its chains is the whole object, of a length in m."""
         frame, _, chain = item
-        if chain.confidence < MIN_JOINED_CONFIDENCE or self.patterns[frame] != self.pattern:
+        if self.patterns[frame] != self.pattern:
             return False
         slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
         return _shows_both_ends(chain, self.pattern) and abs(chain.length - length) <= LENGTH_ERROR * length + slack

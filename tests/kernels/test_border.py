@@ -56,6 +56,7 @@ CALLS = {
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
+    "exact_lengths": (POINTS, 0.1, 5, 1e-3),
     "fill_cells": (POINTS, POINTS[:2], 0.02, np.full(2, 3), np.zeros((2, 3)), np.tile(np.eye(2, 3).ravel(), (2, 1)), 0.01, 2.0),
     "fit_joints": (POINTS, POINTS, np.arange(6) * 0.01, np.eye(6, 3), 0.01, 0.02, 1e-4),
     "fit_chains": (POINTS, np.array([0, 2, 6]), np.array([True, False]), 0.01, 0.5),

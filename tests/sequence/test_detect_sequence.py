@@ -240,6 +240,21 @@ def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused(
         detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
 
 
+@pytest.mark.parametrize("given", [None, 1])
+@pytest.mark.parametrize("shown", [18, 30])
+def test_an_object_of_which_no_frame_is_sure_is_one_if_it_is_given_and_most_frames_show_it(given, shown):
+    plan = [[(0, 60)]] * 10 + [[(0, 38)]] * 8 + [[(0, 60)]] * (shown - 18) + [[]] * (40 - shown)
+    observations = [seen_in(time, parts) for time, parts in zip(times(), plan, strict=True)]
+    for k, observation in enumerate(observations):
+        chains = tuple(replace(chain, confidence=0.05) for chain in observation.detection.chains)
+        observations[k] = replace(observation, detection=replace(observation.detection, chains=chains))
+    detections = run(observations, chains=given, max_gap=2.0)
+    if given and shown > 20:
+        assert errors(detections[:shown]).max() < 25
+    else:
+        assert not any(detection.chains for detection in detections)
+
+
 @pytest.mark.parametrize("wrong", [[], [20], [5, 20], [39]])
 def test_a_whole_chain_that_lies_elsewhere_than_before_and_after_is_no_anchor(wrong):
     items = [(k, 0, Chain(shape(time), SEGMENT, RADIUS)) for k, time in enumerate(times()) if not 12 <= k < 18]

@@ -33,6 +33,11 @@ def _first(value: Any, *_: Any) -> Any:
     return value
 
 
+def _never(*_: Any) -> bool:
+    """Return False: in place of a function that tells whether something holds."""
+    return False
+
+
 def _all_seen(chains: Sequence[Any]) -> tuple[Floats, Floats]:
     """Return the lengths of chains, as if all of each was seen."""
     lengths = np.array([chain.length for chain in chains])
@@ -48,6 +53,7 @@ def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shap
 STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by what was seen": {f"{_PLACE}.tracks:lengths_of": _all_seen},
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
+    "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
     "depth counts less where strands are cut": {f"{_PLACE}.cutting:SIGHT_SHARE": 1.0},

@@ -177,7 +177,9 @@ void bind_segment_lengths(Module& m) {
     m.def("equalize_lengths", &equalize_lengths, "joints"_a.noconvert(), "length"_a, "mobility"_a.noconvert(), "rounds"_a,
           "tolerance"_a);
 
-    // Return joints moved as little as possible, in the sum of squares, so that neighbors are exactly `length` apart.
+    // Return joints moved until neighbors are exactly `length` apart.
+    //
+    // Each step of Newton's method is the least, in the sum of squares, that makes them so to first order.
     //
     // Parameters
     // ----------

@@ -18,6 +18,7 @@ MOTION = DATA / "motion" / "DLO1_101.npy"
 
 def test_own_motions_are_scored_drawn_and_written(doo3d):
     options = ("--own", "dragged", "--frames", 12, "--csv", "rows.csv", "--json", "all.json", "--pictures", "hard", "--worst", 3)
+    options = (*options, "--size", "320x240")
     code, out, err = doo3d("evaluate", "sequences", *SMALL, *options)
     assert (code, err) == (0, "")
     lines = [line.split() for line in out.splitlines()]
