@@ -2313,7 +2313,7 @@ def strand_cuts(
     outside: float,
     shift: float,
     cut: Floats,
-) -> NDArray[np.int64]:
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the points before which a strand has to be cut, so that its parts lie along an object.
 
     Parameters
@@ -2339,7 +2339,8 @@ def strand_cuts(
 
     Returns
     -------
-    (K,) int64, indices of points, ascending; empty if the strand is best left whole.
+    before : (K,) int64, indices of points, ascending; empty if the strand is best left whole. skipped : (K,) float64 m, how much
+    farther along the object, or less far, the next part lies than it would uncut; infinite if it runs in the other direction.
     """
 
 def strand_places(

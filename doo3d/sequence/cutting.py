@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry.polyline import arc_length, resample
 from ..kernels import strand_cuts
-from ..types import Floats
+from ..types import Bools, Floats
 from .observations import CUT_OFF, LENGTH_ERROR, ObservedStrand, part_of
 from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, as_seen
 
@@ -54,7 +54,9 @@ def cut_misjoined(
     A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at
     most MISSING_COST; of its offset along the line of sight SIGHT_SHARE counts. A cut costs -2 ln of how likely the frame
     joined the points on both sides wrongly: its own confidence says so where it bridged a hidden part, and MISJOINED
-    elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES, since the object may have moved on.
+    elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES, since the object may have moved on. Where
+    nothing is bridged, a part that lies no farther along than that is not cut off: there the strand was measured too short or
+    too long.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
     if strands and all(strand.is_flat for strand in strands):
@@ -82,6 +84,15 @@ def _squeezed(points: Floats, center: Floats | None, usual: float) -> Floats:
     return np.asarray(center + offsets * (SIGHT_SHARE + (1 - SIGHT_SHARE) * usual / distance))
 
 
+def _are_apart(skipped: Floats, joined: Floats, error: float) -> Bools:
+    """Tell at which of K cuts the parts do not follow each other: at others, the strand was measured too short or too long.
+
+    skipped : (K,) m, how much farther along the object the next part lies. joined : (K,) confidence that it follows; 1 where
+    nothing was bridged, and then the length is known up to `error`, m.
+    """
+    return np.asarray((skipped > error) | (joined < 1))
+
+
 def _cut(
     strand: ObservedStrand, compared: Floats, places: Floats, step: float, length: float, least: float
 ) -> Iterator[ObservedStrand]:
@@ -99,7 +110,9 @@ def _cut(
     joined = np.ones(len(strand.points)) if strand.joined is None else strand.joined
     least_joined = np.minimum.reduceat(joined[: measured[-1] + 1], np.append(0, measured[:-1] + 1))
     costs = -2 * np.log(np.maximum(1 - least_joined, MISJOINED))
-    cuts = strand_cuts(points, arcs, strand.length, places, step, LENGTH_ERROR * length, MISSING_COST, SHIFT_TOLERANCES, costs)
+    error = LENGTH_ERROR * length
+    cuts, skipped = strand_cuts(points, arcs, strand.length, places, step, error, MISSING_COST, SHIFT_TOLERANCES, costs)
+    cuts = cuts[_are_apart(skipped, least_joined[cuts], SHIFT_TOLERANCES * error)]
     end = len(strand.points) - 1
     firsts, lasts = [0, *measured[cuts].tolist()], [*measured[cuts - 1].tolist(), end]
     for first, last in zip(firsts, lasts, strict=True):

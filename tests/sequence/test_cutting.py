@@ -106,3 +106,13 @@ def test_depth_of_what_lies_behind_is_no_cut():
     (whole,) = cut_misjoined([strand(points, (TIP, CUT_OFF))], joints, length, 0.03, np.zeros(3))
     np.testing.assert_array_equal(whole.points, points)
     assert len(cut_misjoined([strand(points, (TIP, CUT_OFF))], joints, length, 0.03, None)) > 1
+
+
+@pytest.mark.parametrize(("skipped", "bridged", "count"), [(3, False, 1), (3, True, 2), (12, False, 2)])
+def test_a_strand_measured_too_short_is_cut_only_where_it_bridges_something(skipped, bridged, count, cut):
+    """Beyond the middle of a straight object the strand lies up to 12 cm farther along than its length says."""
+    joints = np.column_stack((np.arange(101) * SEGMENT, np.zeros(101), np.full(101, 0.8)))
+    points = np.concatenate((joints[:45], joints[45 + skipped :]))
+    joined = np.ones(len(points))
+    joined[45] = 0.99 if bridged else 1.0
+    assert len(cut([replace(strand(points), joined=joined)], joints)) == count

@@ -17,7 +17,7 @@ import numpy as np
 from ...config import Config, load_config
 from ...sequence.detect_sequence import combine
 from ...sequence.shape import Shape
-from ...types import Floats
+from ...types import Bools, Floats
 from ..benchmark.ablations import replaced
 from ..metrics.record import Record
 from .evaluate import FirstPass, first_pass, variant_rows
@@ -36,6 +36,11 @@ def _first(value: Any, *_: Any) -> Any:
 def _never(*_: Any) -> bool:
     """Return False: in place of a function that tells whether something holds."""
     return False
+
+
+def _all_apart(skipped: Floats, *_: Any) -> Bools:
+    """Return True for every cut: in place of a function that tells which count."""
+    return np.ones(len(skipped), dtype=bool)
 
 
 def _all_seen(chains: Sequence[Any]) -> tuple[Floats, Floats]:
@@ -57,6 +62,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
     "depth counts less where strands are cut": {f"{_PLACE}.cutting:SIGHT_SHARE": 1.0},
+    "strands of a wrong length are not cut": {f"{_PLACE}.cutting:_are_apart": _all_apart},
     "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
     "depth of the frames smoothed over time": {f"{_PLACE}.detect_sequence:steadied": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},

@@ -6,6 +6,12 @@
 
 namespace {
 
+// Where a strand is cut, and how many places farther along, or less far, its next part lies than it would uncut.
+struct Cut {
+    Index before;
+    double skipped;  // infinite if it lies in the other direction
+};
+
 // A state is where a strand would begin on the object, or end where it runs against it. Each point costs the squared distance from its
 // place in that state, in squared standard deviations, at most that of a point beside the object; a change of state before a point costs
 // its `cut`. The cheapest sequence of states is found by dynamic programming (Viterbi): after each point only the cheapest state needs
@@ -19,13 +25,13 @@ public:
           starts_(size_ + whole), variance_(deviation * deviation), outside_(outside), shift_(shift) {
         for (Index k = 0; k < count_; ++k) along_.push_back(std::min(std::max<Index>(std::lround(arcs(k) / step), 0), whole));
     }
-    std::vector<Index> cheapest() const {
+    std::vector<Cut> cheapest() const {
         double still = 0.0, total = 0.0, squares = 0.0;
-        std::vector<Index> cuts = cut_moved({}, still);
+        std::vector<Cut> cuts = cut_moved({}, still);
         if (cuts.empty()) return cuts;
         const std::array<double, 3> moved = displacement();
         for (const double value : moved) squares += value * value;
-        std::vector<Index> others = cut_moved(moved, total);
+        std::vector<Cut> others = cut_moved(moved, total);
         return total + double(count_) * squares / (shift_ * shift_ * variance_) < still ? others : cuts;
     }
 
@@ -67,11 +73,12 @@ private:
         return best;
     }
     // Return the cheapest cuts of the strand moved back by a displacement, and what they cost.
-    std::vector<Index> cut_moved(const std::array<double, 3>& moved, double& cost) const {
+    std::vector<Cut> cut_moved(const std::array<double, 3>& moved, double& cost) const {
         const Index states = 2 * starts_, beside = whole_;
         std::vector<double> costs(size_ + 2 * beside), total(states, 0.0);  // of each place, and of the ends so far beyond them
         std::vector<std::uint8_t> changed(count_ * states, 0);
-        std::vector<Index> best(count_, 0), cuts;
+        std::vector<Index> best(count_, 0);
+        std::vector<Cut> cuts;
         for (Index k = 0; k < count_; ++k) {
             const double* p = points_.data() + 3 * k;
             for (Index q = 0; q < size_; ++q) {
@@ -102,7 +109,8 @@ private:
         cost = total[state];
         for (Index k = count_ - 1; k > 0; --k) {
             if (!changed[k * states + state]) continue;
-            cuts.push_back(k);
+            const bool goes_on = (state < starts_) == (best[k] < starts_);
+            cuts.push_back({k, goes_on ? double(std::abs(state - best[k])) : std::numeric_limits<double>::infinity()});
             state = best[k];
         }
         std::reverse(cuts.begin(), cuts.end());
@@ -118,10 +126,16 @@ auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matr
     require(Index(cut.shape(0)) == count, "cut is not one value per point");
     require(step > 0 && deviation > 0 && shift > 0, "step, deviation and shift are not positive");
     ReleasedGil released;
-    std::vector<Index> cuts;
+    std::vector<Cut> cuts;
     if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), step, deviation, outside, shift).cheapest();
+    std::vector<Index> before;
+    std::vector<double> skipped;
+    for (const Cut& each : cuts) {
+        before.push_back(each.before);
+        skipped.push_back(each.skipped * step);
+    }
     released.end();
-    return to_numpy(std::move(cuts));
+    return std::make_pair(to_numpy(std::move(before)), to_numpy(std::move(skipped)));
 }
 
 }  // namespace
@@ -152,7 +166,8 @@ void bind_strand_cuts(Module& m) {
     //
     // Returns
     // -------
-    // (K,) int64, indices of points, ascending; empty if the strand is best left whole.
+    // before : (K,) int64, indices of points, ascending; empty if the strand is best left whole. skipped : (K,) float64 m, how much
+    // farther along the object, or less far, the next part lies than it would uncut; infinite if it runs in the other direction.
     m.def("strand_cuts", &strand_cuts, "points"_a.noconvert(), "arcs"_a.noconvert(), "length"_a, "places"_a.noconvert(), "step"_a,
           "deviation"_a, "outside"_a, "shift"_a, "cut"_a.noconvert());
 }
