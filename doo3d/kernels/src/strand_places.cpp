@@ -16,11 +16,11 @@ struct Object {
     double most_starts() const { return (length + 2 * overhang) / step + 2; }
 };
 
-// A strand, of which some points were measured, and its place once it has one; backwards it starts at its last point.
+// A strand, and its place once it has one; backwards it starts at its last point.
 struct Strand {
-    const double* points;
+    const double *points, *sights;
     Index count;
-    std::vector<double> measured, arcs;
+    std::vector<double> arcs;
     double length, tips[2];
     double start = std::nan(""), cost = INFINITY;
     bool backwards = false;
@@ -28,20 +28,22 @@ struct Strand {
     const double* end(bool last) const { return points + (last ? 3 * (count - 1) : 0); }
 };
 
-// The sums of the offsets of points from the samples at BLOCK successive starts, and of their squares.
+// The sums of the offsets of points from the samples at BLOCK successive starts, and of their squares, both across their sights.
 struct Sums {
     double x[BLOCK], y[BLOCK], z[BLOCK], squares[BLOCK];
 };
 
-WITH_AVX2 Sums offsets(const std::vector<double>& points, const std::vector<Index>& rows, const Object& object, Index start) {
+WITH_AVX2 Sums offsets(const Strand& strand, const std::vector<Index>& rows, const Object& object, Index start) {
     Sums sums{};
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        const double* p = &points[3 * i];
+        const double *p = strand.points + 3 * i, *s = strand.sights + 3 * i;
         const Index at = start + rows[i];
         const double *x = &object.coordinates[0][at], *y = &object.coordinates[1][at], *z = &object.coordinates[2][at];
         UNROLLED
         for (Index b = 0; b < BLOCK; ++b) {
-            const double off_x = p[0] - x[b], off_y = p[1] - y[b], off_z = p[2] - z[b];
+            const double to_x = p[0] - x[b], to_y = p[1] - y[b], to_z = p[2] - z[b];
+            const double along = to_x * s[0] + to_y * s[1] + to_z * s[2];
+            const double off_x = to_x - along * s[0], off_y = to_y - along * s[1], off_z = to_z - along * s[2];
             sums.x[b] += off_x;
             sums.y[b] += off_y;
             sums.z[b] += off_z;
@@ -94,7 +96,7 @@ void search(Strand& strand, bool backwards, const std::vector<const Strand*>& pl
     const double tip = object.overhang / 2, factor = object.shift_tolerances, number = double(points);
     const double most_shape = object.tolerance * object.tolerance, most_shift = factor * object.tolerance * factor * object.tolerance;
     for (Index block = 0; block < starts; block += BLOCK) {
-        const Sums sums = offsets(strand.measured, rows, object, block);
+        const Sums sums = offsets(strand, rows, object, block);
         for (Index b = 0; b < std::min(BLOCK, starts - block); ++b) {
             const double x = sums.x[b] / number, y = sums.y[b] / number, z = sums.z[b] / number;
             const double shift = x * x + y * y + z * z, shape = most(sums.squares[b] / number - shift, 0.0);
@@ -149,19 +151,18 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
     require(settings(0) >= 1 && settings(0) <= 100 && settings(1) > 0 && settings(1) <= 1, "steps or the error of lengths are out of bounds");
     ReleasedGil released;
     const Object object = sampled(expected, length, tolerance, settings);
-    const std::vector<double> places = dense(points);
+    const std::vector<double> places = dense(points), directions = dense(sights);
     std::vector<Strand> all(strands);
     for (Index c = 0; c < strands; ++c) {
         Strand& strand = all[c];
         strand.points = places.data() + 3 * bounds(c);
+        strand.sights = directions.data() + 3 * bounds(c);
         strand.count = bounds(c + 1) - bounds(c);
         strand.length = lengths(c);
         require(std::isfinite(strand.length) && strand.length >= 0, "a length is not finite, or negative");
         for (Index side = 0; side < 2; ++side) strand.tips[side] = tips(c, side);
         for (Index i = bounds(c); i < bounds(c + 1); ++i) {
-            if (sights(i, 0) != 0 || sights(i, 1) != 0 || sights(i, 2) != 0) continue;
             require(std::isfinite(arcs(i)), "an arc length is not finite");
-            strand.measured.insert(strand.measured.end(), &places[3 * i], &places[3 * i] + 3);
             strand.arcs.push_back(arcs(i));
         }
     }
