@@ -23,15 +23,7 @@ from ..types import Chain, Floats
 from .cutting import cut_misjoined
 from .objects import FILLED_ERROR, Anchor, SequenceObject
 from .observations import LENGTH_ERROR, MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
-from .registration import (
-    MISSING_COST,
-    SHIFT_TOLERANCES,
-    TOLERANCE_SHARE,
-    Placed,
-    bend,
-    place_strands,
-    to_lengths,
-)
+from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, bend, place_strands, to_lengths
 from .rings import bend_ring, closed_lengths, place_on_ring, ring_joints
 from .shape import Shape
 from .smoothing import smoothed
@@ -222,7 +214,6 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
     else:
         strands = [observation.strands[k] for k in clue.strands]
         tolerance = max(TOLERANCE_SHARE * item.length, MIN_MOTION_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
-        is_joined = item.nodes != (None, None)
         least = MIN_STRAND_RADII * (item.radius if np.isfinite(item.radius) else 0.0)
         for side, node in enumerate(item.nodes):
             if node is not None:
@@ -230,8 +221,6 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
         if not item.closed:
             strands = cut_misjoined(strands, expected, item.length, least, clue.center)
         placed = place(strands, expected, item.length, tolerance)
-        if strands and not placed and not is_joined:  # beside a hidden part of a tree there are other parts
-            placed = place(strands, expected, item.length, SHIFT_TOLERANCES * tolerance)
         cost = _total_cost(strands, placed)
         if placed:
             nearer, *_ = fit(expected, placed, item.length)
