@@ -21,15 +21,8 @@ MISJOINED = 0.0013
 """Share of neighboring points of a strand that a frame joined wrongly without bridging anything: 254 of 195 thousand in sequences
 by D435 and stereo cameras."""
 
-SIGHT_SHARE = 0.3
-"""Share of an offset along the line of sight that counts, beside one across it: depth is wrong for whole stretches of a strand,
-and a strand joined wrongly leaves the object in the image too. Of 360 frames of real motions before a stereo camera 304 are right
-in the image, and 292 with 1, which cuts strands that are whole."""
 
-
-def cut_misjoined(
-    strands: Sequence[ObservedStrand], expected: Floats, length: float, least: float, center: Floats | None
-) -> list[ObservedStrand]:
+def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: float, least: float) -> list[ObservedStrand]:
     """Cut strands where their parts do not follow each other on the object as it is expected.
 
     Parameters
@@ -42,8 +35,6 @@ def cut_misjoined(
         m, length of the object.
     least
         m, length of the shortest part that is kept.
-    center
-        (3,) m, place of the camera; None if no camera saw the strands, or several did.
 
     Returns
     -------
@@ -52,7 +43,7 @@ def cut_misjoined(
     Notes
     -----
     A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at
-    most MISSING_COST; of its offset along the line of sight SIGHT_SHARE counts. A cut costs -2 ln of how likely the frame
+    most MISSING_COST. A cut costs -2 ln of how likely the frame
     joined the points on both sides wrongly: its own confidence says so where it bridged a hidden part, and MISJOINED
     elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES, since the object may have moved on. Where
     nothing is bridged, a part that lies no farther along than that is not cut off: there the strand was measured too short or
@@ -65,23 +56,11 @@ def cut_misjoined(
         if not angle > 0:  # seen end on
             return list(strands)
         least, length = least * angle / length, angle
-        center = None
     places = resample(expected, np.linspace(0.0, arc_length(expected)[-1], count + 1))
-    usual = 0.0 if center is None else float(np.median(np.linalg.norm(places - center, axis=1)))
-    places = _squeezed(places, center, usual)
     result: list[ObservedStrand] = []
     for strand in strands:
-        result += _cut(strand, _squeezed(strand.points, center, usual), places, length / count, length, least)
+        result += _cut(strand, places, length / count, length, least)
     return result
-
-
-def _squeezed(points: Floats, center: Floats | None, usual: float) -> Floats:
-    """Return points (N, 3) m, SIGHT_SHARE as far before or behind a usual distance, m, from a camera if there is one."""
-    if center is None:
-        return points
-    offsets = points - center
-    distance = np.linalg.norm(offsets, axis=1, keepdims=True)
-    return np.asarray(center + offsets * (SIGHT_SHARE + (1 - SIGHT_SHARE) * usual / distance))
 
 
 def _are_apart(skipped: Floats, joined: Floats, error: float) -> Bools:
@@ -93,20 +72,15 @@ def _are_apart(skipped: Floats, joined: Floats, error: float) -> Bools:
     return np.asarray((skipped > error) | (joined < 1))
 
 
-def _cut(
-    strand: ObservedStrand, compared: Floats, places: Floats, step: float, length: float, least: float
-) -> Iterator[ObservedStrand]:
-    """Yield the parts of a strand, of at least `least` m; points without depth beside a cut are in no part.
-
-    compared : (K, 3) m, its points as they are compared with the places.
-    """
+def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, least: float) -> Iterator[ObservedStrand]:
+    """Yield the parts of a strand, of at least `least` m; points without depth beside a cut are in no part."""
     measured = np.arange(len(strand.points))
     if strand.sight is not None and not strand.is_flat:
         measured = np.flatnonzero(~strand.sight.any(axis=1))
     if not len(measured):
         yield strand
         return
-    points, arcs = compared[measured], strand.arcs[measured]
+    points, arcs = strand.points[measured], strand.arcs[measured]
     joined = np.ones(len(strand.points)) if strand.joined is None else strand.joined
     least_joined = np.minimum.reduceat(joined[: measured[-1] + 1], np.append(0, measured[:-1] + 1))
     costs = -2 * np.log(np.maximum(1 - least_joined, MISJOINED))

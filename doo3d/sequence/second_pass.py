@@ -219,7 +219,7 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
             if node is not None:
                 strands = cut_strands(strands, expected[-side], least, tolerance)
         if not item.closed:
-            strands = cut_misjoined(strands, expected, item.length, least, clue.center)
+            strands = cut_misjoined(strands, expected, item.length, least)
         placed = place(strands, expected, item.length, tolerance)
         cost = _total_cost(strands, placed)
         if placed:

@@ -28,13 +28,11 @@ def strand(points, tips=(TIP, TIP), sight=None):
     return ObservedStrand(points, arcs, float(arcs[-1]), tips, 0, sight)
 
 
-@pytest.fixture(params=[None, np.zeros(3)], ids=["cloud", "camera"])
-def cut(request):
-    """`cut_misjoined` of strands that no camera saw, or one at the origin."""
-    return lambda strands, joints: cut_misjoined(strands, joints, (len(joints) - 1) * SEGMENT, 0.03, request.param)
+def cut(strands, joints):
+    return cut_misjoined(strands, joints, (len(joints) - 1) * SEGMENT, 0.03)
 
 
-def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop, cut):
+def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop):
     seen = strand(loop + np.array([0.01, -0.005, 0.0]))
     for one in (seen, strand(loop[::-1].copy())):
         (same,) = cut([one], loop)
@@ -42,7 +40,7 @@ def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop, cu
         assert same.tips == (TIP, TIP)
 
 
-def test_parts_that_one_frame_exchanged_become_strands(loop, cut):
+def test_parts_that_one_frame_exchanged_become_strands(loop):
     """The first part goes on in the last one, turned round, as two strands that meet at the edge of a hand."""
     first, last = loop[:25], loop[-20:][::-1]
     one, other = cut([strand(np.concatenate((first, last)))], loop)
@@ -54,7 +52,7 @@ def test_parts_that_one_frame_exchanged_become_strands(loop, cut):
     assert other.arcs[0] == 0.0
 
 
-def test_a_gap_without_depth_belongs_to_no_part(loop, cut):
+def test_a_gap_without_depth_belongs_to_no_part(loop):
     """What is between the last measured point of one part and the first of the next one was filled by the wrong join."""
     first, between, last = loop[:25], np.linspace(loop[24], loop[-1], 7)[1:-1], loop[-20:][::-1]
     points = np.concatenate((first, between, last))
@@ -65,12 +63,12 @@ def test_a_gap_without_depth_belongs_to_no_part(loop, cut):
     np.testing.assert_array_equal(other.points, last)
 
 
-def test_short_parts_are_dropped(loop, cut):
+def test_short_parts_are_dropped(loop):
     (kept,) = cut([strand(np.concatenate((loop[:3], loop[-30:])))], loop)
     np.testing.assert_array_equal(kept.points, loop[-30:])
 
 
-def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop, cut):
+def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop):
     first, last = loop[:25], loop[-20:][::-1]
     rays = np.concatenate((first, last))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
@@ -83,7 +81,7 @@ def test_a_strand_without_depth_is_cut_as_the_camera_sees_it(loop, cut):
     assert other.is_flat
 
 
-def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop, cut):
+def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop):
     """The end of a strand lies 3 cm beside the object: noise, unless the frame itself doubts how it goes on."""
     points = np.concatenate((loop[:30], loop[30:34] + np.array([0.0, 0.0, 0.03])))
     (whole,) = cut([strand(points)], loop)
@@ -95,21 +93,8 @@ def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop, cut)
     assert len(parts[0].points) == 30
 
 
-def test_depth_of_what_lies_behind_is_no_cut():
-    """A stereo camera reads the strand behind for a part of the one before: the image shows that it goes straight on."""
-    front = np.column_stack((np.arange(41) * SEGMENT, np.zeros(41), np.full(41, 0.5)))
-    turn = np.column_stack((np.full(5, 0.4), np.zeros(5), 0.51 + 0.01 * np.arange(5)))
-    joints = np.concatenate((front, turn, front[::-1] + np.array((0.0, 0.0, 0.06))))
-    points = front.copy()
-    points[15:27] *= 0.56 / 0.5
-    length = (len(joints) - 1) * SEGMENT
-    (whole,) = cut_misjoined([strand(points, (TIP, CUT_OFF))], joints, length, 0.03, np.zeros(3))
-    np.testing.assert_array_equal(whole.points, points)
-    assert len(cut_misjoined([strand(points, (TIP, CUT_OFF))], joints, length, 0.03, None)) > 1
-
-
 @pytest.mark.parametrize(("skipped", "bridged", "count"), [(3, False, 1), (3, True, 2), (12, False, 2)])
-def test_a_strand_measured_too_short_is_cut_only_where_it_bridges_something(skipped, bridged, count, cut):
+def test_a_strand_measured_too_short_is_cut_only_where_it_bridges_something(skipped, bridged, count):
     """Beyond the middle of a straight object the strand lies up to 12 cm farther along than its length says."""
     joints = np.column_stack((np.arange(101) * SEGMENT, np.zeros(101), np.full(101, 0.8)))
     points = np.concatenate((joints[:45], joints[45 + skipped :]))

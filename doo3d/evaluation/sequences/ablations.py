@@ -61,7 +61,6 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
-    "depth counts less where strands are cut": {f"{_PLACE}.cutting:SIGHT_SHARE": 1.0},
     "strands of a wrong length are not cut": {f"{_PLACE}.cutting:_are_apart": _all_apart},
     "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
     "depth of the frames smoothed over time": {f"{_PLACE}.detect_sequence:steadied": _first},
@@ -138,12 +137,15 @@ if __name__ == "__main__":
     parser.add_argument("--seeds", type=int, default=6, help="sequences of each motion")
     parser.add_argument("--start", type=int, default=2, help="first seed")
     parser.add_argument("--frames", type=int, default=60, help="frames of each sequence, 30 a second")
+    parser.add_argument("--motions", type=Path, nargs="*", default=[], help="files of motion capture")
+    parser.add_argument("--sensor", default="d435", help="the camera that sees the motions")
+    parser.add_argument("--width", type=int, default=640, help="px of its images, which are 480 px high")
     parser.add_argument("--captures", type=Path, nargs="*", default=[], help="folders of captures with truth.npz")
     given = parser.parse_args()
-    names = [] if given.own == "none" else given.own.split(",")
-    seeds = range(given.start, given.start + given.seeds)
+    motions = [*([] if given.own == "none" else given.own.split(",")), *given.motions]
+    seeds, size = range(given.start, given.start + given.seeds), (given.width, 480)
     chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
-        (make_sequence(name, seed, frames=given.frames), "d435") for name in names for seed in seeds
+        (make_sequence(motion, seed, size, given.frames), given.sensor) for motion in motions for seed in seeds
     ]
     chosen += [(capture, "") for capture in recorded_sequences(given.captures, given.frames)]
     for line in table(chosen, list(STEPS)):
