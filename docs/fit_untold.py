@@ -2,14 +2,15 @@
 
 Prints UNTOLD of doo3d/stages/confidence/evidence.py, by logistic regression with weights of 0 or more. The frames: all families
 of scenes, seeds 0, 1, 40 and 41, by stereo and by the D435; and scenes without a cable, seeds 0 to 9 by the D435 and 0 to 4 by
-stereo. A chain is right by the strict rule. Right chains together count as much as wrong ones. `--check` seeds of all families by
-both sensors, and of scenes without a cable by the D435, are not fitted, but it is printed which of their chains
-`output.min_confidence` leaves out.
+stereo; each is segmented twice, as `auto` does, by the rules and the network, and by the rules alone. A chain is right by the
+strict rule. Right chains together count as much as wrong ones. `--check` seeds of all families by both sensors, and of scenes
+without a cable by the D435, are not fitted, but it is printed which of their chains `output.min_confidence` leaves out.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -25,15 +26,15 @@ from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.registry import GROUPS
 from doo3d.pipeline import run_with_stages
 
-KINDS = (*UNTOLD_KINDS, "rod")
-"""Kinds of evidence in a frame; `unsure` is added."""
-
 FITTED = (
     ("without", "d435", range(10)),
     ("without", "stereo", range(5)),
     *(("all", sensor, (0, 1, 40, 41)) for sensor in ("d435", "stereo")),
 )
 """Families, sensors and seeds that are fitted."""
+
+METHODS = ("auto", "strands")
+"""Methods that they are segmented by: what the network judges holds less noise of depth than what the rules select alone."""
 
 
 class Chains(NamedTuple):
@@ -44,17 +45,18 @@ class Chains(NamedTuple):
     cables: int
 
 
-def found_in(group: str, sensor: str, seeds: Iterable[int], cache: Path | None) -> Iterator[Chains]:
-    """Yield the chains of each frame that are not wider than an object may be."""
+def found_in(group: str, sensor: str, seeds: Iterable[int], cache: Path | None, method: str) -> Iterator[Chains]:
+    """Yield the chains of each frame, segmented by a method, that are not wider than an object may be."""
+    config = load_config("default", {"segment.method": method})
     for case in scene_cases(GROUPS[group], seeds, sensor):
         known = rendered(f"{sensor}_{case.name}", case.load, cache)
         try:
-            _, stages = run_with_stages(known.data, case_config(load_config("default"), known.truths, False, "auto"))
+            _, stages = run_with_stages(known.data, case_config(config, known.truths, False, "auto"))
         except DooError:
             continue
         made = [each for each in zip(stages.chains, stages.evidence, strict=True) if not each[1].is_wide]
         right = [any(score((chain,), (truth,)).correct for truth in known.truths) for chain, _ in made]
-        evidence = np.array([[each.amounts()[kind] for kind in KINDS] for _, each in made]).reshape(-1, len(KINDS))
+        evidence = np.array([[each.amounts()[kind] for kind in UNTOLD_KINDS] for _, each in made]).reshape(-1, len(UNTOLD_KINDS))
         yield Chains(evidence, np.array(right, dtype=bool), len(known.truths))
 
 
@@ -100,16 +102,18 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, help="folder of rendered frames, kept between calls")
     parser.add_argument("--check", type=int, nargs="*", default=[], help="seeds that are not fitted")
     options = parser.parse_args()
-    found = [each for group in FITTED for each in found_in(*group, options.cache)]
+    found = [each for method in METHODS for group in FITTED for each in found_in(*group, options.cache, method)]
     weights = fit(found)
     print("UNTOLD = {")
-    for kind, weight in zip(("base", *KINDS, "unsure"), weights, strict=True):
+    for kind, weight in zip(("base", *UNTOLD_KINDS, "unsure"), weights, strict=True):
         if weight >= 0.005:
             print(f'    "{kind}": {weight:.2f},')
     print("}")
     print_left_out("fitted", found, weights)
-    for group, sensor in (("without", "d435"), ("all", "d435"), ("all", "stereo")) if options.check else ():
-        print_left_out(f"{group}, {sensor}", list(found_in(group, sensor, options.check, options.cache)), weights)
+    groups = (("without", "d435"), ("all", "d435"), ("all", "stereo")) if options.check else ()
+    for (group, sensor), method in itertools.product(groups, METHODS):
+        checked = list(found_in(group, sensor, options.check, options.cache, method))
+        print_left_out(f"{group}, {sensor}, {method}", checked, weights)
 
 
 if __name__ == "__main__":

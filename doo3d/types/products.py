@@ -80,6 +80,9 @@ class Foreground:
     is_told
         whether somebody said what the object is: by a mask, a color, a reference image, a network, or by taking everything for
         it. False if strands were looked for by their shape alone.
+    is_clean
+        whether the mask holds no noise of depth: it is told, of a photograph, of strands that their color tells, or judged by the
+        network. False if it was looked for by shape alone.
     facts
         what follows from the mask and the depth in it (`facts.frame_facts.FrameFacts`), made once; None for a cloud.
     cloud_facts
@@ -105,6 +108,7 @@ class Foreground:
     views: tuple[CameraView, ...] = ()
     plane: Plane | None = None
     is_told: bool = True
+    is_clean: bool = True
     facts: Any = field(default=None, repr=False, compare=False)
     cloud_facts: Any = field(default=None, repr=False, compare=False)
 

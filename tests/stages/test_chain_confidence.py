@@ -100,6 +100,23 @@ def test_a_mask_that_no_chain_explains_speaks_against_all(plain):
     assert evidence_of(plain, mask=more, facts=None).unclaimed == pytest.approx(np.sqrt(share), rel=0.02)
 
 
+def test_of_a_guessed_mask_only_the_parts_that_a_chain_runs_through_speak_against_it(plain):
+    (chain,) = plain.chains
+    mask = np.array(plain.context.foreground.mask)
+    v, u = (int(np.median(each)) for each in np.nonzero(mask))
+    elsewhere, attached = mask.copy(), mask.copy()
+    elsewhere[20:40, 100:200] = True
+    attached[20:v, u - 10 : u + 10] = True
+    known = {"is_told": False, "is_clean": False, "facts": None}
+    assert evidence_of(plain, mask=elsewhere, **known) == evidence_of(plain, mask=mask, **known)
+    told, guessed = (evidence_of(plain, mask=attached, is_clean=clean, facts=None) for clean in (True, False))
+    assert guessed.unclaimed == told.unclaimed > 0.3
+    other = replace(chain, joints=chain.joints + np.array((0, 0.05, 0)))
+    both = mask | np.roll(mask, 80, axis=0)
+    assert evidence_of(plain, [chain, other], mask=both, **known).unclaimed == 0.0
+    assert evidence_of(plain, [other], mask=mask, **known).unclaimed == 0.0  # off the mask, it runs through no part
+
+
 def test_a_strand_beside_another_one(plain):
     (chain,) = plain.chains
     near, far = (replace(chain, joints=chain.joints + np.array((0, offset, 0))) for offset in (0.007, 0.012))
@@ -234,20 +251,19 @@ def test_a_straight_chain_within_the_view_may_be_a_rod():
     assert _straightness(curved, np.full(200, 4.0)) == 0
 
 
-def test_a_straight_rod_in_a_frame_is_doubted_and_the_surest_chain_counts_for_all(plain):
+def test_in_a_frame_the_surest_chain_counts_for_all_and_a_straight_cable_within_the_view_is_believed(plain):
     config, found = doo3d.load_config("default"), []
     for told in (True, False):
         context = plain.context.seen_from(replace(plain.context.foreground, is_told=told))
         found.append(with_confidence(plain.chains, (), 0.0, context, config)[1][0])
     told, untold = found
-    assert (told.rod, told.unsure) == (0.0, 0.0)
-    assert untold.inside == 2
+    assert told.unsure == 0.0
     assert untold.unsure == pytest.approx(sum(replace(untold, unsure=0.0).losses().values()))
-    assert replace(untold, rod=1.0).log_odds < replace(untold, rod=0.0).log_odds - 1
+    assert untold.confidence > 0.9
 
 
 def test_a_cloud_without_a_view_has_weights_of_its_own():
-    evidence = Evidence(unsure=2.0, rod=1.0, uneven=0.1, is_told=False)
+    evidence = Evidence(unsure=2.0, uneven=0.1, is_told=False)
     cloud = replace(evidence, is_in_view=False)
     assert set(evidence.losses()) <= set(UNTOLD)
     assert cloud.log_odds == pytest.approx(UNTOLD_CLOUD["base"] - 0.1 * UNTOLD_CLOUD["uneven"])

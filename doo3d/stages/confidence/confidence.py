@@ -95,7 +95,7 @@ def with_confidence(
     support = depth_support(curves, [chain.radius for chain in chains], foreground)
     doubts = _depth_doubts(curves, chains, support)
     deviations = deviations_of(curves, chains, support, foreground) if curves.points.shape[1] == 3 else [None] * len(chains)
-    unclaimed = math.sqrt(_unclaimed(samples, foreground))
+    unclaimed = np.sqrt(_unclaimed(samples, foreground)).tolist()
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
@@ -112,7 +112,7 @@ def with_confidence(
                 bend=turns[i],
                 undecided=sum(1 - each.confidence for each in crossings if i in (each.upper.chain, each.lower.chain)),
                 beside=math.sqrt(beside[i]),
-                unclaimed=unclaimed,
+                unclaimed=unclaimed[i],
                 dropped=share_dropped,
                 **looks._asdict(),
                 stray=float(is_stray),
@@ -203,21 +203,46 @@ def _beside(samples: _Samples, chains: Sequence[Chain]) -> list[float]:
     return [float(share) for share in np.diff(total) / np.maximum(view.counts, 1)]
 
 
-def _unclaimed(samples: _Samples, foreground: Foreground) -> float:
-    """Return the share of the pixels of the mask that are near no chain; 0 for a cloud."""
+def _unclaimed(samples: _Samples, foreground: Foreground) -> Floats:
+    """Return for each chain the share of the pixels of the mask that are near no chain, (C,); 0 for a cloud.
+
+    In a mask that may hold noise of depth, the connected parts count that the chain runs through: others say nothing about it.
+    """
+    none = np.zeros(len(samples.view.counts))
     if foreground.mask is None:
-        return 0.0
+        return none
     facts = facts_of(foreground)
     if not facts.count:
-        return 0.0
-    left = foreground.mask[facts.slices].astype(np.uint8)
+        return none
+    mask = foreground.mask[facts.slices].astype(np.uint8)
+    left = mask.copy()
     corner = np.array([cut.start for cut in facts.slices[::-1]])
     pixels = np.rint(samples.view.points - corner)
     thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
     for part in samples.view.parts:
         if part.start < part.stop and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
             _draw_line(left, pixels[part][::DRAWN_EVERY].astype(np.int32), thickness[part][::DRAWN_EVERY].astype(int))
-    return cv2.countNonZero(left) / facts.count
+    if foreground.is_clean:
+        return none + cv2.countNonZero(left) / facts.count
+    return _shares_of_parts(mask, left, pixels, samples.view)
+
+
+def _shares_of_parts(mask: Array, left: Array, pixels: Floats, view: Curves) -> Floats:
+    """Return for each chain the share of the pixels that are left of the 8-connected parts of a mask that it runs through, (C,).
+
+    pixels : (S, 2), (u, v), whole numbers, of the samples of the chains in the view.
+    """
+    parts, sizes = cv2.connectedComponentsWithStats(mask)[1:3]
+    lost = np.bincount(parts[left > 0], minlength=len(sizes))
+    inside = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=1)
+    at = np.zeros(len(pixels), dtype=int)
+    at[inside] = parts[tuple(pixels[inside, ::-1].astype(int).T)]
+    shares = []
+    for part in view.parts:
+        own = np.unique(at[part])
+        own = own[own > 0]
+        shares.append(lost[own].sum() / max(sizes[own, cv2.CC_STAT_AREA].sum(), 1))
+    return np.array(shares)
 
 
 def _draw_line(image: Array, pixels: Ints, thickness: Ints) -> None:

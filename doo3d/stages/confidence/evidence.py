@@ -31,20 +31,21 @@ from it, where somebody said what the object is: fitted by docs/fit_confidence.p
 `rivals` 1, with which the log odds are the mean over all interpretations."""
 
 UNTOLD = {
-    "base": 5.80,
-    "residual": 0.47,
-    "bend": 1.65,
-    "undecided": 0.96,
-    "beside": 1.45,
-    "unclaimed": 10.69,
-    "stubby": 2.35,
-    "uneven": 2.35,
-    "flat": 2.85,
-    "edge": 0.37,
-    "stray": 2.17,
-    "odd": 0.51,
-    "rod": 1.62,
-    "unsure": 0.86,
+    "base": 6.94,
+    "joins": 0.20,
+    "unsupported": 0.05,
+    "residual": 0.57,
+    "bend": 1.58,
+    "undecided": 1.09,
+    "beside": 1.04,
+    "unclaimed": 11.77,
+    "stubby": 3.87,
+    "uneven": 4.82,
+    "flat": 2.70,
+    "edge": 1.32,
+    "stray": 3.41,
+    "odd": 0.88,
+    "unsure": 0.74,
 }
 """The same where strands were looked for in a frame by their shape alone: fitted by docs/fit_untold.py. Right chains count as
 much together as wrong ones."""
@@ -113,7 +114,8 @@ class Evidence:
     beside
         square root of the share of the chain that runs beside another strand in the view, within two radii.
     unclaimed
-        square root of the share of the mask that belongs to no chain; the same for all chains of a frame.
+        square root of the share of the mask that belongs to no chain, the same for all chains of a frame; in one that may hold
+        noise of depth, of its connected parts that the chain runs through.
     dropped
         length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
     rivals

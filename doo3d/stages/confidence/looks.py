@@ -79,10 +79,10 @@ class Looks(NamedTuple):
         by how much the logarithm of the odds of the pixels on its axis, by a network and the rules, is below SURE_ODDS, mean over
         the axis, down to DOUBTFUL_ODDS; 0 without a network.
     inside
-        number of its ends in the view, more than two radii from the border; 0 for a cloud.
+        number of its ends in the view, more than two radii from the border; 0 without a network.
     rod
         1 if both ends are in the view and it is straight, as pens and handles are, 0 if it bows by its width or more, in between
-        linear; 0 for a cloud.
+        linear; 0 without a network.
     """
 
     stubby: float = 0.0
@@ -119,10 +119,12 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     flat, edge = strand_sides(
         view, across, reach, chain.radius, depth, color, mask, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
     )
+    looks = Looks(stubby, _uneven(chain), flat, edge)
+    if foreground.probability is None:
+        return looks
     inside = 0 if chain.closed else _ends_inside(view, reach, mask.shape)
     rod = _straightness(view, reach) if inside == 2 else 0.0
-    doubted = 0.0 if foreground.probability is None else _doubted(view, foreground.probability)
-    return Looks(stubby, _uneven(chain), flat, edge, doubted, inside, rod)
+    return looks._replace(doubted=_doubted(view, foreground.probability), inside=inside, rod=rod)
 
 
 def _doubted(view: Floats, probability: Array) -> float:

@@ -109,6 +109,7 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     extended = _segment(data, config, mask, 0)
     known = base.foreground
     foreground = replace(extended.foreground, is_told=known.is_told, plane=known.plane, probability=known.probability)
+    foreground = replace(foreground, is_clean=known.is_clean)
     return replace(extended, foreground=foreground, method=EXTENDED, choice=base.choice, base=base.base or base)
 
 
@@ -163,6 +164,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         viewpoint=np.zeros(3),
         notes=_notes(method, note, pixels > 0),
         is_told=is_told,
+        is_clean=is_told or made.is_certain or method == "network",
     )
     without_depth = pixels - split.removed - measured - outliers
     record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
