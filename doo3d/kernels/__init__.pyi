@@ -2367,8 +2367,8 @@ def strand_places(
     points, bounds
         (N, 3) float64 m, the points of C strands one after the other, and (C + 1,) int64, the first of each, and N
     arcs, sights
-        (N,) float64 m, arc length from the start of its strand, and (N, 3) float64, direction in which the place of the point is
-        not known, 0 where it is; only such points count, and a strand without any is not placed
+        (N,) float64 m, arc length from the start of its strand, and (N, 3) float64 unit, direction in which the place of the
+        point is not known, along which its offset does not count; 0 where it is known
     lengths, tips
         (C,) float64 m, and (C, 2) float64, weights of the ends of a strand as tips of the object
     expected

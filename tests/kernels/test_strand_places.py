@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.spatial.distance import cdist
 
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.kernels import strand_places
@@ -13,23 +12,25 @@ STEPS, ERROR, SHIFTS, OVERLAP, MOST_OF_TIP, MOST = SETTINGS = np.array((3.0, 0.0
 
 
 def by_trying(strands, expected, length, tolerance):
-    """Place strands (points, arcs, measured, length, tips) as the kernel does: the longest first, at the start of least cost."""
+    """Place strands (points, arcs, sights, length, tips) as the kernel does: the longest first, at the start of least cost."""
     step = length / (len(expected) - 1) / STEPS
     samples = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
     places = [(np.nan, np.inf, False)] * len(strands)
     placed = []
     for number in sorted(range(len(strands)), key=lambda k: -strands[k][3]):
-        points, arcs, measured, own, tips = strands[number]
-        if own > length + 2 * ERROR * length or not measured.any():
+        points, arcs, sights, own, tips = strands[number]
+        if own > length + 2 * ERROR * length:
             continue
         starts = np.arange(-ERROR * length, max(length - own + ERROR * length, -ERROR * length) + step, step)
         best = (np.inf, np.nan, False)
         for backwards in (False, True):
-            at = (own - arcs if backwards else arcs)[measured]
+            at = own - arcs if backwards else arcs
             index = np.arange(len(starts))[:, None] + np.rint((starts[0] + at) / step).astype(int)
             index = np.clip(index, 0, len(samples) - 1)
-            mean = cdist(points[measured], samples, "sqeuclidean")[np.arange(len(at)), index].mean(axis=1)
-            shift = ((points[measured].mean(axis=0) - samples[index].mean(axis=1)) ** 2).sum(axis=1)
+            off = points - samples[index]
+            off -= (off * sights).sum(axis=2, keepdims=True) * sights
+            mean = (off**2).sum(axis=2).mean(axis=1)
+            shift = (off.mean(axis=1) ** 2).sum(axis=1)
             shape = np.maximum(mean - shift, 0.0)
             first, last = tips[::-1] if backwards else tips
             cost = (shape + shift / SHIFTS**2) / (ERROR * length) ** 2
@@ -68,18 +69,18 @@ def scene(seed):
         points = points[::-1].copy() if rng.random() < 0.5 else points
         arcs = np.arange(len(points)) * 0.01003
         measured = rng.random(len(points)) < rng.choice([0.0, 0.7, 1.0], p=[0.1, 0.5, 0.4])
-        strands.append((points, arcs, measured, float(arcs[-1]), tuple(rng.choice([0.0, 0.5, 1.0], 2))))
+        sights = np.where(measured[:, None], 0.0, [0.0, 0.6, 0.8])
+        strands.append((points, arcs, sights, float(arcs[-1]), tuple(rng.choice([0.0, 0.5, 1.0], 2))))
     return strands, expected, 0.01 * segments, float(rng.choice([0.005, 0.02, 0.1]))
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_against_every_start_by_itself(seed):
     strands, expected, length, tolerance = scene(seed)
-    points, arcs, measured, lengths, tips = zip(*strands, strict=True)
+    points, arcs, sights, lengths, tips = zip(*strands, strict=True)
     bounds = np.cumsum([0, *map(len, points)])
-    sights = np.where(np.concatenate(measured)[:, None], 0.0, [0.0, 0.6, 0.8])
     starts, costs, backwards = strand_places(
-        np.concatenate(points), np.concatenate(arcs), sights, bounds, np.array(lengths), np.array(tips),
+        np.concatenate(points), np.concatenate(arcs), np.concatenate(sights), bounds, np.array(lengths), np.array(tips),
         expected, length, tolerance, SETTINGS,
     )  # fmt: skip
     for found, true in zip(zip(starts, costs, backwards, strict=True), by_trying(*scene(seed)), strict=True):
