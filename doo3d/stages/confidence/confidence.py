@@ -239,8 +239,7 @@ def _shares_of_parts(mask: Array, left: Array, pixels: Floats, view: Curves) -> 
     at[inside] = parts[tuple(pixels[inside, ::-1].astype(int).T)]
     shares = []
     for part in view.parts:
-        own = np.unique(at[part])
-        own = own[own > 0]
+        own = np.setdiff1d(at[part], 0)
         shares.append(lost[own].sum() / max(sizes[own, cv2.CC_STAT_AREA].sum(), 1))
     return np.array(shares)
 
