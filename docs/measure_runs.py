@@ -60,8 +60,9 @@ def write_small_capture(folder: Path, frames: int) -> None:
 
 
 def command(capture: Path, out: Path, workers: int) -> list[str]:
-    """Return the command of a run."""
-    return [DOO3D, "detect", str(capture), "-o", str(out), "--workers", str(workers), "--quiet"]
+    """Return the command of a run. All chains are kept: small frames show pieces too short to be sure of."""
+    kept = ["--set", "output.min_confidence=0"]
+    return [DOO3D, "detect", str(capture), "-o", str(out), "--workers", str(workers), "--quiet", *kept]
 
 
 def contents(out: Path) -> dict[str, bytes]:
