@@ -42,12 +42,11 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
 
     Notes
     -----
-    A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at
-    most MISSING_COST. A cut costs -2 ln of how likely the frame
-    joined the points on both sides wrongly: its own confidence says so where it bridged a hidden part, and MISJOINED
-    elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES, since the object may have moved on. Where
-    nothing is bridged, a part that lies no farther along than that is not cut off: there the strand was measured too short or
-    too long.
+    A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at most
+    MISSING_COST. A cut costs -2 ln of how likely the frame joined the points on both sides wrongly: its own confidence says so
+    where it bridged a hidden part, and MISJOINED elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES,
+    since the object may have moved on. Where nothing is bridged, a part that lies no farther along than that is not cut off:
+    there the strand was measured too short or too long.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
     if strands and all(strand.is_flat for strand in strands):
