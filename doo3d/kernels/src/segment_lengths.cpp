@@ -75,8 +75,8 @@ struct Segments {
     Segments(const std::vector<double>& joints, Index count, Index dim, double length)
         : directions(std::max<Index>(count - 1, 0) * dim, 0.0), excess(std::max<Index>(count - 1, 0)) {
         for (Index k = 0; k + 1 < count; ++k) {
-            const double* a = &joints[k * dim];
-            double* u = &directions[k * dim];
+            const double* a = joints.data() + k * dim;
+            double* u = directions.data() + k * dim;
             const double distance = std::sqrt(squared_distance(a, a + dim, dim));
             for (Index d = 0; d < dim; ++d) u[d] = distance > 0 ? (a[d + dim] - a[d]) / distance : k ? u[d - dim] : double(d == 0);
             excess[k] = distance - length;
@@ -97,7 +97,7 @@ std::vector<double> tensions(const Segments& segments, Index dim) {
     for (Index k = 0; k < count; ++k) {
         pivot[k] = 2.0;
         if (!k) continue;
-        const double* u = &segments.directions[k * dim];
+        const double* u = segments.directions.data() + k * dim;
         for (Index d = 0; d < dim; ++d) beside[k] -= u[d] * u[d - dim];
         const double factor = beside[k] / pivot[k - 1];
         pivot[k] -= factor * beside[k];
