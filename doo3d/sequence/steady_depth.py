@@ -9,9 +9,9 @@ well.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import interp1d
@@ -21,7 +21,6 @@ from ..config import TrackingConfig
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..geometry.polyline import arc_length, resample, steps, unit
 from ..types import Bools, Chain, Floats, Ints
-from .moving_camera import in_world
 from .observations import Observation, ObservedStrand
 from .registration import exact_lengths
 from .tracking import reversed_chain
@@ -31,7 +30,8 @@ NODES = 40
 """Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds."""
 
 ALIKE = 0.1
-"""Share by which the length of a chain may differ from the median of its track and still be the same object, seen with noise."""
+"""Share by which the length of an object in the image may change from one frame to the next that shows it: if it changes more, an
+occluder came or went. Within stretches without such changes, equal shares of the length are the same places of the object."""
 
 AROUND, SEEN_ERROR = 4, 0.03
 """Frames on either side, and share by which the length of an object in the image may differ from its median over them: the image
@@ -40,7 +40,7 @@ tells better than depth whether an end is hidden."""
 UNSEEN_WEIGHT = 0.02
 """Weight of depth that no reading supports, beside 1."""
 
-BEND_SHARE = 0.01
+BEND_SHARE = 0.04
 """Weight of the bends and of the acceleration of an object, beside 1 for the change over time of its bends: both are large where
 it is bent away from the camera, or pushed."""
 
@@ -52,24 +52,22 @@ LEAST_VARIANCE = 1e-10
 
 
 def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> list[Observation]:
-    """Return observations whose chains and strands have their depth smoothed over time, where a frame shows a whole object.
+    """Return observations whose chains and strands have their depth smoothed over time, where frames show as much of an object.
+
+    Chains are tracked in the image, where what depth says of their lengths is of no matter.
 
     Parameters
     ----------
     observations
-        frames in order, of one camera, in its frame; of clouds, which have no line of sight, they are returned as they are. The
-        poses of a camera that moves tell which chains are the same object.
+        frames in order, of one camera, in its frame; of clouds, which have no line of sight, they are returned as they are.
     tracking
         how a chain is recognized from frame to frame.
     """
     result = list(observations)
     if not is_of_camera(observations):
         return result
-    for track in tracks_of(in_world(observations), tracking).values():
-        usual = float(np.median([chain.length for _, _, chain in track.items]))
-        alike = [item for item in track.items if abs(item[2].length - usual) <= ALIKE * usual]
-        for _, block in itertools.groupby(alike, lambda item: item[0] // WINDOW):
-            items = list(block)
+    for track in tracks_of([_in_image(observation) for observation in observations], tracking).values():
+        for items in _stretches(track.items):
             seen = [
                 reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
                 for frame, number, _ in items
@@ -79,6 +77,28 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
                 own = reversed_chain(chain, track.backwards[frame])[0]
                 result[frame] = _with_chain(result[frame], number, own)
     return result
+
+
+def _in_image(observation: Observation) -> Observation:
+    """Return an observation with its open chains as the image shows them, where depth is of no matter: at a distance of 1."""
+    chains = tuple(chain if chain.closed else _at_one(chain) for chain in observation.detection.chains)
+    return replace(observation, detection=replace(observation.detection, chains=chains))
+
+
+def _at_one(chain: Chain) -> Chain:
+    """Return a chain on the unit sphere around the camera, with as many segments; lengths are angles, rad."""
+    radius = chain.radius / float(np.median(np.linalg.norm(chain.joints, axis=1)))
+    return replace(_laid(chain, unit(chain.joints)), radius=radius)
+
+
+def _stretches(items: Sequence[tuple[int, int, Chain]]) -> list[Sequence[tuple[int, int, Chain]]]:
+    """Return the items of a track, in the image, in stretches of one WINDOW each that show as much of the object."""
+    starts = [
+        number
+        for number, (last, item) in enumerate(pairwise(items), 1)
+        if item[0] // WINDOW != last[0] // WINDOW or abs(item[2].length - last[2].length) > ALIKE * last[2].length
+    ]
+    return [items[first:end] for first, end in pairwise([0, *starts, len(items)])]
 
 
 def is_of_camera(observations: Sequence[Observation]) -> bool:

@@ -35,7 +35,7 @@ def test_hidden_parts_of_a_cable_that_swings_as_one_are_where_they_are() -> None
     truth = swung(bent_cable())
     for seen in (hidden(0, 25), hidden(20, 35), hidden(40, JOINTS)):
         unknown = np.where(seen[:, :, None], truth, 0.0)
-        assert np.abs(carried(unknown, seen, SEGMENT) - truth).max() < 3e-4
+        assert np.abs(carried(unknown, seen, SEGMENT) - truth).max() < 3e-3
 
 
 def test_a_hidden_part_lies_between_where_it_was_seen_last_and_is_seen_next() -> None:
@@ -49,6 +49,17 @@ def test_a_hidden_part_lies_between_where_it_was_seen_last_and_is_seen_next() ->
     assert np.abs(result - truth).max() < 1e-3
     assert np.allclose(np.linalg.norm(np.diff(result, axis=1), axis=2), SEGMENT, rtol=1e-3)
     assert np.array_equal(result[:, :40], truth[:, :40])
+
+
+def test_a_hidden_end_turns_with_what_is_seen_beside_it() -> None:
+    """The cable bends far from the hidden end, which turns with the part before it, and not with the whole."""
+    cable = bent_cable()
+    truth = np.repeat(cable[None], FRAMES, axis=0)
+    turns = Rotation.from_rotvec(np.linspace(0.0, 0.9, FRAMES)[:, None] * [0.0, 0.0, 1.0]).as_matrix()
+    truth[:, 20:] = cable[19] + np.einsum("tij,kj->tki", turns, cable[20:] - cable[19])
+    seen = hidden(54, JOINTS)
+    seen[-1, 54:] = False  # never seen again
+    assert np.abs(carried(np.where(seen[:, :, None], truth, 0.0), seen, SEGMENT) - truth).max() < 0.2 * SEGMENT
 
 
 def test_what_is_never_seen_and_frames_that_show_nothing_stay() -> None:

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
+from doo3d.sequence.observations import Observation
 from doo3d.sequence.registration import exact_lengths
-from doo3d.sequence.steady_depth import MIN_FRAMES, _stiffness, smooth_in_time, steady_chains
-from doo3d.types import Chain
+from doo3d.sequence.steady_depth import MIN_FRAMES, _stiffness, smooth_in_time, steadied, steady_chains
+from doo3d.types import Chain, Detection
 
 SEGMENTS = 50
 
@@ -132,3 +134,36 @@ def test_places_that_were_never_measured_are_filled() -> None:
     rays = np.where(weight[:, :, None] > 0, lines / distance[:, :, None], np.nan)
     smooth = smooth_in_time(np.where(weight > 0, 1 / distance, 0.0), weight, rays)
     assert np.abs(1 / smooth - distance)[4:7, 20:26].max() < 0.01
+
+
+def steadied_chains(chains: list[Chain]) -> list[Chain]:
+    """Return the chains of successive frames with their depth smoothed, by way of tracking."""
+    observations = [Observation(Detection(chains=(chain,), coordinates="camera"), ()) for chain in chains]
+    return [observation.detection.chains[0] for observation in steadied(observations, TrackingConfig())]
+
+
+def test_chains_are_the_same_object_in_the_image_however_wrong_their_depth_and_lengths_are() -> None:
+    """Depth is lost on half of the cable, in another place in each frame, and filled in up to 60 % too far away."""
+    rng = np.random.default_rng(1)
+    share, chains, frames = np.linspace(0, 1, SEGMENTS + 1), [], range(30)
+    for frame in frames:
+        place = np.clip((share - rng.uniform(0.0, 0.5)) / 0.5, 0.0, 1.0)
+        away = 1 + rng.uniform(0.2, 0.6) * np.sin(np.pi * place) ** 2
+        line = true_line(frame) * away[:, None]
+        each = chain_of(line)
+        arcs = arc_length(line)
+        lost = np.interp(np.linspace(0.0, arcs[-1], SEGMENTS + 1), arcs, away) > 1.002
+        chains.append(Chain(each.joints, each.segment_length, 0.004, depth_filled=lost[:-1] | lost[1:]))
+    true = [float(np.linalg.norm(np.diff(true_line(k), axis=0), axis=1).sum()) for k in frames]
+    before = [abs(chain.length - length) / length for chain, length in zip(chains, true, strict=True)]
+    after = [abs(chain.length - length) / length for chain, length in zip(steadied_chains(chains), true, strict=True)]
+    assert np.median(before) > 0.1
+    assert np.median(after) < 0.05
+
+
+def test_frames_that_show_less_of_an_object_are_smoothed_by_themselves() -> None:
+    """From frame 15 on something hides the last third: shares of the length are other places there."""
+    frames = range(30)
+    chains = [chain_of(true_line(k)[: 35 if k >= 15 else None]) for k in frames]
+    for frame, chain in zip(frames, steadied_chains(chains), strict=True):
+        assert depth_error(chain, frame) < 0.002
