@@ -1,4 +1,4 @@
-"""Smooth the depth of an object over the frames of a capture that show it whole.
+"""Smooth the depth of an object over the frames of a capture that show as much of it.
 
 A stereo camera measures where a strand is in the image to a fraction of a pixel, and how far away it is with errors in waves of
 many radii along the strand, which no single frame can tell from bends. From frame to frame these waves change, while the bends
