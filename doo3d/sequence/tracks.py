@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import TrackingConfig
 from ..types import Chain, Floats
-from .observations import CUT_OFF, LENGTH_ERROR, Observation
+from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .topology import OPEN, ChainInFrame, Pattern, pattern_of
 from .tracking import FRAME_RATE, MAX_AGE, paired, reversed_chain
 
@@ -122,7 +122,23 @@ def tracks_of(
             tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
             if tips and tips[0] > CUT_OFF and tips[-1] > CUT_OFF:
                 track.ending.add(frame)
+    for track in tracks.values():
+        _turn_alike(track)
     return tracks
+
+
+def _turn_alike(track: Track) -> None:
+    """Give each sure chain of a track the direction of the one before: a doubtful chain in between may have told it wrongly."""
+    last = None
+    for k, (frame, number, chain) in enumerate(track.items):
+        if chain.confidence < MIN_JOINED_CONFIDENCE or track.patterns[frame] != OPEN:
+            continue
+        nodes = chain.nodes(LEAP_NODES)
+        if last is not None and _apart(nodes[::-1], last) < _apart(nodes, last):
+            track.items[k] = frame, number, reversed_chain(chain, True)[0]
+            track.backwards[frame] = not track.backwards[frame]
+            nodes = nodes[::-1]
+        last = nodes
 
 
 def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
