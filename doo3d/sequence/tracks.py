@@ -101,6 +101,9 @@ def tracks_of(
     """
     tracks: dict[int, Track] = {}
     last: dict[int, tuple[int, Chain]] = {}  # by id, the frame that showed its chain last, counted without empty ones, and this
+    sure: dict[
+        int, Floats
+    ] = {}  # by id, nodes of the last chain that is sure: a doubtful one does not tell how the next one runs
     count = 0
     for frame, observation in enumerate(observations):
         all_chains = enumerate(observation.detection.chains)
@@ -115,30 +118,18 @@ def tracks_of(
         ):
             id = len(tracks) if known is None else ids[known]
             track = tracks.setdefault(id, Track([], {}, {}))
-            last[id] = count, reversed_chain(chain, match.backwards)[0]
+            pattern, backwards = pattern_of(observation.detection, number, match.backwards), match.backwards
+            if chain.confidence >= MIN_JOINED_CONFIDENCE and pattern == OPEN:
+                nodes = chain.nodes(LEAP_NODES)
+                backwards = _apart(nodes[::-1], sure[id]) < _apart(nodes, sure[id]) if id in sure else backwards
+                sure[id] = nodes[::-1] if backwards else nodes
+            last[id] = count, reversed_chain(chain, backwards)[0]
             track.items.append((frame, number, last[id][1]))
-            track.backwards[frame] = match.backwards
-            track.patterns[frame] = pattern_of(observation.detection, number, match.backwards)
+            track.backwards[frame], track.patterns[frame] = backwards, pattern
             tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
             if tips and tips[0] > CUT_OFF and tips[-1] > CUT_OFF:
                 track.ending.add(frame)
-    for track in tracks.values():
-        _turn_alike(track)
     return tracks
-
-
-def _turn_alike(track: Track) -> None:
-    """Give each sure chain of a track the direction of the one before: a doubtful chain in between may have told it wrongly."""
-    last = None
-    for k, (frame, number, chain) in enumerate(track.items):
-        if chain.confidence < MIN_JOINED_CONFIDENCE or track.patterns[frame] != OPEN:
-            continue
-        nodes = chain.nodes(LEAP_NODES)
-        if last is not None and _apart(nodes[::-1], last) < _apart(nodes, last):
-            track.items[k] = frame, number, reversed_chain(chain, True)[0]
-            track.backwards[frame] = not track.backwards[frame]
-            nodes = nodes[::-1]
-        last = nodes
 
 
 def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:

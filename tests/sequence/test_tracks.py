@@ -3,48 +3,46 @@
 import numpy as np
 
 from doo3d.config import TrackingConfig
+from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.observations import Observation
-from doo3d.sequence.topology import OPEN
-from doo3d.sequence.tracks import Track, _turn_alike, tracks_of
+from doo3d.sequence.registration import exact_lengths
+from doo3d.sequence.tracks import Track, tracks_of
 from doo3d.types import Chain, Detection
 
-SEGMENT = 0.01
+LEG, BETWEEN = 0.44, 0.04
 
 
-def arch(part: slice, confidence: float) -> Chain:
-    """A part of an arch of 90 segments, in which a chain laid the other way round is hardly farther off."""
-    along = np.linspace(0.0, np.pi, 91)
-    radius = SEGMENT / (2 * np.sin(np.pi / 180))
-    joints = radius * np.column_stack([np.cos(along), np.sin(along), np.zeros(91)]) + [0.0, 0.0, 0.8]
-    joints = joints[part]
-    return Chain(joints, SEGMENT, 0.004, confidence=confidence)
+def chain(line: np.ndarray, confidence: float) -> Chain:
+    line = resample(line, np.linspace(0.0, arc_length(line)[-1], 91))
+    segment = float(np.linalg.norm(np.diff(line, axis=0), axis=1).mean())
+    return Chain(exact_lengths(line, segment), segment, 0.004, confidence=confidence)
 
 
-def test_a_doubtful_chain_does_not_turn_those_after_it() -> None:
-    """A part that ends where the arch is highest fits both halves; here the frame found it the other way round."""
-    shown = [arch(slice(None), 0.9), arch(slice(None, 35, -1), 0.1), arch(slice(None), 0.9)]
-    observations = [Observation(Detection(chains=(chain,), coordinates="camera"), ()) for chain in shown]
+def hairpin(aside: float = 0.0) -> np.ndarray:
+    """A cable that goes 44 cm along and back 4 cm beside: (K, 3) m."""
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 20)
+    turn = BETWEEN / 2 * np.column_stack([np.cos(angles), 1 + np.sin(angles)]) + [LEG, 0.0]
+    flat = np.vstack([[0.0, 0.0], turn, [0.0, BETWEEN]])
+    return np.column_stack([flat[:, 0], flat[:, 1] + aside, np.full(len(flat), 0.8)])
+
+
+def track_of(*chains: Chain) -> Track:
+    observations = [Observation(Detection(chains=(each,), coordinates="camera"), ()) for each in chains]
     tracks = tracks_of(observations, TrackingConfig())
-    assert len(tracks) == 1
-    backwards = [tracks[0].backwards[frame] for frame in range(3)]
-    assert backwards == [False, True, False]
+    assert list(tracks) == [0]
+    return tracks[0]
 
 
-def test_sure_chains_keep_the_direction_of_those_before_them() -> None:
-    whole = arch(slice(None), 0.9)
-    shown = [whole, arch(slice(None, None, -1), 0.9), whole, arch(slice(None, None, -1), 0.9)]
-    observations = [Observation(Detection(chains=(chain,), coordinates="camera"), ()) for chain in shown]
-    track = tracks_of(observations, TrackingConfig())[0]
-    assert [track.backwards[frame] for frame in range(4)] == [False, True, False, True]
-    for _, _, chain in track.items:
-        assert np.allclose(chain.joints, whole.joints)
+def test_chains_have_the_direction_of_those_before_them() -> None:
+    lines = [hairpin(0.005 * k)[:: -1 if k in (1, 3) else 1] for k in range(5)]
+    track = track_of(*(chain(line, 0.9) for line in lines))
+    assert track.backwards == {0: False, 1: True, 2: False, 3: True, 4: False}
+    for _, _, each in track.items:
+        assert each.joints[0, 1] < each.joints[-1, 1]
 
 
-def test_a_sure_chain_is_turned_back_where_a_doubtful_one_was_taken_the_wrong_way_round() -> None:
-    whole, doubtful = arch(slice(None), 0.9), arch(slice(None, 35, -1), 0.1)
-    turned = arch(slice(None, None, -1), 0.9)
-    track = Track([(0, 0, whole), (1, 0, doubtful), (2, 0, turned), (3, 0, turned)], dict.fromkeys(range(4), False), {})
-    track.patterns = dict.fromkeys(range(4), OPEN)
-    _turn_alike(track)
-    assert list(track.backwards.values()) == [False, False, True, True]
-    assert all(np.allclose(chain.joints, whole.joints) for frame, _, chain in track.items if frame != 1)
+def test_a_doubtful_chain_does_not_tell_the_direction_of_the_next() -> None:
+    """It lies between the legs, where one goes forward and one back: near the first leg before, near the second one after."""
+    leg = np.array([[0.0, 0.019, 0.8], [LEG, 0.019, 0.8]])
+    track = track_of(chain(hairpin(), 0.9), chain(leg, 0.1), chain(hairpin(-0.01), 0.9), chain(hairpin(-0.01), 0.9))
+    assert not any(track.backwards.values())

@@ -59,7 +59,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by what was seen": {f"{_PLACE}.tracks:lengths_of": _all_seen},
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
-    "sure chains of an object in one direction": {f"{_PLACE}.tracks:_turn_alike": _never},
+    "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
     "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
     "strands of a wrong length are not cut": {f"{_PLACE}.cutting:_are_apart": _all_apart},
