@@ -101,9 +101,7 @@ def tracks_of(
     """
     tracks: dict[int, Track] = {}
     last: dict[int, tuple[int, Chain]] = {}  # by id, the frame that showed its chain last, counted without empty ones, and this
-    sure: dict[
-        int, Floats
-    ] = {}  # by id, nodes of the last chain that is sure: a doubtful one does not tell how the next one runs
+    sure: dict[int, Chain] = {}  # by id, the last sure chain: a doubtful one alone does not tell how the next one runs
     count = 0
     for frame, observation in enumerate(observations):
         all_chains = enumerate(observation.detection.chains)
@@ -119,17 +117,24 @@ def tracks_of(
             id = len(tracks) if known is None else ids[known]
             track = tracks.setdefault(id, Track([], {}, {}))
             pattern, backwards = pattern_of(observation.detection, number, match.backwards), match.backwards
-            if chain.confidence >= MIN_JOINED_CONFIDENCE and pattern == OPEN:
-                nodes = chain.nodes(LEAP_NODES)
-                backwards = _apart(nodes[::-1], sure[id]) < _apart(nodes, sure[id]) if id in sure else backwards
-                sure[id] = nodes[::-1] if backwards else nodes
+            if id in sure and pattern == OPEN:
+                backwards = _runs_backwards(chain, (last[id][1], sure[id]))
             last[id] = count, reversed_chain(chain, backwards)[0]
+            if chain.confidence >= MIN_JOINED_CONFIDENCE:
+                sure[id] = last[id][1]
             track.items.append((frame, number, last[id][1]))
             track.backwards[frame], track.patterns[frame] = backwards, pattern
             tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
             if tips and tips[0] > CUT_OFF and tips[-1] > CUT_OFF:
                 track.ending.add(frame)
     return tracks
+
+
+def _runs_backwards(chain: Chain, before: Sequence[Chain]) -> bool:
+    """Tell whether a chain runs against that of some earlier ones which it lies nearest to."""
+    nodes = chain.nodes(LEAP_NODES)
+    apart = [(_apart(nodes[::step], each.nodes(LEAP_NODES)), step < 0) for each in before for step in (1, -1)]
+    return min(apart)[1]
 
 
 def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:

@@ -72,4 +72,4 @@ def test_against_rotations_of_scipy(seed):
     for row in seen:
         for first, length in rng.integers(0, count, (2, 2)):
             row[first : first + length] = False
-    np.testing.assert_allclose(carry_hidden(joints, seen, 0.01), by_joints(joints, seen, 0.01), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(carry_hidden(joints, seen, 0.01), by_joints(joints, seen, 0.01), rtol=0, atol=1e-12)

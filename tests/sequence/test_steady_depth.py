@@ -167,3 +167,12 @@ def test_frames_that_show_less_of_an_object_are_smoothed_by_themselves() -> None
     chains = [chain_of(true_line(k)[: 35 if k >= 15 else None]) for k in frames]
     for frame, chain in zip(frames, steadied_chains(chains), strict=True):
         assert depth_error(chain, frame) < 0.002
+
+
+@pytest.mark.parametrize("direction", [(0.0, 0.0, 1.0), (0.1, 0.2, 1.0)])
+def test_a_chain_that_is_seen_end_on_stays(direction: tuple[float, float, float]) -> None:
+    """It has no length in the image, and no direction."""
+    sight = np.array(direction) / np.linalg.norm(direction)
+    for joints in (1, 30):
+        chains = [Chain(np.outer(0.5 + 0.01 * np.arange(joints + 1), sight), 0.01, 0.004)] * 5
+        assert steadied_chains(chains) == chains

@@ -55,7 +55,8 @@ struct Frames {
 };
 
 // Return how the joints beside the hidden ones, `first` to before `end`, turn from one frame to another: a bend far off does not turn the
-// hidden ones, and those beside them are too few to tell how a long part turns. Points a segment off along each axis do not turn: a straight line does not tell how far it turns round itself.
+// hidden ones, and those next to them are too few to tell how a long part turns. Points a segment off along each axis do not turn: a
+// straight line does not tell how far it turns round itself.
 Turn turn_between(const Frames& frames, Index start, Index frame, Index first, Index end, Visits& visits) {
     std::vector<double> weights(frames.joints_per_frame, 0.0);
     double total = 0.0;

@@ -108,8 +108,9 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
     """
     extended = _segment(data, config, mask, 0)
     known = base.foreground
-    foreground = replace(extended.foreground, is_told=known.is_told, plane=known.plane, probability=known.probability)
-    foreground = replace(foreground, is_clean=known.is_clean)
+    foreground = replace(
+        extended.foreground, is_told=known.is_told, is_clean=known.is_clean, plane=known.plane, probability=known.probability
+    )
     return replace(extended, foreground=foreground, method=EXTENDED, choice=base.choice, base=base.base or base)
 
 
