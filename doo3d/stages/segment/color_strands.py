@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...evidence.surround import learn_surround, median_hue
+from ...evidence.surround import learn_surround, median_hue, to_lab
 from ...kernels import color_bands, near_pixels
-from ...types import Array, Bools, Frame, Ints
+from ...types import Array, Bools, Floats, Frame, Ints
 from .mask_parts import MIN_PIXELS, Parts
-from .methods.selected import Selected
+from .methods.selected import ColorBands, Selected
 
 MIN_SIDE_PX = 5
 """px; in a narrower image no color is looked at: the blur that removes the camera's noise is as wide."""
@@ -48,6 +48,9 @@ axes, in an octagon that is a square of the first widened by a diamond of the se
 def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     """Add the strands told by color to the raised pixels, and remove the raised pixels beside them that look like the surface.
 
+    Where that explains not every part of what is raised, the surface is learned again from what is neither raised nor a band:
+    in a coil that depth does not show, most of what is around a pixel is the coil, and the surface within it looked like a band.
+
     Parameters
     ----------
     raised
@@ -58,13 +61,38 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     if frame.color is None:
         return Selected(raised)
     color = np.ascontiguousarray(frame.color)
-    found = _told_by_color(color, raised)
-    if found is None:
+    bands = _told_by_color(color, raised, raised)
+    if bands is None:
         return Selected(raised)
-    parts, surface = found
-    strands = np.flatnonzero(parts.long)
+    selected = select_bands(bands, color)
+    if selected.is_certain:
+        return selected
+    covered = raised.copy()
+    covered.ravel()[bands.parts.pixels] = True
+    again = _told_by_color(color, raised, covered)
+    return selected if again is None else select_bands(again, color)
+
+
+def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) -> Selected:
+    """Return what is selected in a frame with bands that color tells from the surface.
+
+    Parameters
+    ----------
+    bands
+        what differs in color from the surface.
+    color
+        (H, W, 3) uint8 RGB.
+    found
+        (H, W) bool, the pixels that a network takes for an object: where it finds MIN_SEED_SHARE of a band that is not of one
+        width, such as a bundle, what it finds of the band is a strand, too. None asks for bands of one width alone.
+    """
+    parts, surface, raised, surface_hue = bands
+    is_strand = parts.strands
+    if found is not None:
+        parts, is_strand = _with_probable(parts, found)
+    strands = np.flatnonzero(is_strand)
     if not len(strands):
-        return Selected(raised)
+        return Selected(raised, bands=bands)
     share = parts.shares(raised)[strands]
     flat = (share < MIN_RAISED_SHARE) if (share > RAISED_SHARE).any() else np.zeros(len(strands), dtype=bool)
     told = parts.pixels_of(strands[~flat])
@@ -72,13 +100,15 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     selected.ravel()[surface[near_pixels(surface, told, raised.shape, FLANK_SQUARE_PX, FLANK_DIAMOND_PX)]] = False
     selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
     is_certain = False
+    sure = told
     if len(told):
+        sure = _of_own_hue(parts, strands[~flat], color, surface_hue)
         own = Parts.of(selected, told)
         other = _other_things(own, parts, strands[~flat], color)
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
         is_certain = bool((own.holds | other | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    return Selected(selected, _flat_note(len(left_out)), left_out=left_out, told=told, is_certain=is_certain)
+    return Selected(selected, _flat_note(len(left_out)), left_out=left_out, told=told, sure=sure, is_certain=is_certain, bands=bands)
 
 
 def _flat_note(count: int) -> str:
@@ -91,7 +121,7 @@ def _flat_note(count: int) -> str:
 
 def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bools:
     """Return which of the selected parts, (K,) bool, are too short for a strand and have the color of none: boxes and specks."""
-    other = ~own.holds & ~own.long
+    other = ~own.holds & ~own.strands
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
         hues = np.array([median_hue(color, bands.pixels_of(strand)) for strand in strands[:, None]])
@@ -100,18 +130,39 @@ def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bool
     return np.asarray(other)
 
 
-def _told_by_color(color: Array, raised: Bools) -> tuple[Parts, Ints] | None:
+def _of_own_hue(parts: Parts, strands: Ints, color: Array, surface_hue: Floats) -> Ints:
+    """Return the pixels of strands that have their strand's hue and not that of the surface, (2,): of nothing that touches it."""
+    found = [np.zeros(0, dtype=int)]
+    for strand in strands[:, None]:
+        pixels = parts.pixels_of(strand)
+        hue = median_hue(color, pixels)
+        if np.linalg.norm(hue - surface_hue) >= SAME_HUE:
+            own = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:]
+            found.append(pixels[np.linalg.norm(own - hue, axis=1) < SAME_HUE])
+    return np.concatenate(found)
+
+
+def _with_probable(parts: Parts, found: Bools) -> tuple[Parts, Bools]:
+    """Return the parts with only what a network finds of those that are not long and of one width, and which parts are strands."""
+    probable = parts.long & ~parts.strands & (parts.shares(found) >= MIN_SEED_SHARE)
+    kept = ~np.repeat(probable, parts.sizes) | found.ravel()[parts.pixels]
+    sizes = np.add.reduceat(kept, parts.starts[:-1], dtype=int) if len(parts.pixels) else parts.sizes
+    return parts._replace(pixels=parts.pixels[kept], starts=np.append(0, np.cumsum(sizes))), parts.strands | probable
+
+
+def _told_by_color(color: Array, raised: Bools, covered: Bools) -> ColorBands | None:
     """Return the bands that differ from the surface around them and are no shadow, and the raised pixels beside them that do not.
 
-    The image itself is looked at only round the places where a coarser one shows a band; None if it shows none. The pixels are
-    row-major indices.
+    The image itself is looked at only round the places where a coarser one shows a band; None if it shows none. covered : (H, W)
+    bool, the pixels from which the surface is not learned.
     """
     if min(color.shape[:2]) < MIN_SIDE_PX:
         return None
-    around, deviation, seeds = learn_surround(color, raised, GROW_DEVIATIONS)
+    around, deviation, seeds = learn_surround(color, covered, GROW_DEVIATIONS)
     if not seeds.any():
         return None
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
-    return Parts(pixels, starts, widths, holds), surface
+    hue = np.median(around[:, :, 1:].reshape(-1, 2), axis=0)
+    return ColorBands(Parts(pixels, starts, widths, holds), surface, raised, hue)

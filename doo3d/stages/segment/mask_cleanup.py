@@ -10,10 +10,13 @@ import numpy as np
 from ...config import SegmentConfig
 from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import ridge_radius
-from ...types import Array, Bools
+from ...types import Array, Bools, Ints
 
 WIDE_REGION_MARGIN = 1.5
 """Multiple of the largest half-width; pixels nearer than this to the core of a wide region belong to the region."""
+
+NONE = np.zeros(0, dtype=int)
+"""No pixels."""
 
 
 class CleanedMask(NamedTuple):
@@ -41,7 +44,12 @@ class CleanedMask(NamedTuple):
 
 
 def clean_mask(
-    mask: Bools, config: SegmentConfig, may_have_wide: bool, depth: Array | None = None, focal: float = 1.0
+    mask: Bools,
+    config: SegmentConfig,
+    may_have_wide: bool,
+    depth: Array | None = None,
+    focal: float = 1.0,
+    told: Ints = NONE,
 ) -> CleanedMask:
     """Remove small components and wide regions from a mask, and close its small holes.
 
@@ -57,20 +65,23 @@ def clean_mask(
         (H, W) m, 0 = unknown; None measures widths in pixels.
     focal
         focal length in px.
+    told
+        row-major indices of pixels that have the hue of a strand.
 
     Returns
     -------
     The facts of the cleaned mask, and the number of pixels that each step changed.
     """
     solid = FrameFacts(mask, depth, config.min_component)
-    kept = remove_wide_regions(solid, config, focal) if may_have_wide and solid.count else solid
+    kept = remove_wide_regions(solid, config, focal, told) if may_have_wide and solid.count else solid
     return CleanedMask(kept, solid.selected, solid.removed, solid.filled, solid.count - kept.count)
 
 
-def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0) -> FrameFacts:
+def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0, told: Ints = NONE) -> FrameFacts:
     """Return the facts of a mask without regions that are wide in every direction, such as a gripper.
 
-    A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask.
+    A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask. The
+    turns of a coil, or cables side by side, are as wide together: what is twice as long as such a width, and mostly of strands told by their hue, stays; plugs do not.
 
     Parameters
     ----------
@@ -80,6 +91,8 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
         section `segment` of the settings.
     focal
         focal length in px.
+    told
+        row-major indices of pixels that have the hue of a strand.
 
     Returns
     -------
@@ -94,7 +107,22 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
     core = distance * scale > limit
     if not core.any():
         return facts
-    margin = WIDE_REGION_MARGIN * limit / float(np.median(scale[core]))
+    pixel = float(np.median(scale[core]))
+    if len(told):
+        strands = np.zeros_like(facts.mask)
+        strands.ravel()[told] = True
+        core &= ~_bundles(core, strands[box], 2 * limit / pixel)
+    margin = WIDE_REGION_MARGIN * limit / pixel
     result = np.zeros_like(facts.mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
     return FrameFacts(result, facts.depth)
+
+
+def _bundles(core: Bools, strands: Bools, width: float) -> Bools:
+    """Return the connected parts of a mask (h, w) bool that are longer than twice a width, px, and mostly of strands (h, w) bool."""
+    count, label, stats, _ = cv2.connectedComponentsWithStats(core.astype(np.uint8), connectivity=8)
+    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    inside = np.bincount(label[strands], minlength=count)
+    is_bundle = (length > 2 * width) & (2 * inside > stats[:, cv2.CC_STAT_AREA])
+    is_bundle[0] = False
+    return np.asarray(is_bundle[label])

@@ -43,10 +43,16 @@ class Parts(NamedTuple):
 
     @property
     def long(self) -> Bools:
+        """The parts, (K,) bool, that are long for their usual width."""
+        width = 2 * np.maximum(self.widths[:, 0], 0.5)
+        long = self.sizes / width > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width)
+        return np.asarray((self.sizes >= MIN_PIXELS) & long)
+
+    @property
+    def strands(self) -> Bools:
         """The parts, (K,) bool, that are long and of one width."""
         half, most = np.maximum(self.widths[:, 0], 0.5), self.widths[:, 1]
-        long = self.sizes / (2 * half) > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * 2 * half)
-        return np.asarray((self.sizes >= MIN_PIXELS) & long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
+        return np.asarray(self.long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
 
     @property
     def sizes(self) -> Ints:

@@ -11,6 +11,7 @@ import numpy as np
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....types import Array, Bools, Cloud, Frame, Image
+from ..color_strands import select_bands
 from ..judged_parts import judged_mask
 from . import strands
 from .onnx import run_model
@@ -87,8 +88,15 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
     rules = strands.mask(data, config, seed)
     if is_too_long or (rules.is_certain and config.onnx.model is None):
         return rules
-    probability = _with_votes(object_probability(color, config.onnx.model), rules.mask, FRAME_ODDS)
-    return rules._replace(mask=judged_mask(rules, probability > config.onnx.threshold, color))
+    voted = rules.mask
+    if rules.bands is not None:
+        voted = voted.copy()
+        voted.ravel()[rules.bands.parts.pixels] = True
+    probability = _with_votes(object_probability(color, config.onnx.model), voted, FRAME_ODDS)
+    found = probability > config.onnx.threshold
+    if rules.bands is not None:
+        rules = select_bands(rules.bands, np.ascontiguousarray(color), found)._replace(plane=rules.plane)
+    return rules._replace(mask=judged_mask(rules, found, color))
 
 
 def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> Array:

@@ -6,7 +6,29 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....types import Array, Bools, Ints, Plane
+from ....types import Array, Bools, Floats, Ints, Plane
+from ..mask_parts import Parts
+
+
+class ColorBands(NamedTuple):
+    """What differs in color from the surface around it in a frame.
+
+    Attributes
+    ----------
+    parts
+        the bands.
+    surface
+        row-major indices of the raised pixels beside them that do not differ.
+    raised
+        (H, W) bool, the pixels raised from the plane.
+    hue
+        (2,) color axes of 8-bit CIELAB of the surface.
+    """
+
+    parts: Parts
+    surface: Ints
+    raised: Bools
+    hue: Floats
 
 
 class Selected(NamedTuple):
@@ -25,8 +47,12 @@ class Selected(NamedTuple):
         in a frame.
     told
         row-major indices of the pixels of the strands that the rules tell by their color in a frame.
+    sure
+        those of them that have their strand's hue and not the surface's: they are of nothing that touches the strand.
     is_certain
         whether each part that the rules select in a frame, specks aside, holds such a strand: it is no noise of depth.
+    bands
+        what differs in color from the surface in a frame; None if that was not looked at.
     probability
         (H, W) float32, the probability that a pixel belongs to a thin object; None if the method knows none.
     """
@@ -36,5 +62,7 @@ class Selected(NamedTuple):
     plane: Plane | None = None
     left_out: tuple[Ints, ...] = ()
     told: Ints = np.zeros(0, dtype=int)
+    sure: Ints = np.zeros(0, dtype=int)
     is_certain: bool = False
+    bands: ColorBands | None = None
     probability: Array | None = None
