@@ -1,0 +1,49 @@
+"""Tell whether what was measured is mostly of wide surfaces, such as a table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...config import SegmentConfig
+from ...facts.cloud_facts import cloud_facts, sampled, seeds_of
+from ...kernels import fill_cells, neighborhood_spreads, wide_readings
+from ...types import Cloud, Frame
+from .point_filter import NEIGHBORHOOD_CELL_SPACINGS
+from .sparse_strands import is_sparse
+
+MIN_BROAD_FRACTION = 0.5
+"""A scene is broad when more than this fraction of it belongs to surfaces wider than `segment.max_width`."""
+
+MIN_DISC_OCCUPANCY = 0.6
+"""A point of a cloud lies on a surface when more than this fraction of the disc around it is occupied."""
+
+DEPTH_STRIDE_PX = 4
+"""px; every so many rows and columns of a depth image are looked at, since a surface wider than any object shows in them too."""
+
+
+def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
+    """Tell whether more than half of the readings or points lie on surfaces wider than `config.max_width`, such as a table.
+
+    False for data without readings.
+    """
+    if isinstance(data, Frame):
+        return _is_broad_frame(data, config)
+    points = sampled(data.points)
+    seeds = seeds_of(points)
+    size = NEIGHBORHOOD_CELL_SPACINGS * cloud_facts(points).spacing
+    filled = MIN_DISC_OCCUPANCY * np.pi * config.max_width**2 / size**2
+    counts, means, covariances = neighborhood_spreads(points, seeds, config.max_width)
+    some = counts > 8
+    # as many cells are occupied as there are points, at most
+    if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
+        return False
+    axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
+    # strands side by side leave gaps in the plane of the first two principal axes, a surface none
+    is_filled = fill_cells(points, seeds, config.max_width, counts, means, axes, size, filled)[some]
+    return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
+
+
+def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
+    size = DEPTH_STRIDE_PX / frame.camera.fx
+    wide, readings = wide_readings(frame.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)
+    return wide > MIN_BROAD_FRACTION * readings
