@@ -106,7 +106,7 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
         own = Parts.of(selected, told)
         other = _other_things(own, parts, strands[~flat], color)
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
-        is_certain = bool((own.holds | other | (own.sizes < MIN_PIXELS)).all())
+        is_certain = bool((own.holds | (other & ~own.long) | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
     return Selected(selected, _flat_note(len(left_out)), left_out=left_out, told=told, sure=sure, is_certain=is_certain, bands=bands)
 
