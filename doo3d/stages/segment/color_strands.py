@@ -100,15 +100,14 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
     selected.ravel()[surface[near_pixels(surface, told, raised.shape, FLANK_SQUARE_PX, FLANK_DIAMOND_PX)]] = False
     selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
     is_certain = False
-    sure = told
     if len(told):
-        sure = _of_own_hue(parts, strands[~flat], color, surface_hue)
         own = Parts.of(selected, told)
         other = _other_things(own, parts, strands[~flat], color)
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
         is_certain = bool((own.holds | (other & ~own.long) | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    return Selected(selected, _flat_note(len(left_out)), left_out=left_out, told=told, sure=sure, is_certain=is_certain, bands=bands)
+    hued = _of_own_hue(parts, strands[~flat], color, surface_hue)
+    return Selected(selected, _flat_note(len(left_out)), None, left_out, told, hued, is_certain, bands)
 
 
 def _flat_note(count: int) -> str:
@@ -143,7 +142,7 @@ def _of_own_hue(parts: Parts, strands: Ints, color: Array, surface_hue: Floats) 
 
 
 def _with_probable(parts: Parts, found: Bools) -> tuple[Parts, Bools]:
-    """Return the parts with only what a network finds of those that are not long and of one width, and which parts are strands."""
+    """Return the parts, those of many widths with what a network finds of them alone, and which, (K,) bool, are strands."""
     probable = parts.long & ~parts.strands & (parts.shares(found) >= MIN_SEED_SHARE)
     kept = ~np.repeat(probable, parts.sizes) | found.ravel()[parts.pixels]
     sizes = np.add.reduceat(kept, parts.starts[:-1], dtype=int) if len(parts.pixels) else parts.sizes

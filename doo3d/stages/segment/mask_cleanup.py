@@ -49,7 +49,7 @@ def clean_mask(
     may_have_wide: bool,
     depth: Array | None = None,
     focal: float = 1.0,
-    told: Ints = NONE,
+    hued: Ints = NONE,
 ) -> CleanedMask:
     """Remove small components and wide regions from a mask, and close its small holes.
 
@@ -65,7 +65,7 @@ def clean_mask(
         (H, W) m, 0 = unknown; None measures widths in pixels.
     focal
         focal length in px.
-    told
+    hued
         row-major indices of pixels that have the hue of a strand.
 
     Returns
@@ -73,15 +73,16 @@ def clean_mask(
     The facts of the cleaned mask, and the number of pixels that each step changed.
     """
     solid = FrameFacts(mask, depth, config.min_component)
-    kept = remove_wide_regions(solid, config, focal, told) if may_have_wide and solid.count else solid
+    kept = remove_wide_regions(solid, config, focal, hued) if may_have_wide and solid.count else solid
     return CleanedMask(kept, solid.selected, solid.removed, solid.filled, solid.count - kept.count)
 
 
-def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0, told: Ints = NONE) -> FrameFacts:
+def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0, hued: Ints = NONE) -> FrameFacts:
     """Return the facts of a mask without regions that are wide in every direction, such as a gripper.
 
     A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask. The
-    turns of a coil, or cables side by side, are as wide together: what is twice as long as such a width, and mostly of strands told by their hue, stays; plugs do not.
+    turns of a coil, and cables side by side, are as wide together: a region stays that is longer than twice such a width, as no
+    plug is, and mostly has the hue of a strand.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
         section `segment` of the settings.
     focal
         focal length in px.
-    told
+    hued
         row-major indices of pixels that have the hue of a strand.
 
     Returns
@@ -108,9 +109,9 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
     if not core.any():
         return facts
     pixel = float(np.median(scale[core]))
-    if len(told):
+    if len(hued):
         strands = np.zeros_like(facts.mask)
-        strands.ravel()[told] = True
+        strands.ravel()[hued] = True
         core &= ~_bundles(core, strands[box], 2 * limit / pixel)
     margin = WIDE_REGION_MARGIN * limit / pixel
     result = np.zeros_like(facts.mask)
@@ -119,7 +120,7 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
 
 
 def _bundles(core: Bools, strands: Bools, width: float) -> Bools:
-    """Return the connected parts of a mask (h, w) bool that are longer than twice a width, px, and mostly of strands (h, w) bool."""
+    """Return the parts of a mask (h, w) bool that are longer than twice a width, px, and mostly of strands (h, w) bool."""
     count, label, stats, _ = cv2.connectedComponentsWithStats(core.astype(np.uint8), connectivity=8)
     length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
     inside = np.bincount(label[strands], minlength=count)

@@ -134,7 +134,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     given = selected
     if frame.color is not None and method not in ("everything", "plane") and not made.is_certain:
         selected = repair_mask(given, frame.color)[0]
-    cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx, made.sure)
+    cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx, made.hued)
     facts, pixels = cleaned.facts, cleaned.facts.count
     if pixels:
         _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)

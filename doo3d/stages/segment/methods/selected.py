@@ -47,7 +47,7 @@ class Selected(NamedTuple):
         in a frame.
     told
         row-major indices of the pixels of the strands that the rules tell by their color in a frame.
-    sure
+    hued
         those of them that have their strand's hue and not the surface's: they are of nothing that touches the strand.
     is_certain
         whether each part that the rules select in a frame, specks aside, holds such a strand: it is no noise of depth.
@@ -62,7 +62,7 @@ class Selected(NamedTuple):
     plane: Plane | None = None
     left_out: tuple[Ints, ...] = ()
     told: Ints = np.zeros(0, dtype=int)
-    sure: Ints = np.zeros(0, dtype=int)
+    hued: Ints = np.zeros(0, dtype=int)
     is_certain: bool = False
     bands: ColorBands | None = None
     probability: Array | None = None
