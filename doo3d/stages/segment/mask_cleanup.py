@@ -112,18 +112,23 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
     if len(hued):
         strands = np.zeros_like(facts.mask)
         strands.ravel()[hued] = True
-        core &= ~_bundles(core, strands[box], 2 * limit / pixel)
+        core &= ~_bundles(part, strands[box] & part, limit / pixel)
     margin = WIDE_REGION_MARGIN * limit / pixel
     result = np.zeros_like(facts.mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
     return FrameFacts(result, facts.depth)
 
 
-def _bundles(core: Bools, strands: Bools, width: float) -> Bools:
-    """Return the parts of a mask (h, w) bool that are longer than twice a width, px, and mostly of strands (h, w) bool."""
-    count, label, stats, _ = cv2.connectedComponentsWithStats(core.astype(np.uint8), connectivity=8)
-    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    inside = np.bincount(label[strands], minlength=count)
-    is_bundle = (length > 2 * width) & (2 * inside > stats[:, cv2.CC_STAT_AREA])
-    is_bundle[0] = False
-    return np.asarray(is_bundle[label])
+def _bundles(mask: Bools, hued: Bools, limit: float) -> Bools:
+    """Return where a mask (h, w) bool is mostly of strands (h, w) bool side by side, within a half-width in px.
+
+    Either these are apart, none as wide, or they are so wide over more than four times that, as no plug is.
+    """
+    solid = (cv2.distanceTransform(np.pad(hued, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1] > limit).astype(np.uint8)
+    _, label, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
+    is_plug = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) <= 4 * limit
+    is_plug[0] = False
+    side = 2 * int(np.ceil(limit)) + 1
+    plugs = cv2.dilate(is_plug[label].astype(np.uint8), np.ones((side, side), np.uint8))
+    of_strands, of_all = (cv2.boxFilter(each.astype(np.float32), -1, (side, side)) for each in (hued, mask))
+    return np.asarray((2 * of_strands > of_all) & (plugs == 0))
