@@ -8,7 +8,8 @@ from builders.blue_cable import BLUE, DEPTH, SEEN, foreground_of, frame, painted
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label
 
 from doo3d.config import SegmentConfig
-from doo3d.kernels import FrameFacts
+from doo3d.facts.frame_facts import FrameFacts
+from doo3d.stages.segment.mask_cleanup import remove_wide_regions
 
 
 @pytest.mark.parametrize("given", [True, False])
@@ -57,3 +58,38 @@ def test_a_wide_region_is_not_the_object():
     assert foreground_of(data, BLUE, mask).mask[305:415, 205:355].all()
     everything = foreground_of(frame(np.where(mask & ~SEEN, 0.45, DEPTH)), SegmentConfig(method="everything"))
     assert everything.mask[305:415, 205:355].all()
+
+
+BAND = np.zeros((200, 400), dtype=bool)
+for row in (60, 70, 80, 90, 100):
+    BAND[row : row + 7, 20:380] = True
+
+
+def wide_regions_left(mask, hued):
+    """Return what is left of a mask (H, W) in which the pixels of the second one have the hue of a strand."""
+    return remove_wide_regions(FrameFacts(mask), SegmentConfig(max_width=np.inf), 1.0, np.flatnonzero(hued)).mask
+
+
+def test_strands_side_by_side_stay_although_their_gaps_are_filled():
+    strand = np.zeros_like(BAND)
+    strand[150:157, 20:380] = True
+    for column in range(20, 380, 12):
+        strand[10:40, column : column + 2] = True
+    filled = BAND | strand
+    filled[60:107, 150:250] = True
+    left = wide_regions_left(filled, BAND)
+    assert left[60:107, 150:250].all()
+    assert not wide_regions_left(filled, np.zeros_like(BAND))[70:97, 170:230].any()
+
+
+def test_strands_that_touch_over_their_length_stay_and_a_plug_of_their_color_goes():
+    strands = np.zeros((200, 400), dtype=bool)
+    for row in (10, 30, 50, 70):
+        strands[row : row + 7, 20:380] = True
+    bundle, plug = np.zeros_like(strands), np.zeros_like(strands)
+    bundle[100:128, 20:140] = True
+    plug[160:190, 300:340] = True
+    strands[172:179, 20:300] = True
+    left = wide_regions_left(strands | bundle | plug, strands | bundle | plug)
+    assert left[100:128, 20:140].mean() > 0.95
+    assert not left[168:182, 305:335].any()

@@ -107,6 +107,23 @@ def test_the_network_judges_raised_parts_that_no_color_tells(frame, tmp_path):
     np.testing.assert_array_equal(mask(frame, of_probability(tmp_path / "some.onnx", 0.3), 0).mask, by_rules)
 
 
+def test_a_band_of_many_widths_is_told_by_its_color_where_the_network_finds_it(frame, tmp_path):
+    """Three strands that touch over half of their length, and a part of noise that keeps the rules uncertain."""
+    color, depth = frame.color.copy(), frame.depth.copy()
+    u = np.arange(320)
+    bundle = np.zeros(color.shape[:2], dtype=bool)
+    for k in range(3):
+        row = 195 + 7 * k + (2 * (k - 1) * np.clip(u - 160, 0, None) / 12).astype(int)
+        for column in range(10, 310):
+            bundle[row[column] : row[column] + 7, column] = True
+    color[bundle] = (30, 60, 200)
+    with_bundle = Frame(color, depth, frame.camera)
+    assert not strands.mask(with_bundle, SegmentConfig(), 0).mask[bundle].any()
+    found = mask(with_bundle, of_probability(tmp_path / "some.onnx", 0.3), 0)
+    assert found.mask[bundle].mean() > 0.95
+    assert not mask(with_bundle, of_probability(tmp_path / "low.onnx", 0.1), 0).mask[bundle].any()
+
+
 def test_a_certain_network_outdoes_the_rules(tmp_path):
     for probability, share in ((0.1, 0.0), (0.9, 1.0)):
         (tmp_path / "certain.onnx").write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), SIZE))

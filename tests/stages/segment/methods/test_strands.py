@@ -140,3 +140,49 @@ def test_short_things_of_another_color_are_left_out():
 def test_a_cloud_is_refused():
     with refuses("method-needs-image", "strands", "plane"):
         mask(Cloud(np.zeros((3, 3))), SegmentConfig(), 0)
+
+
+def test_a_coil_that_depth_does_not_show():
+    """Most of what is within 60 px of its middle is coil: that is not the color of the surface there."""
+    random = np.random.default_rng(0)
+    color = np.clip(random.normal(150, 3, (480, 640, 3)), 0, 255).astype(np.uint8)
+    depth = (0.8 + 0.001 * random.normal(size=(480, 640))).astype(np.float32)
+    t = np.linspace(0, 12 * np.pi, 3000)
+    coil = np.column_stack((320 + (28 + 2.6 * t) * np.cos(t), 240 + (28 + 2.6 * t) * np.sin(t)))
+    truth = np.zeros((480, 640), np.uint8)
+    drawn(truth, coil, 9, 255)
+    drawn(color, coil, 9, (170, 50, 50))
+    depth[20:26, 100:290] = 0.79
+    found = mask(Frame(color, depth, Camera(500.0, 500.0, 320.0, 240.0, 640, 480)), SegmentConfig(), 0).mask
+    assert found[truth > 127].mean() > 0.95
+    assert not found[225:255, 305:335].any()
+
+
+def test_a_strand_in_the_air_of_which_depth_shows_more_than_there_is():
+    """A stereo camera widens it: nothing else has depth, so nothing says which of that is the surface's."""
+    color, _ = table()
+    drawn(color, BEND, 7, (170, 50, 50))
+    depth = np.where(pixels(BEND, 21), np.float32(0.6), np.float32(0))
+    frame = Frame(color, depth, CAMERA)
+    assert resolve_method(frame, SegmentConfig()) == "network"
+    found = mask(frame, SegmentConfig(), 0)
+    assert overlap(found.mask, pixels(BEND, 7)) > 0.75
+    assert found.is_certain
+
+
+def test_a_strand_of_the_color_of_what_is_behind_it_in_the_air_is_all_that_has_depth():
+    color, _ = table()
+    depth = np.where(pixels(BEND, 9), np.float32(0.6), np.float32(0))
+    np.testing.assert_array_equal(mask(Frame(color, depth, CAMERA), SegmentConfig(), 0).mask, depth > 0)
+
+
+def test_a_raised_part_with_something_else_is_not_certain():
+    """A strand that touches a box is one band with it, whose color is that of the box; another strand is told."""
+    color, depth = table()
+    line = BEND - np.array((0, 60))
+    drawn(color, BEND + np.array((0, 40)), 7, (170, 50, 50))
+    drawn(color, line, 7, (170, 50, 50))
+    color[25:105, 100:220] = (240, 245, 240)
+    depth[pixels(BEND + np.array((0, 40)), 7) | pixels(line, 7)] = 0.78
+    depth[25:105, 100:220] = 0.7
+    assert not mask(Frame(color, depth, CAMERA), SegmentConfig(), 0).is_certain
