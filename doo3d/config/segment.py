@@ -112,7 +112,7 @@ class SegmentConfig(Section):
         "2-D only), network (the rules of strands and a small network; your own by `onnx.model`, from `doo3d train`), "
         "onnx (any other network, `onnx.model`) or auto: the mask if "
         "one is given, else hsv if `ranges` are set, background if `reference` is set, "
-        "network in 2-D and if most of the scene is a broad surface (plane without color), everything otherwise; "
+        "network with a color image, otherwise plane if most of the scene is a broad surface, and everything if not; "
         "or the name of a method that a plug-in adds. Set it if auto chooses wrongly.",
     )
     ranges: tuple[HsvRange, ...] = Field(
