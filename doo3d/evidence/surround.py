@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from ..geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ..kernels import surface_color
+from ..kernels import surface_color, upper_of_groups
 from ..types import Array, Bools, Floats, Ints
 
 MEDIAN_PX = 15
@@ -44,7 +44,12 @@ def to_lab(color: Array) -> Array:
     return np.asarray(cv2.cvtColor(color, cv2.COLOR_RGB2LAB))
 
 
-def median_hue(color: Array, pixels: Ints) -> Floats:
-    """Return the median (2,) of the color axes of 8-bit CIELAB at pixels, given by row-major indices, of (H, W, 3) uint8 RGB."""
-    some = color.reshape(-1, 3)[pixels[:: max(1, len(pixels) // SAMPLES)]]
-    return np.asarray(np.median(to_lab(some[None])[0, :, 1:], axis=0))
+def median_hues(color: Array, pixels: Ints, sizes: Ints) -> Floats:
+    """Return the median color axes of 8-bit CIELAB of K groups of pixels of an image, (K, 2).
+
+    color : (H, W, 3) uint8 RGB. pixels : (N,) row-major indices, group by group. sizes : (K,) number of pixels of each group.
+    """
+    hues = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:].astype(float)
+    group = np.repeat(np.arange(len(sizes)), sizes)
+    axes = (np.ascontiguousarray(axis) for axis in hues.T)
+    return np.column_stack([upper_of_groups(axis, group, len(sizes), 0.5)[0] for axis in axes])

@@ -6,9 +6,11 @@ shows both. Depth in turn shows strands of the table's color, and which of the b
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from ...evidence.surround import learn_surround, median_hue, to_lab
+from ...evidence.surround import learn_surround, to_lab
 from ...kernels import color_bands, near_pixels
 from ...types import Array, Bools, Floats, Frame, Ints
 from .mask_parts import MIN_PIXELS, Parts
@@ -87,9 +89,7 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
         width, such as a bundle, what it finds of the band is a strand, too. None asks for bands of one width alone.
     """
     parts, surface, raised, surface_hue = bands
-    is_strand = parts.strands
-    if found is not None:
-        parts, is_strand = _with_probable(parts, found)
+    parts, is_strand = (parts, parts.strands) if found is None else _with_probable(parts, found)
     strands = np.flatnonzero(is_strand)
     if not len(strands):
         return Selected(raised, bands=bands)
@@ -106,7 +106,7 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
         is_certain = bool((own.holds | (other & ~own.long) | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    hued = _of_own_hue(parts, strands[~flat], color, surface_hue)
+    hued = partial(_of_own_hue, parts, strands[~flat], color, surface_hue)
     return Selected(selected, _flat_note(len(left_out)), None, left_out, told, hued, is_certain, bands)
 
 
@@ -123,22 +123,18 @@ def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bool
     other = ~own.holds & ~own.strands
     candidates = np.flatnonzero(other & (own.sizes >= MIN_PIXELS))
     if len(candidates):
-        hues = np.array([median_hue(color, bands.pixels_of(strand)) for strand in strands[:, None]])
-        own_hues = np.array([median_hue(color, own.pixels_of(part)) for part in candidates[:, None]])
-        other[candidates] = np.linalg.norm(own_hues[:, None] - hues, axis=2).min(axis=1) >= SAME_HUE
+        hues = bands.hues(strands, color)
+        other[candidates] = np.linalg.norm(own.hues(candidates, color)[:, None] - hues, axis=2).min(axis=1) >= SAME_HUE
     return np.asarray(other)
 
 
 def _of_own_hue(parts: Parts, strands: Ints, color: Array, surface_hue: Floats) -> Ints:
     """Return the pixels of strands that have their strand's hue and not that of the surface, (2,): of nothing that touches it."""
-    found = [np.zeros(0, dtype=int)]
-    for strand in strands[:, None]:
-        pixels = parts.pixels_of(strand)
-        hue = median_hue(color, pixels)
-        if np.linalg.norm(hue - surface_hue) >= SAME_HUE:
-            own = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:]
-            found.append(pixels[np.linalg.norm(own - hue, axis=1) < SAME_HUE])
-    return np.concatenate(found)
+    pixels, hues = parts.pixels_of(strands), parts.hues(strands, color)
+    expected = np.repeat(hues, parts.sizes[strands], axis=0)
+    own = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:]
+    differs = np.repeat(np.linalg.norm(hues - surface_hue, axis=1) >= SAME_HUE, parts.sizes[strands])
+    return np.asarray(pixels[differs & (np.linalg.norm(own - expected, axis=1) < SAME_HUE)])
 
 
 def _with_probable(parts: Parts, found: Bools) -> tuple[Parts, Bools]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import cv2
@@ -11,12 +12,14 @@ from ...config import SegmentConfig
 from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import ridge_radius
 from ...types import Array, Bools, Ints
+from .methods.selected import no_pixels
 
 WIDE_REGION_MARGIN = 1.5
 """Multiple of the largest half-width; pixels nearer than this to the core of a wide region belong to the region."""
 
-NONE = np.zeros(0, dtype=int)
-"""No pixels."""
+MAX_PLUG_LENGTH = 2.0
+"""Length of a plug at most, over the width from which on a region is wide, without that width: of those of rendered scenes 1.5,
+of the wide middle of coils 3.3 and more."""
 
 
 class CleanedMask(NamedTuple):
@@ -49,7 +52,7 @@ def clean_mask(
     may_have_wide: bool,
     depth: Array | None = None,
     focal: float = 1.0,
-    hued: Ints = NONE,
+    hued: Callable[[], Ints] = no_pixels,
 ) -> CleanedMask:
     """Remove small components and wide regions from a mask, and close its small holes.
 
@@ -66,7 +69,7 @@ def clean_mask(
     focal
         focal length in px.
     hued
-        row-major indices of pixels that have the hue of a strand.
+        gives the row-major indices of the pixels that have the hue of a strand; it is asked where there are wide regions.
 
     Returns
     -------
@@ -77,12 +80,14 @@ def clean_mask(
     return CleanedMask(kept, solid.selected, solid.removed, solid.filled, solid.count - kept.count)
 
 
-def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0, hued: Ints = NONE) -> FrameFacts:
+def remove_wide_regions(
+    facts: FrameFacts, config: SegmentConfig, focal: float = 1.0, hued: Callable[[], Ints] = no_pixels
+) -> FrameFacts:
     """Return the facts of a mask without regions that are wide in every direction, such as a gripper.
 
     A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask. The
-    turns of a coil, and cables side by side, are as wide together: a region stays that is longer than twice such a width, as no
-    plug is, and mostly has the hue of a strand.
+    turns of a coil, and cables side by side, are as wide together: what mostly has the hue of a strand stays, unless a solid
+    piece of it is wide and as short as a plug.
 
     Parameters
     ----------
@@ -93,7 +98,7 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
     focal
         focal length in px.
     hued
-        row-major indices of pixels that have the hue of a strand.
+        gives the row-major indices of the pixels that have the hue of a strand; it is asked where there are wide regions.
 
     Returns
     -------
@@ -109,10 +114,10 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
     if not core.any():
         return facts
     pixel = float(np.median(scale[core]))
-    if len(hued):
-        strands = np.zeros_like(facts.mask)
-        strands.ravel()[hued] = True
-        core &= ~_bundles(part, strands[box] & part, limit / pixel)
+    if len(strands := hued()):
+        of_strands = np.zeros_like(facts.mask)
+        of_strands.ravel()[strands] = True
+        core &= ~_bundles(part, of_strands[box] & part, limit / pixel)
     margin = WIDE_REGION_MARGIN * limit / pixel
     result = np.zeros_like(facts.mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
@@ -122,11 +127,11 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
 def _bundles(mask: Bools, hued: Bools, limit: float) -> Bools:
     """Return where a mask (h, w) bool is mostly of strands (h, w) bool side by side, within a half-width in px.
 
-    Either these are apart, none as wide, or they are so wide over more than four times that, as no plug is.
+    Either these are apart, none as wide, or they are so wide over a longer stretch than a plug.
     """
     solid = (cv2.distanceTransform(np.pad(hued, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1] > limit).astype(np.uint8)
     _, label, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
-    is_plug = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) <= 4 * limit
+    is_plug = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) <= MAX_PLUG_LENGTH * 2 * limit
     is_plug[0] = False
     side = 2 * int(np.ceil(limit)) + 1
     plugs = cv2.dilate(is_plug[label].astype(np.uint8), np.ones((side, side), np.uint8))

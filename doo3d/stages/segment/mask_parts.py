@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...evidence.surround import median_hues
 from ...kernels import mask_parts
-from ...types import Bools, Floats, Ints
+from ...types import Array, Bools, Floats, Ints
 
 MIN_LENGTH_PX, MIN_LENGTH_WIDTHS, MIN_PIXELS = 40.0, 12.0, 60
 """Length of a strand at least, in px and in widths, and its pixels."""
@@ -68,3 +69,7 @@ class Parts(NamedTuple):
         """Return the row-major indices of the pixels of some parts, given by number."""
         chosen = [self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]
         return np.concatenate(chosen) if chosen else np.zeros(0, dtype=int)
+
+    def hues(self, wanted: Ints, color: Array) -> Floats:
+        """Return the median color axes (N, 2) of 8-bit CIELAB, in an image (H, W, 3) uint8 RGB, of some parts given by number."""
+        return median_hues(color, self.pixels_of(wanted), self.sizes[wanted])

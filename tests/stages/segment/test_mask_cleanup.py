@@ -67,7 +67,7 @@ for row in (60, 70, 80, 90, 100):
 
 def wide_regions_left(mask, hued):
     """Return what is left of a mask (H, W) in which the pixels of the second one have the hue of a strand."""
-    return remove_wide_regions(FrameFacts(mask), SegmentConfig(max_width=np.inf), 1.0, np.flatnonzero(hued)).mask
+    return remove_wide_regions(FrameFacts(mask), SegmentConfig(max_width=np.inf), 1.0, lambda: np.flatnonzero(hued)).mask
 
 
 def test_strands_side_by_side_stay_although_their_gaps_are_filled():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,11 @@ class ColorBands(NamedTuple):
     hue: Floats
 
 
+def no_pixels() -> Ints:
+    """Return no pixels, (0,)."""
+    return np.zeros(0, dtype=int)
+
+
 class Selected(NamedTuple):
     """The pixels that a method selects, with what else it knows of the image.
 
@@ -48,7 +54,7 @@ class Selected(NamedTuple):
     told
         row-major indices of the pixels of the strands that the rules tell by their color in a frame.
     hued
-        those of them that have their strand's hue and not the surface's: they are of nothing that touches the strand.
+        gives those of them that have their strand's hue and not the surface's: they are of nothing that touches the strand.
     is_certain
         whether each part that the rules select in a frame, specks aside, holds such a strand: it is no noise of depth.
     bands
@@ -62,7 +68,7 @@ class Selected(NamedTuple):
     plane: Plane | None = None
     left_out: tuple[Ints, ...] = ()
     told: Ints = np.zeros(0, dtype=int)
-    hued: Ints = np.zeros(0, dtype=int)
+    hued: Callable[[], Ints] = no_pixels
     is_certain: bool = False
     bands: ColorBands | None = None
     probability: Array | None = None
