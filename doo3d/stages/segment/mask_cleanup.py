@@ -17,10 +17,6 @@ from .methods.selected import no_pixels
 WIDE_REGION_MARGIN = 1.5
 """Multiple of the largest half-width; pixels nearer than this to the core of a wide region belong to the region."""
 
-MAX_PLUG_LENGTH = 2.0
-"""Length of a plug at most, over the width from which on a region is wide, without that width: of those of rendered scenes 1.5,
-of the wide middle of coils 3.3 and more."""
-
 
 class CleanedMask(NamedTuple):
     """The facts of a cleaned mask, and the number of pixels that each step changed.
@@ -87,7 +83,7 @@ def remove_wide_regions(
 
     A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask. The
     turns of a coil, and cables side by side, are as wide together: what mostly has the hue of a strand stays, unless a solid
-    piece of it is wide and as short as a plug.
+    piece of it is as wide, such as a plug.
 
     Parameters
     ----------
@@ -125,15 +121,9 @@ def remove_wide_regions(
 
 
 def _bundles(mask: Bools, hued: Bools, limit: float) -> Bools:
-    """Return where a mask (h, w) bool is mostly of strands (h, w) bool side by side, within a half-width in px.
-
-    Either these are apart, none as wide, or they are so wide over a longer stretch than a plug.
-    """
-    solid = (cv2.distanceTransform(np.pad(hued, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1] > limit).astype(np.uint8)
-    _, label, stats, _ = cv2.connectedComponentsWithStats(solid, connectivity=8)
-    is_plug = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) <= MAX_PLUG_LENGTH * 2 * limit
-    is_plug[0] = False
+    """Return where a mask (h, w) bool is mostly of strands (h, w) bool within a half-width in px, and none of them as wide."""
+    solid = cv2.distanceTransform(np.pad(hued, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1] > limit
     side = 2 * int(np.ceil(limit)) + 1
-    plugs = cv2.dilate(is_plug[label].astype(np.uint8), np.ones((side, side), np.uint8))
+    plugs = cv2.dilate(solid.astype(np.uint8), np.ones((side, side), np.uint8))
     of_strands, of_all = (cv2.boxFilter(each.astype(np.float32), -1, (side, side)) for each in (hued, mask))
     return np.asarray((2 * of_strands > of_all) & (plugs == 0))
