@@ -31,21 +31,20 @@ from it, where somebody said what the object is: fitted by docs/fit_confidence.p
 `rivals` 1, with which the log odds are the mean over all interpretations."""
 
 UNTOLD = {
-    "base": 6.94,
-    "joins": 0.20,
-    "unsupported": 0.05,
-    "residual": 0.57,
-    "bend": 1.58,
-    "undecided": 1.09,
-    "beside": 1.04,
-    "unclaimed": 11.77,
-    "stubby": 3.87,
-    "uneven": 4.82,
+    "base": 7.66,
+    "joins": 0.51,
+    "residual": 0.62,
+    "bend": 1.53,
+    "undecided": 1.64,
+    "beside": 0.58,
+    "unclaimed": 12.62,
+    "stubby": 3.81,
+    "uneven": 3.79,
     "flat": 2.70,
-    "edge": 1.32,
-    "stray": 3.41,
-    "odd": 0.88,
-    "unsure": 0.74,
+    "edge": 1.44,
+    "stray": 3.81,
+    "odd": 0.99,
+    "unsure": 0.93,
 }
 """The same where strands were looked for in a frame by their shape alone: fitted by docs/fit_untold.py. Right chains count as
 much together as wrong ones."""
