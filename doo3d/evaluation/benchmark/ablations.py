@@ -98,6 +98,18 @@ ABLATIONS: dict[str, Ablation] = {
     "parts judged by a network": Ablation(
         {"segment.method": "strands"}, modules=("stages.segment.judged_parts",), made_for=("untold",)
     ),
+    "bands of many widths told by a network": Ablation(
+        places={f"{_STAGES}.segment.color_strands:_with_probable": lambda parts, _: (parts, parts.strands)}, made_for=("untold",)
+    ),
+    "surface learned outside of bands": Ablation(
+        places={f"{_STAGES}.segment.color_strands:_told_again": _none}, made_for=("untold",)
+    ),
+    "color where nothing broad has depth": Ablation(
+        places={f"{_STAGES}.segment.methods.strands:is_broad": lambda *_: True}, made_for=("untold",)
+    ),
+    "strands side by side are not wide": Ablation(
+        places={f"{_STAGES}.segment.mask_cleanup:_bundles": lambda mask, *_: np.zeros_like(mask)}, made_for=("untold",)
+    ),
     "split strands": Ablation(
         places={f"{_STAGES}.segment.segment:split_strands": _no_split},
         modules=tuple(f"stages.segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),

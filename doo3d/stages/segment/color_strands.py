@@ -67,11 +67,7 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     if bands is None:
         return Selected(raised)
     selected = select_bands(bands, color)
-    if selected.is_certain:
-        return selected
-    covered = raised.copy()
-    covered.ravel()[bands.parts.pixels] = True
-    again = _told_by_color(color, raised, covered)
+    again = None if selected.is_certain else _told_again(color, bands)
     return selected if again is None else select_bands(again, color)
 
 
@@ -161,3 +157,10 @@ def _told_by_color(color: Array, raised: Bools, covered: Bools) -> ColorBands | 
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
     hue = np.median(around[:, :, 1:].reshape(-1, 2), axis=0)
     return ColorBands(Parts(pixels, starts, widths, holds), surface, raised, hue)
+
+
+def _told_again(color: Array, bands: ColorBands) -> ColorBands | None:
+    """Return the bands that differ from the surface as it is outside of the first ones; None without any."""
+    covered = bands.raised.copy()
+    covered.ravel()[bands.parts.pixels] = True
+    return _told_by_color(color, bands.raised, covered)
