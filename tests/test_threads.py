@@ -35,8 +35,8 @@ def result(arguments):
 def frames():
     photos = [(path, "image") for path in ("photos/four.jpg", "photos/knot.jpg", "photos/tangle.jpg", "photos/hidden.jpg")]
     clouds = [(f"clouds/{name}", "default") for name in ("crossing.ply", "open.ply", "two_cables.npz")]
-    folders = [(name, "default") for name in ("crossing", "hand", "occluder", "two_cables")]
-    return [sample(*each) for each in (*folders, ("t_piece", "harness"), *photos, *clouds)]
+    folders = [(name, "default") for name in ("crossing", "occluder", "two_cables")]
+    return [sample(*each) for each in (*folders, ("hand", "default", 19), ("t_piece", "harness"), *photos, *clouds)]
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.evidence.surround import MIN_DEVIATION, learn_surround, median_hue, to_lab
+from doo3d.evidence.surround import MIN_DEVIATION, learn_surround, median_hues, to_lab
 
 RED, GRAY = (200, 40, 30), (150, 150, 145)
 NOTHING = np.zeros((240, 320), bool)
@@ -35,6 +35,6 @@ def test_the_deviation_follows_the_noise():
 @pytest.mark.parametrize(("color", "sign"), [(RED, 1), ((30, 160, 60), -1)])
 def test_the_hue_tells_red_from_green_in_any_light(color, sign):
     bright, dark = (np.full((4, 4, 3), np.multiply(color, light), np.uint8) for light in (1.0, 0.8))
-    hues = [median_hue(image, np.arange(16)) for image in (bright, dark)]
+    hues = [median_hues(image, np.arange(16), np.array([16]))[0] for image in (bright, dark)]
     assert sign * (hues[0][0] - 128) > 10
     assert np.linalg.norm(hues[0] - hues[1]) < 20
