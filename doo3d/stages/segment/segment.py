@@ -33,7 +33,7 @@ AUTO_NOTES = {
     "network": "segment: method network (auto), since no mask or color is given; doo3d tune proposes colors",
     "strands": "segment: method strands (auto), since no mask or color is given; doo3d tune proposes colors",
     "plane": "segment: method plane (auto), since no mask or color is given; doo3d tune proposes settings",
-    "everything": "segment: method everything (auto): there is no color and no broad surface, so all of it is taken for objects",
+    "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
 }
 """Notes on the method that `auto` took where nobody said what the object is."""
 

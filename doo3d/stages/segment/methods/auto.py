@@ -19,6 +19,6 @@ def choose_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
         return "hsv"
     if config.reference is not None:
         return "background"
-    if isinstance(data, Image) or (isinstance(data, Frame) and data.color is not None):
+    if not isinstance(data, Cloud) and data.color is not None:
         return "network" if IS_PACKAGED else "strands"
     return "plane" if is_broad(data, config) else "everything"
