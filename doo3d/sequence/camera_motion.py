@@ -218,16 +218,16 @@ def _halved(image: Array) -> Array:
 def _align(first: Sequence[Level], second: Sequence[Level], guess: Floats) -> _Alignment | None:
     """Return how two views fit best, from a guess of the pose on; None unless half of the first view agrees with the second.
 
-    If the views in full do not converge in two steps, the coarser levels are searched, too, and the better of both counts.
+    Where they move a pixel or more from the guess, the coarser levels are searched, too, and the better of both counts.
     """
     if first[0][0].shape != second[0][0].shape:
         return None
     light = np.array([1.0, 0.0])
-    near, steps = _descended(first[0], second[0], guess, light)
-    if steps > 2 or not _agrees(near):
+    near = _descended(first[0], second[0], guess, light)
+    if near is None or not _agrees(near) or _image_motion(first[0], near.pose @ np.linalg.inv(guess)) >= 1:
         far: _Alignment | None = near
         for level in reversed(range(LEVELS)):
-            far, _ = _descended(first[level], second[level], guess, light)
+            far = _descended(first[level], second[level], guess, light)
             if far is None:
                 break
             guess, light = far.pose, far.light
@@ -241,18 +241,25 @@ def _agrees(found: _Alignment | None) -> bool:
     return found is not None and 2 * found.agreeing >= found.known
 
 
-def _descended(first: Level, second: Level, pose: Floats, light: Floats) -> tuple[_Alignment | None, int]:
-    """Return how two views fit after Gauss-Newton steps, and their number; None if they share less than half of the first."""
+def _image_motion(level: Level, motion: Floats) -> float:
+    """Return how far a small motion (4, 4) of the camera can move a view in its image, px."""
+    nearness = float(np.nanmedian(level[1])) if np.isfinite(level[1]).any() else 0.0
+    turn = Rotation.from_matrix(motion[:3, :3]).magnitude()
+    return float(level[2][0] * (turn + nearness * np.linalg.norm(motion[:3, 3])))
+
+
+def _descended(first: Level, second: Level, pose: Floats, light: Floats) -> _Alignment | None:
+    """Return how two views fit after Gauss-Newton steps; None if they share less than half of the first."""
     nearness = float(np.nanmedian(first[1])) if np.isfinite(first[1]).any() else 0.0
-    for step in range(1, STEPS + 1):
+    for _ in range(STEPS):
         found = _compared(first, second, pose, light)
         if 2 * found.seen < found.known or not found.seen:
-            return None, step
+            return None
         change = np.linalg.lstsq(found.equations[:, :8], found.equations[:, 8], rcond=None)[0]
         pose, light = _changed(pose, light, change)
         if first[2][0] * (np.linalg.norm(change[:3]) + nearness * np.linalg.norm(change[3:6])) < CONVERGED_PX:
             break
-    return replace(found, pose=pose, light=light), step
+    return replace(found, pose=pose, light=light)
 
 
 def _compared(first: Level, second: Level, pose: Floats, light: Floats, noise: Floats | None = None) -> _Alignment:

@@ -132,9 +132,9 @@ def tracks_of(
 
 def _runs_backwards(chain: Chain, before: Sequence[Chain]) -> bool:
     """Tell whether a chain runs against that of some earlier ones which it lies nearest to."""
-    nodes = chain.nodes(LEAP_NODES)
-    apart = [(_apart(nodes[::step], each.nodes(LEAP_NODES)), step < 0) for each in before for step in (1, -1)]
-    return min(apart)[1]
+    nodes, earlier = chain.nodes(LEAP_NODES), np.array([each.nodes(LEAP_NODES) for each in before])
+    forward, backward = (np.linalg.norm(earlier - way, axis=2).mean(axis=1).min() for way in (nodes, nodes[::-1]))
+    return bool(backward < forward)
 
 
 def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
