@@ -71,7 +71,7 @@ def parallels(rng: Rng, size: int, radius: float) -> list[Array]:
     base = wander(rng, size, 6 * radius)
     normal = normals(base)
     count = int(rng.integers(2, 11))
-    pitch = 2 * radius * (1 if rng.random() < 0.4 else rng.uniform(1, 5))
+    pitch = 2 * radius * (1 if rng.random() < 0.3 else np.exp(rng.uniform(0, 1.6)))
     drift = 0.0 if rng.random() < 0.3 else rng.uniform(0.1, 1.2) * pitch * (count if rng.random() < 0.4 else 1)
     curves = []
     for number in range(count):

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 
 from ..types import Array
-from .backgrounds import FONTS, LETTERS, grid, inked
-from .curves import STEP_PX, resampled, wander
+from .backgrounds import FONTS, KINDS, LETTERS, grid, inked
+from .curves import STEP_PX, parallels, resampled, wander
 from .noise import Rng, color, octaves, palette
 from .strands import (
     Canvas,
@@ -146,10 +146,8 @@ def small_parts(rng: Rng, canvas: Canvas, light: Light) -> None:
         elif kind < 0.8:
             end = tuple(int(v) for v in rng.random(2) * size)
             cv2.line(image, center, end, shade, int(rng.integers(1, 3)), cv2.LINE_AA)
-        elif kind < 0.9:
-            _crack(rng, image, np.array(center, float))
         else:
-            image[:] = _groove(rng, image, np.array(center, float))
+            _crack(rng, image, np.array(center, float))
 
 
 def _crack(rng: Rng, image: Array, start: Array) -> None:
@@ -165,7 +163,7 @@ def _crack(rng: Rng, image: Array, start: Array) -> None:
         cv2.line(image, tuple(int(v) for v in a), tuple(int(v) for v in b), shade, thickness, cv2.LINE_AA)
 
 
-def _groove(rng: Rng, image: Array, place: Array) -> Array:
+def groove(rng: Rng, image: Array, place: Array) -> Array:
     """Return the image with a groove across it: a joint of a floor, with ragged borders and dirt inside."""
     size = image.shape[0]
     x, y = grid(size)
@@ -207,13 +205,16 @@ def out_of_focus(rng: Rng, canvas: Canvas, light: Light) -> None:
         extent = size * np.exp(rng.uniform(-3.2, -0.3, 2))
         patch(rng, canvas, box(rng, rng.random(2) * size, rng.normal(0, 0.3), extent), color(rng))
     for _ in range(int(rng.integers(0, 4))):
+        _piece_of_surface(rng, canvas)
+    for _ in range(int(rng.integers(0, 4))):
         profile(rng, canvas)
     tools(rng, canvas, light, int(rng.integers(0, 6)))
     sigma = float(np.exp(rng.uniform(np.log(2.5), np.log(14))))
     strands = []
-    for _ in range(int(rng.integers(0, 8))):
-        radius = sigma * rng.uniform(0.4, 1.6)
-        strands.append(replace(random_strand(rng, wander(rng, size, radius), radius, light, color(rng)), is_object=False))
+    for _ in range(int(rng.integers(0, 6))):
+        radius, shade = sigma * rng.uniform(0.4, 1.6), color(rng)
+        for curve in [wander(rng, size, radius)] if rng.random() < 0.7 else parallels(rng, size, radius):
+            strands.append(replace(random_strand(rng, curve, radius, light, shade), is_object=False))
     paint(rng, canvas, strands)
     if rng.random() < 0.5:
         canvas.image[:] = cv2.GaussianBlur(canvas.image, (0, 0), sigma)
@@ -222,6 +223,16 @@ def out_of_focus(rng: Rng, canvas: Canvas, light: Light) -> None:
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width)).astype(np.float32)
     lamps = canvas.image * (1 + np.float32(rng.uniform(0, 2)) * (canvas.image > 0.85))
     canvas.image[:] = np.clip(cv2.filter2D(lamps, -1, disc / disc.sum(), borderType=cv2.BORDER_REFLECT), 0, 1)
+
+
+def _piece_of_surface(rng: Rng, canvas: Canvas) -> None:
+    """Draw a box with the texture of another background: a keyboard, a grille, a board, a heap of parts in a room."""
+    size = canvas.mask.shape[0]
+    corners = box(rng, rng.random(2) * size, rng.normal(0, 0.5), size * np.exp(rng.uniform(-2, 0, 2)))
+    cover = np.zeros((size, size), np.float32)
+    cv2.fillConvexPoly(cover, np.round(corners * 16).astype(np.int32), 1.0, cv2.LINE_AA, 4)
+    texture = list(KINDS.values())[int(rng.integers(len(KINDS)))](rng, size)
+    canvas.image[:] = canvas.image * (1 - cover[..., None]) + cover[..., None] * texture
 
 
 def tools(rng: Rng, canvas: Canvas, light: Light, count: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from ..types import Array
 from .backgrounds import background
 from .curves import LAYOUTS, SHARES
-from .distractors import box, connector, finger, out_of_focus, patch, profile, small_parts, tools
+from .distractors import box, connector, finger, groove, out_of_focus, patch, profile, small_parts, tools
 from .noise import Rng, color, octaves
 from .strands import Canvas, Light, Strand, paint, random_light, random_strand
 
@@ -50,6 +50,9 @@ def draw(seed: int, index: int, size: int = 320, held_out: bool = False) -> tupl
             profile(rng, canvas)
     if rng.random() < (0.1 if is_far else 0.5):
         small_parts(rng, canvas, light)
+    if not is_far and rng.random() < 0.15:
+        for _ in range(int(rng.integers(1, 4))):
+            canvas.image[:] = groove(rng, canvas.image, rng.random(2) * size)
     if rng.random() < (0.1 if is_far else 0.3):
         tools(rng, canvas, light, int(rng.integers(1, 4)))
     if rng.random() > EMPTY_SHARE:
@@ -101,8 +104,9 @@ def _cast_shadow(rng: Rng, canvas: Canvas, strands: list[Strand], light: Light) 
         return
     shadow = np.zeros(canvas.mask.shape, np.float32)
     height = rng.uniform(0.3, 1) * np.exp(rng.uniform(0, 2.2))
-    shift = -light.direction[:2] * height * strands[0].radii.mean() + rng.normal(0, 1, 2)
-    for strand in strands:
+    reach = -light.direction[:2] * height
+    for strand in strands:  # beside each other, the shadow of one fills the gap to the next
+        shift = reach * strand.radii.mean() * rng.uniform(0.7, 1.3) + rng.normal(0, 1, 2)
         line = np.round((strand.curve[::4] + shift) * 16).astype(np.int32)
         cv2.polylines(shadow, [line], False, 1.0, max(1, round(2 * strand.radii.mean())), cv2.LINE_AA, 4)
     soft = float(np.clip(height * rng.uniform(0.1, 0.8), 0.6, 15))

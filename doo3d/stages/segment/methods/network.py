@@ -7,12 +7,16 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.special import logit
 
 from ....config import SegmentConfig
 from ....errors import InputError
+from ....evidence.appearance import BAND_PX, RING_PX, Appearance
+from ....kernels import MaskEdge
 from ....types import Array, Bools, Cloud, Frame, Image
 from ..color_strands import select_bands
 from ..judged_parts import judged_mask
+from ..mask_repair import ITERATIONS, SMOOTHING_PX
 from . import strands
 from .onnx import run_model
 from .selected import Selected
@@ -82,7 +86,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
             return rules
         probability = object_probability(color, config.onnx.model, PYRAMID)
         probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
-        selected = probability > config.onnx.threshold
+        selected = _with_colors(probability, np.ascontiguousarray(color)) > logit(config.onnx.threshold)
         left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
         return Selected(selected, strands.shadow_note("network", left_out), probability=probability)
     rules = strands.mask(data, config, seed)
@@ -107,6 +111,24 @@ def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> 
     whole += raised
     raised /= whole
     return np.asarray(raised)
+
+
+def _with_colors(probability: Array, color: Array) -> Array:
+    """Return the log-odds (H, W) of pixels after their colors' vote, as frequent as these are on the object and around it.
+
+    What is on the object is learned from the probability first, then from what was found. probability : (H, W). color : (H, W, 3)
+    uint8 RGB.
+    """
+    least = np.finfo(np.float32).eps
+    given = np.log((probability + least) / (1 - probability + least))
+    cells = (color[..., 0] & 240).astype(np.uint16) << 4 | color[..., 1] & 240 | color[..., 2] >> 4
+    found = given
+    for _ in range(ITERATIONS):
+        edge = MaskEdge(found > 0, BAND_PX, RING_PX)
+        if not len(edge.inside()) or not len(edge.around(1)):
+            break
+        found = given + cv2.GaussianBlur(Appearance(color, edge).log_odds.take(cells), (0, 0), SMOOTHING_PX)
+    return found
 
 
 def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1.0,)) -> Array:

@@ -10,7 +10,8 @@ from builders.onnx_model import at_half_size, convolution
 
 from doo3d.config import OnnxConfig, SegmentConfig
 from doo3d.stages.segment.methods import auto, network, strands
-from doo3d.stages.segment.methods.network import mask, object_probability
+from doo3d.stages.segment.methods.network import _with_colors, mask, object_probability
+from doo3d.stages.segment.methods.selected import Selected
 from doo3d.types import Camera, Cloud, Frame, Image
 
 SIZE = (64, 96)
@@ -59,8 +60,32 @@ def test_the_rules_decide_where_the_network_is_in_doubt(tmp_path, probability):
     path.write_bytes(at_half_size(np.zeros(3), np.log(probability / (1 - probability)), size))
     color, line = picture(*size)
     found = mask(Image(color), settings(path), 0)
-    np.testing.assert_array_equal(found.mask, strands.mask(Image(color), SegmentConfig(), 0).mask)
+    by_rules = strands.mask(Image(color), SegmentConfig(), 0).mask
+    np.testing.assert_array_equal(found.probability > 0.5, by_rules)
     assert (found.mask & line).sum() > 0.8 * line.sum()
+    assert (found.mask & ~line).sum() < 0.02 * line.sum()
+
+
+def test_colors_tell_the_strand_from_what_the_network_takes_for_it_beside(monkeypatch):
+    rows = np.mgrid[0:200, 0:300][0]
+    pair = (abs(rows - 90) < 6) | (abs(rows - 108) < 6)
+    color = np.where(pair[..., None], (220, 30, 40), (150, 140, 130)).astype(np.uint8)
+    around = abs(rows - 99) < 15
+    monkeypatch.setattr(network, "object_probability", lambda *_: np.where(around, 0.7, 0.1).astype(np.float32))
+    monkeypatch.setattr(strands, "select_in_image", lambda *_: Selected(pair))
+    found = mask(Image(color), SegmentConfig(method="network"), 0)
+    np.testing.assert_array_equal(found.mask, pair)
+    np.testing.assert_array_equal(found.probability > 0.5, around)
+
+
+def test_colors_that_tell_nothing_leave_the_probability_as_it_is():
+    some = np.zeros((60, 80), np.float32)
+    some[20:30] = 0.7
+    noise = np.random.default_rng(0).random((60, 80), np.float32)
+    for probability in (np.zeros_like(some), np.ones_like(some), some, noise):
+        same = _with_colors(probability, np.full((60, 80, 3), 90, np.uint8))
+        np.testing.assert_array_equal(same > 0, probability > 0.5)
+        assert np.isfinite(same).all()
 
 
 def test_the_probability_is_that_after_the_vote(model):
