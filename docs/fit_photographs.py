@@ -27,7 +27,7 @@ from doo3d.evaluation.scenes.registry import GROUPS, make_scene
 from doo3d.pipeline import run_with_stages
 from doo3d.stages.confidence import looks
 
-KINDS = ("bend", "unclaimed", "stubby", "uneven", "edge", "odd", "doubted", "inside", "rod")
+KINDS = ("bend", "unclaimed", "stubby", "uneven", "edge", "odd", "doubted", "rod")
 """Kinds of evidence that a photograph has; `unsure` is added."""
 
 WITHOUT_SEEDS, WITH_SEEDS, SENSORS = range(10, 18), range(10, 11), ("d435", "stereo")

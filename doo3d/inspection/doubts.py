@@ -22,7 +22,6 @@ WORDS = {
     "stray": "short beside the longest object",
     "odd": "of another width than the longest object",
     "doubted": "the network doubts it",
-    "inside": "ends within the view",
     "rod": "straight from end to end",
     "unsure": "no chain of the photograph is sure",
 }

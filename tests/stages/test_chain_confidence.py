@@ -230,13 +230,13 @@ def judged(probability, ends=(-50, 400)):
 def test_a_network_that_doubts_a_cable_lowers_its_confidence():
     ((sure,), (doubtful,)) = judged(0.99), judged(0.6)
     assert sure.is_judged
-    assert (sure.doubted, sure.inside) == (0.0, 0)
+    assert sure.doubted == 0.0
     assert doubtful.doubted > 1.9
     assert doubtful.log_odds < sure.log_odds - 2
 
 
-def test_ends_within_the_view_speak_against_a_chain():
-    assert [judged(0.99, ends)[0].inside for ends in ((-50, 400), (-50, 250), (60, 250))] == [0, 1, 2]
+def test_a_straight_chain_with_both_ends_in_the_view_is_a_rod():
+    assert [judged(0.99, ends)[0].rod > 0.5 for ends in ((-50, 400), (-50, 250), (60, 250))] == [False, False, True]
 
 
 def test_the_surest_chain_of_a_photograph_counts_for_all():

@@ -16,6 +16,7 @@ from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import logit
 
 from ...stages.confidence.evidence import TOLD
 from ..metrics.record import Record
@@ -106,6 +107,10 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     "color where nothing broad has depth": Ablation(
         places={f"{_STAGES}.segment.methods.strands:is_broad": lambda *_: True}, made_for=("untold",)
+    ),
+    "colors vote in photographs": Ablation(
+        places={f"{_STAGES}.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
+        made_for=("photographs",),
     ),
     "strands side by side are not wide": Ablation(
         places={f"{_STAGES}.segment.mask_cleanup:_bundles": lambda mask, *_: np.zeros_like(mask)}, made_for=("untold",)

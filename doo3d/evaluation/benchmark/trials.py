@@ -106,12 +106,13 @@ def _frame(sensor: str, method: Masking, known_count: bool, family: str, seed: i
     return run
 
 
-def _image(family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in the color image of a rendered frame alone, with a ragged mask."""
+def _image(is_told: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in the color image of a rendered frame alone, with a ragged mask or none."""
     known = _known(family, seed, size, "none")
     assert isinstance(known.data, Frame)
     assert known.data.color is not None
-    mask, camera, image = _ragged(known.mask, f"{family}_{seed}"), known.data.camera, Image(known.data.color)
+    mask = _ragged(known.mask, f"{family}_{seed}") if is_told else None
+    camera, image = known.data.camera, Image(known.data.color)
     depth = float(np.median(np.concatenate([truth.axis[:, 2] for truth in known.truths])))
 
     def run(settings: dict[str, object]) -> Outcome:
@@ -161,13 +162,15 @@ KINDS: dict[str, Callable[[str, int, tuple[int, int]], Run]] = {
     "stereo": partial(_frame, "stereo", "mask", True),
     "ragged": partial(_frame, "stereo", "ragged", False),
     "untold": partial(_frame, "stereo", "auto", False),
-    "images": _image,
+    "images": partial(_image, True),
+    "photographs": partial(_image, False),
     "clouds": partial(_cloud, False),
     "lines": partial(_cloud, True),
     "harnesses": _harness,
 }
 """Kinds of data: frames of a D435 with the true mask and of a stereo camera with the number of cables given, with a ragged mask,
-or with neither; color images with a ragged mask; clouds, and those of single lines of a scanner; branched objects."""
+or with neither; color images with a ragged mask, or with nothing given, as photographs are; clouds, and those of single lines of
+a scanner; branched objects."""
 
 
 def _ragged(mask: Bools | None, name: str) -> Bools:

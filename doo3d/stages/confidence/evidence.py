@@ -79,17 +79,16 @@ UNTOLD_IMAGE = {
 """The same in a photograph: fitted to the color images of these scenes and to labelled photographs."""
 
 UNTOLD_NETWORK = {
-    "base": 7.83,
-    "bend": 1.17,
-    "unclaimed": 4.48,
-    "stubby": 0.98,
-    "uneven": 3.90,
-    "edge": 0.77,
-    "odd": 6.06,
-    "doubted": 0.86,
-    "inside": 0.28,
-    "rod": 2.75,
-    "unsure": 1.36,
+    "base": 6.78,
+    "bend": 1.57,
+    "unclaimed": 3.13,
+    "stubby": 1.24,
+    "uneven": 2.38,
+    "edge": 0.24,
+    "odd": 2.95,
+    "doubted": 0.73,
+    "rod": 2.74,
+    "unsure": 1.80,
 }
 """The same in a photograph whose pixels a network judged: fitted by docs/fit_photographs.py."""
 
@@ -119,7 +118,7 @@ class Evidence:
         length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
     rivals
         by how much the mean log odds of all interpretations of an uncertain frame are below those of the best, which is kept.
-    stubby, uneven, flat, edge, doubted, inside, rod
+    stubby, uneven, flat, edge, doubted, rod
         how little the chain looks like a cable by itself, see `Looks`; 0 where somebody said what the object is, unless `stray`.
     stray
         1 if the number of chains was left to the data and another object is five times as long; else 0.
@@ -156,7 +155,6 @@ class Evidence:
     stray: float = 0.0
     odd: float = 0.0
     doubted: float = 0.0
-    inside: float = 0.0
     rod: float = 0.0
     unsure: float = 0.0
     is_wide: bool = False

@@ -78,10 +78,8 @@ class Looks(NamedTuple):
     doubted
         by how much the logarithm of the odds of the pixels on its axis, by a network and the rules, is below SURE_ODDS, mean over
         the axis, down to DOUBTFUL_ODDS; 0 without a network.
-    inside
-        number of its ends in the view, more than two radii from the border; 0 without a network.
     rod
-        1 if both ends are in the view and it is straight, as pens and handles are, 0 if it bows by its width or more, in between
+        1 if both ends are in the view, more than two radii from the border, and it is straight, as pens and handles are, 0 if it bows by its width or more, in between
         linear; 0 without a network.
     """
 
@@ -90,7 +88,6 @@ class Looks(NamedTuple):
     flat: float = 0.0
     edge: float = 0.0
     doubted: float = 0.0
-    inside: int = 0
     rod: float = 0.0
 
 
@@ -122,9 +119,9 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     looks = Looks(stubby, _uneven(chain), flat, edge)
     if foreground.probability is None:
         return looks
-    inside = 0 if chain.closed else _ends_inside(view, reach, mask.shape)
-    rod = _straightness(view, reach) if inside == 2 else 0.0
-    return looks._replace(doubted=_doubted(view, foreground.probability), inside=inside, rod=rod)
+    is_whole = not chain.closed and _ends_inside(view, reach, mask.shape)
+    rod = _straightness(view, reach) if is_whole else 0.0
+    return looks._replace(doubted=_doubted(view, foreground.probability), rod=rod)
 
 
 def _doubted(view: Floats, probability: Array) -> float:
@@ -142,11 +139,11 @@ def _straightness(view: Floats, reach: Floats) -> float:
     return max(0.0, 1 - bow / (2 * float(np.median(reach))))
 
 
-def _ends_inside(view: Floats, reach: Floats, shape: tuple[int, ...]) -> int:
-    """Return how many ends of an axis (S, 2) px are more than two radii (S,) inside a view of (height, width)."""
+def _ends_inside(view: Floats, reach: Floats, shape: tuple[int, ...]) -> bool:
+    """Tell whether both ends of an axis (S, 2) px are more than two radii (S,) inside a view of (height, width)."""
     ends, last = view[[0, -1]], np.array(shape[::-1]) - 1
     border = np.minimum(ends, last - ends).min(axis=1)
-    return int(np.count_nonzero(border > 2 * reach[[0, -1]] + SIDE_MARGIN_PX))
+    return bool((border > 2 * reach[[0, -1]] + SIDE_MARGIN_PX).all())
 
 
 def _uneven(chain: Chain) -> float:
