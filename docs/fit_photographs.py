@@ -1,7 +1,7 @@
 """Fit what makes a chain in a photograph a cable, for the network: python docs/fit_photographs.py [--data DIR] [--cache DIR].
 
 Prints UNTOLD_NETWORK of doo3d/stages/confidence/evidence.py, by logistic regression with weights of 0 or more. The images: the
-color of rendered scenes without a cable, seeds 10 to 17, and of all families and tough ones, seed 10 (seeds 0 to 3 are those of
+color of rendered scenes without a cable, seeds 10 to 17, and of all families and tough ones, seeds 10 to 12 (seeds 0 to 3 are those of
 docs/measure_without_cable.py); and every second photograph of DIR/mbest and DIR/cset. A chain is right if half of its joints lie
 on a cable. Scenes without a cable count together WITHOUT_TIMES as much as all other images. Printed beside is what
 `output.min_confidence` leaves out.
@@ -30,7 +30,7 @@ from doo3d.stages.confidence import looks
 KINDS = ("bend", "unclaimed", "stubby", "uneven", "edge", "odd", "doubted", "rod")
 """Kinds of evidence that a photograph has; `unsure` is added."""
 
-WITHOUT_SEEDS, WITH_SEEDS, SENSORS = range(10, 18), range(10, 11), ("d435", "stereo")
+WITHOUT_SEEDS, WITH_SEEDS, SENSORS = range(10, 18), range(10, 13), ("d435", "stereo")
 
 WITHOUT_TIMES = 3.0
 """How much the scenes without a cable count together, times all other images: of 1, 2, 3 and 4 chosen on the frames of
