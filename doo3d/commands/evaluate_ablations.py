@@ -17,7 +17,11 @@ FAMILIES = "crossings,occluded,air,several,tangle,hairpin,knots,bundle,two_radii
 
 def ablations(
     data: Annotated[
-        str, typer.Option(metavar="all|KIND,...", help="Kinds of data: frames, stereo, ragged, images, clouds, lines, harnesses.")
+        str,
+        typer.Option(
+            metavar="all|KIND,...",
+            help="Kinds of data: frames, stereo, ragged, untold, images, photographs, clouds, lines, harnesses.",
+        ),
     ] = "all",
     families: Annotated[str, typer.Option(help="Comma-separated families of scenes; harnesses are always all tried.")] = FAMILIES,
     seeds: Annotated[int, typer.Option(min=1, help="Scenes of each family.")] = 2,
