@@ -1,9 +1,9 @@
 """Fit what makes a chain in a photograph a cable, for the network: python docs/fit_photographs.py [--data DIR] [--cache DIR].
 
 Prints UNTOLD_NETWORK of doo3d/stages/confidence/evidence.py, by logistic regression with weights of 0 or more. The images: the
-color of rendered scenes without a cable, seeds 10 to 17, and of all families and tough ones, seeds 10 to 12 (seeds 0 to 3 are those of
-docs/measure_without_cable.py); and every second photograph of DIR/mbest and DIR/cset. A chain is right if half of its joints lie
-on a cable. Scenes without a cable count together WITHOUT_TIMES as much as all other images. Printed beside is what
+color of rendered scenes without a cable, seeds 10 to 17, and of all families and tough ones, seeds 10 to 12 (seeds 0 to 3 are
+those of docs/measure_without_cable.py); and every second photograph of DIR/mbest and DIR/cset. A chain is right if half of its
+joints lie on a cable. Scenes without a cable count together WITHOUT_TIMES as much as all other images. Printed beside is what
 `output.min_confidence` leaves out.
 """
 

@@ -79,8 +79,8 @@ class Looks(NamedTuple):
         by how much the logarithm of the odds of the pixels on its axis, by a network and the rules, is below SURE_ODDS, mean over
         the axis, down to DOUBTFUL_ODDS; 0 without a network.
     rod
-        1 if both ends are in the view, more than two radii from the border, and it is straight, as pens and handles are, 0 if it bows by its width or more, in between
-        linear; 0 without a network.
+        1 if both ends are in the view, more than two radii from the border, and it is straight, as pens and handles are, 0 if it
+        bows by its width or more, in between linear; 0 without a network.
     """
 
     stubby: float = 0.0

@@ -16,7 +16,7 @@ from ....kernels import MaskEdge
 from ....types import Array, Bools, Cloud, Frame, Image
 from ..color_strands import select_bands
 from ..judged_parts import judged_mask
-from ..mask_repair import SMOOTHING_PX
+from ..mask_repair import ITERATIONS, SMOOTHING_PX
 from . import strands
 from .onnx import run_model
 from .selected import Selected
@@ -32,11 +32,8 @@ PYRAMID = (1.0, 1.5)
 Chosen on CVF3D-DLO and 50 photographs of others, where a third size of 0.75 made nothing better."""
 
 RULES_PIXELS = IMAGE_PIXELS // 6
-"""Pixels that a photograph is scaled down to before the rules look at it: on CVF3D-DLO and the photographs of others the colors make
-up for what they see less than in more pixels."""
-
-COLOR_ROUNDS = 2
-"""Times the colors are learned in a photograph: from the probability, then from what was found; a third time changed little."""
+"""Pixels that a photograph is scaled down to before the rules look at it: on CVF3D-DLO and the photographs of others the colors
+make up for what they see less than in more pixels."""
 
 PHOTOGRAPH_ODDS, FRAME_ODDS = (3.0, 2.0), (4.0, 4.0)
 """Factors by which a pixel's odds rise if the rules select it, and fall if not. Chosen for photographs on CVF3D-DLO and 50
@@ -127,7 +124,7 @@ def _with_colors(probability: Array, color: Array) -> Array:
     given = np.log((probability + least) / (1 - probability + least))
     cells = (color[..., 0] & 240).astype(np.uint16) << 4 | color[..., 1] & 240 | color[..., 2] >> 4
     found = given
-    for _ in range(COLOR_ROUNDS):
+    for _ in range(ITERATIONS):
         edge = MaskEdge(found > 0, BAND_PX, RING_PX)
         if not len(edge.inside()) or not len(edge.around(1)):
             break
