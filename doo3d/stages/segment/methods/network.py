@@ -48,10 +48,10 @@ STRIDE_PX = 32
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
     """Select the pixels of thin objects, such as cables, ropes and hoses, by a network that OpenCV runs, and by the rules.
 
-    A photograph is looked at in 640 x 360 pixels at most and in one and a half of it, and the rules of the method `strands`,
-    which know edges of color, vote on each pixel. In a frame the rules select, which know depth, too. Where not every part of
-    what they select is a strand told by its color, the frame is scaled to 640 x 360 pixels at most and the network judges the
-    parts (see `judged_mask`); one of your own always does.
+    A photograph is looked at in 640 x 360 pixels at most and in one and a half of it. The rules of the method `strands`, which
+    know edges of color, vote on each pixel, and then its color does: by how frequent it is in what is found and around it. In a
+    frame the rules select, which know depth, too. Where not every part of what they select is a strand told by its color, the
+    frame is scaled to 640 x 360 pixels at most and the network judges the parts (see `judged_mask`); one of your own always does.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
 
     Returns
     -------
-    (H, W) bool, with a note on what was left out as shadows or as flat; of a photograph also the probability of each pixel, of a
-    frame the plane that the rules found.
+    (H, W) bool, with a note on what was left out as shadows or as flat; of a photograph also the probability of each pixel by the
+    network and the rules, of a frame the plane that the rules found.
 
     Raises
     ------
