@@ -218,7 +218,7 @@ def _halved(image: Array) -> Array:
 def _align(first: Sequence[Level], second: Sequence[Level], guess: Floats) -> _Alignment | None:
     """Return how two views fit best, from a guess of the pose on; None unless half of the first view agrees with the second.
 
-    Where they move a pixel or more from the guess, the coarser levels are searched, too, and the better of both counts.
+    Where that fails, or moves a pixel or more from the guess, coarser levels are searched, too, and the better of both counts.
     """
     if first[0][0].shape != second[0][0].shape:
         return None

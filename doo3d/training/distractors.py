@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from ..types import Array
-from .backgrounds import FONTS, KINDS, LETTERS, grid, inked
+from .backgrounds import FONTS, HELD_OUT, KINDS, LETTERS, Background, grid, inked
 from .curves import STEP_PX, parallels, resampled, wander
 from .noise import Rng, color, octaves, palette
 from .strands import (
@@ -198,14 +198,14 @@ def profile(rng: Rng, canvas: Canvas) -> None:
     canvas.image[:] = canvas.image * (1 - inside[..., None]) + inside[..., None] * face
 
 
-def out_of_focus(rng: Rng, canvas: Canvas, light: Light) -> None:
+def out_of_focus(rng: Rng, canvas: Canvas, light: Light, held_out: bool = False) -> None:
     """Draw a room behind the objects, out of focus: surfaces, tools and strands that are too blurred to be told."""
     size = canvas.mask.shape[0]
     for _ in range(int(rng.integers(0, 12))):
         extent = size * np.exp(rng.uniform(-3.2, -0.3, 2))
         patch(rng, canvas, box(rng, rng.random(2) * size, rng.normal(0, 0.3), extent), color(rng))
     for _ in range(int(rng.integers(0, 4))):
-        _piece_of_surface(rng, canvas)
+        _piece_of_surface(rng, canvas, HELD_OUT if held_out else KINDS)
     for _ in range(int(rng.integers(0, 4))):
         profile(rng, canvas)
     tools(rng, canvas, light, int(rng.integers(0, 6)))
@@ -225,13 +225,13 @@ def out_of_focus(rng: Rng, canvas: Canvas, light: Light) -> None:
     canvas.image[:] = np.clip(cv2.filter2D(lamps, -1, disc / disc.sum(), borderType=cv2.BORDER_REFLECT), 0, 1)
 
 
-def _piece_of_surface(rng: Rng, canvas: Canvas) -> None:
+def _piece_of_surface(rng: Rng, canvas: Canvas, kinds: dict[str, Background]) -> None:
     """Draw a box with the texture of another background: a keyboard, a grille, a board, a heap of parts in a room."""
     size = canvas.mask.shape[0]
     corners = box(rng, rng.random(2) * size, rng.normal(0, 0.5), size * np.exp(rng.uniform(-2, 0, 2)))
     cover = np.zeros((size, size), np.float32)
     cv2.fillConvexPoly(cover, np.round(corners * 16).astype(np.int32), 1.0, cv2.LINE_AA, 4)
-    texture = list(KINDS.values())[int(rng.integers(len(KINDS)))](rng, size)
+    texture = list(kinds.values())[int(rng.integers(len(kinds)))](rng, size)
     canvas.image[:] = canvas.image * (1 - cover[..., None]) + cover[..., None] * texture
 
 

@@ -44,7 +44,7 @@ def draw(seed: int, index: int, size: int = 320, held_out: bool = False) -> tupl
     canvas = Canvas(np.ascontiguousarray(background(rng, size, held_out), np.float32))
     is_far = rng.random() < 0.22
     if is_far:
-        out_of_focus(rng, canvas, light)
+        out_of_focus(rng, canvas, light, held_out)
     elif rng.random() < 0.3:
         for _ in range(int(rng.integers(1, 4))):
             profile(rng, canvas)

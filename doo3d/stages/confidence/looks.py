@@ -3,7 +3,7 @@
 A segmentation that looks for strands by their shape alone also takes edges of boxes and tables, fingers, tools and shadows for
 strands. They differ from a cable in what is measured here: they are short for their width, their width changes, they do not rise
 on both sides from what lies beside them, or they lie between two surfaces of different colors. In a photograph a network says how
-probable each pixel is, and most cables leave the view.
+probable each pixel is, and most cables leave the view, which rods do not.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     looks = Looks(stubby, _uneven(chain), flat, edge)
     if foreground.probability is None:
         return looks
-    is_whole = not chain.closed and _ends_inside(view, reach, mask.shape)
+    is_whole = not chain.closed and _both_ends_inside(view, reach, mask.shape)
     rod = _straightness(view, reach) if is_whole else 0.0
     return looks._replace(doubted=_doubted(view, foreground.probability), rod=rod)
 
@@ -139,7 +139,7 @@ def _straightness(view: Floats, reach: Floats) -> float:
     return max(0.0, 1 - bow / (2 * float(np.median(reach))))
 
 
-def _ends_inside(view: Floats, reach: Floats, shape: tuple[int, ...]) -> bool:
+def _both_ends_inside(view: Floats, reach: Floats, shape: tuple[int, ...]) -> bool:
     """Tell whether both ends of an axis (S, 2) px are more than two radii (S,) inside a view of (height, width)."""
     ends, last = view[[0, -1]], np.array(shape[::-1]) - 1
     border = np.minimum(ends, last - ends).min(axis=1)

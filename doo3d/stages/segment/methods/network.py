@@ -87,7 +87,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
             return rules
         probability = object_probability(color, config.onnx.model, PYRAMID)
         probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
-        selected = _with_colors(probability, np.ascontiguousarray(color)) > logit(config.onnx.threshold)
+        selected = _with_colors(probability, np.ascontiguousarray(color)) > logit(np.clip(config.onnx.threshold, 0, 1))
         left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
         return Selected(selected, strands.shadow_note("network", left_out), probability=probability)
     rules = strands.mask(data, config, seed)
@@ -121,14 +121,16 @@ def _with_colors(probability: Array, color: Array) -> Array:
     uint8 RGB.
     """
     least = np.finfo(np.float32).eps
-    given = np.log((probability + least) / (1 - probability + least))
+    bounded = probability.clip(0, 1)
+    given = np.log((bounded + least) / (1 - bounded + least))
     cells = (color[..., 0] & 240).astype(np.uint16) << 4 | color[..., 1] & 240 | color[..., 2] >> 4
     found = given
     for _ in range(ITERATIONS):
         edge = MaskEdge(found > 0, BAND_PX, RING_PX)
         if not len(edge.inside()) or not len(edge.around(1)):
             break
-        found = given + cv2.GaussianBlur(Appearance(color, edge).log_odds.take(cells), (0, 0), SMOOTHING_PX)
+        found = cv2.GaussianBlur(Appearance(color, edge).log_odds.take(cells), (0, 0), SMOOTHING_PX)
+        found += given
     return found
 
 
