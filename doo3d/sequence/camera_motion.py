@@ -224,40 +224,46 @@ def _align(first: Sequence[Level], second: Sequence[Level], guess: Floats) -> _A
         return None
     light = np.array([1.0, 0.0])
     near = _descended(first[0], second[0], guess, light)
-    if near is None or not _agrees(near) or _image_motion(first[0], near.pose @ np.linalg.inv(guess)) >= 1:
-        far: _Alignment | None = near
-        for level in reversed(range(LEVELS)):
-            far = _descended(first[level], second[level], guess, light)
-            if far is None:
-                break
-            guess, light = far.pose, far.light
-        if far is not None and near is not None:
-            far = _compared(first[0], second[0], far.pose, far.light, near.noise)
-        near = min((each for each in (near, far) if each is not None), key=lambda each: each.loss, default=None)
-    return near if _agrees(near) else None
+    if near is not None and _agrees(near):
+        motion = near.pose @ np.linalg.inv(guess)
+        if _image_motion(first[0], _nearness(first[0]), Rotation.from_matrix(motion[:3, :3]).as_rotvec(), motion[:3, 3]) < 1:
+            return near
+    far: _Alignment | None = None
+    for level in reversed(range(LEVELS)):
+        far = _descended(first[level], second[level], guess, light)
+        if far is None:
+            break
+        guess, light = far.pose, far.light
+    if far is not None and near is not None:
+        far = _compared(first[0], second[0], far.pose, far.light, near.noise)
+    best = min((each for each in (near, far) if each is not None), key=lambda each: each.loss, default=None)
+    return best if _agrees(best) else None
 
 
 def _agrees(found: _Alignment | None) -> bool:
     return found is not None and 2 * found.agreeing >= found.known
 
 
-def _image_motion(level: Level, motion: Floats) -> float:
-    """Return how far a small motion (4, 4) of the camera can move a view in its image, px."""
-    nearness = float(np.nanmedian(level[1])) if np.isfinite(level[1]).any() else 0.0
-    turn = Rotation.from_matrix(motion[:3, :3]).magnitude()
-    return float(level[2][0] * (turn + nearness * np.linalg.norm(motion[:3, 3])))
+def _nearness(level: Level) -> float:
+    """Return the median inverse depth of a view, 1/m; 0 without depth."""
+    return float(np.nanmedian(level[1])) if np.isfinite(level[1]).any() else 0.0
+
+
+def _image_motion(level: Level, nearness: float, turn: Floats, shift: Floats) -> float:
+    """Return how far a small turn (3,) rad and shift (3,) m of the camera can move a view of an inverse depth, px."""
+    return float(level[2][0] * (np.linalg.norm(turn) + nearness * np.linalg.norm(shift)))
 
 
 def _descended(first: Level, second: Level, pose: Floats, light: Floats) -> _Alignment | None:
     """Return how two views fit after Gauss-Newton steps; None if they share less than half of the first."""
-    nearness = float(np.nanmedian(first[1])) if np.isfinite(first[1]).any() else 0.0
+    nearness = _nearness(first)
     for _ in range(STEPS):
         found = _compared(first, second, pose, light)
         if 2 * found.seen < found.known or not found.seen:
             return None
         change = np.linalg.lstsq(found.equations[:, :8], found.equations[:, 8], rcond=None)[0]
         pose, light = _changed(pose, light, change)
-        if first[2][0] * (np.linalg.norm(change[:3]) + nearness * np.linalg.norm(change[3:6])) < CONVERGED_PX:
+        if _image_motion(first, nearness, change[:3], change[3:6]) < CONVERGED_PX:
             break
     return replace(found, pose=pose, light=light)
 
