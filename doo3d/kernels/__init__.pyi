@@ -2353,7 +2353,7 @@ def strand_places(
     lengths: Floats,
     tips: Floats,
     expected: Floats,
-    length: float,
+    along: Floats,
     tolerance: float,
     settings: Floats,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
@@ -2373,10 +2373,10 @@ def strand_places(
         point is not known, along which its offset does not count; 0 where it is known
     lengths, tips
         (C,) float64 m, and (C, 2) float64, weights of the ends of a strand as tips of the object
-    expected
-        (J, 3) float64 m, J >= 2 joints of the object
-    length, tolerance
-        m, of the object, and largest root mean square of the offsets less their mean
+    expected, along
+        (J, 3) float64 m, J >= 2 joints of the object, and (J,) float64 m, arc length of the object at each, ascending from 0
+    tolerance
+        m, largest root mean square of the offsets less their mean
     settings
         (6,) float64: steps per segment; error of lengths, a share of the length; shares of the mean offset, which may be as many
         tolerances; share of a strand that may overlap another one; largest cost of a tip, and of a strand that is placed
