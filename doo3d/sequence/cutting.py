@@ -49,14 +49,14 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
     there the strand was measured too short or too long.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
-    along = np.linspace(0.0, length, len(expected))
+    along: Floats = np.linspace(0.0, length, len(expected))
     if strands and all(strand.is_flat for strand in strands):
         expected = as_seen(expected, strands[0])
-        seen_along = arc_length(expected)
-        angle = float(seen_along[-1])
+        along = arc_length(expected)
+        angle = float(along[-1])
         if not angle > 0:  # seen end on
             return list(strands)
-        least, length, along = least * angle / length, angle, seen_along
+        least, length = least * angle / length, angle
     at = np.linspace(0.0, length, count + 1)
     places = np.column_stack([np.interp(at, along, column) for column in expected.T])
     result: list[ObservedStrand] = []

@@ -69,7 +69,8 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
         return result
     chains = ((frame, *each) for frame, seen in enumerate(observations) for each in enumerate(seen.detection.chains))
     end_on = {(frame, number) for frame, number, chain in chains if _is_end_on(chain)}
-    for track in tracks_of([_in_image(*each, end_on) for each in enumerate(observations)], tracking, end_on).values():
+    shown = [_in_image(observation, frame, end_on) for frame, observation in enumerate(observations)]
+    for track in tracks_of(shown, tracking, end_on).values():
         for items in _stretches(track.items):
             seen = [
                 reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
@@ -82,7 +83,7 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
     return result
 
 
-def _in_image(frame: int, observation: Observation, end_on: set[tuple[int, int]]) -> Observation:
+def _in_image(observation: Observation, frame: int, end_on: set[tuple[int, int]]) -> Observation:
     """Return an observation with its open chains as the image shows them, where depth is of no matter: at a distance of 1."""
     given = enumerate(observation.detection.chains)
     chains = tuple(chain if chain.closed or (frame, number) in end_on else _at_one(chain) for number, chain in given)

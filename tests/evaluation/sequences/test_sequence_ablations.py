@@ -17,6 +17,12 @@ def test_each_step_names_places_in_the_source(step):
         assert hasattr(importlib.import_module(module), name)
 
 
+def test_every_step_can_be_taken_out():
+    head, _, *lines = table([(make_sequence("dragged", 3, (320, 240), frames=4), "d435")], list(STEPS))
+    assert head.startswith("| of 4 frames |")
+    assert [line.split(" | ")[0] for line in lines] == [f"| {step}" for step in STEPS]
+
+
 @pytest.mark.slow
 def test_the_table_has_a_line_for_each_step():
     """Hidden parts that are carried are nearer to the truth than those that are not."""
