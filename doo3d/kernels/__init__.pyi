@@ -326,12 +326,12 @@ class FrameFacts:
         """
 
     def agreeing_readings(
-        self, low: float, high: float, half_width: int, slope: float, range: float, min_agreeing: int
+        self, low: float, high: float, half_width: int, slope: float, min_agreeing: int
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], int]:
         """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
 
         A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
-        differences in row and column. A reading that is n times as far away as `range` may differ n times as much.
+        differences in row and column.
 
         Parameters
         ----------
@@ -341,8 +341,6 @@ class FrameFacts:
             px; the window of neighbors has 2 half_width + 1 rows and columns
         slope
             m per pixel of distance
-        range
-            m from the camera, as far as which the slope holds
         min_agreeing
             neighbors that must agree, or half of those with a reading if that is less
 
@@ -2353,7 +2351,7 @@ def strand_places(
     lengths: Floats,
     tips: Floats,
     expected: Floats,
-    along: Floats,
+    length: float,
     tolerance: float,
     settings: Floats,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
@@ -2373,10 +2371,10 @@ def strand_places(
         point is not known, along which its offset does not count; 0 where it is known
     lengths, tips
         (C,) float64 m, and (C, 2) float64, weights of the ends of a strand as tips of the object
-    expected, along
-        (J, 3) float64 m, J >= 2 joints of the object, and (J,) float64 m, arc length of the object at each, ascending from 0
-    tolerance
-        m, largest root mean square of the offsets less their mean
+    expected
+        (J, 3) float64 m, J >= 2 joints of the object
+    length, tolerance
+        m, of the object, and largest root mean square of the offsets less their mean
     settings
         (6,) float64: steps per segment; error of lengths, a share of the length; shares of the mean offset, which may be as many
         tolerances; share of a strand that may overlap another one; largest cost of a tip, and of a strand that is placed

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..geometry.polyline import arc_length
+from ..geometry.polyline import arc_length, resample
 from ..kernels import strand_cuts
 from ..types import Bools, Floats
 from .observations import CUT_OFF, LENGTH_ERROR, ObservedStrand, part_of
@@ -49,16 +49,13 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
     there the strand was measured too short or too long.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
-    along: Floats = np.linspace(0.0, length, len(expected))
     if strands and all(strand.is_flat for strand in strands):
         expected = as_seen(expected, strands[0])
-        along = arc_length(expected)
-        angle = float(along[-1])
+        angle = float(arc_length(expected)[-1])
         if not angle > 0:  # seen end on
             return list(strands)
         least, length = least * angle / length, angle
-    at = np.linspace(0.0, length, count + 1)
-    places = np.column_stack([np.interp(at, along, column) for column in expected.T])
+    places = resample(expected, np.linspace(0.0, arc_length(expected)[-1], count + 1))
     result: list[ObservedStrand] = []
     for strand in strands:
         result += _cut(strand, places, length / count, length, least)

@@ -108,7 +108,7 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     Strands without any depth are placed on the object as the camera sees it: both lie on the unit sphere around the camera.
     """
     if not strands or not all(strand.is_flat for strand in strands):
-        return _placed(strands, expected, np.linspace(0.0, length, len(expected)), tolerance)
+        return _placed(strands, expected, length, tolerance)
     assert strands[0].sight is not None
     center = strands[0].points[0] - strands[0].sight[0]
     seen = as_seen(expected, strands[0])
@@ -116,7 +116,7 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     if not along[-1] > 0:  # seen end on
         return []
     on_sphere = [replace(strand, sight=None) for strand in strands]
-    placed = _placed(on_sphere, seen, along, tolerance * along[-1] / length)
+    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length)
     arcs = np.linspace(0.0, length, len(expected))
     result = []
     for item in placed:
@@ -133,8 +133,8 @@ def as_seen(joints: Floats, strand: ObservedStrand) -> Floats:
     return np.asarray(center + unit(joints - center))
 
 
-def _placed(strands: Sequence[ObservedStrand], expected: Floats, along: Floats, tolerance: float) -> list[Placed]:
-    """Place strands along an object in the same space, as `place_strands`; along : (M + 1,) m, its arc length at each joint."""
+def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+    """Place strands along an object in the same space, as `place_strands`."""
     if not strands:
         return []
     starts, costs, backwards = strand_places(
@@ -143,7 +143,7 @@ def _placed(strands: Sequence[ObservedStrand], expected: Floats, along: Floats, 
         np.array([strand.length for strand in strands], dtype=float),
         np.array([strand.tips for strand in strands], dtype=float),
         expected,
-        along,
+        length,
         tolerance,
         np.array((STEPS_PER_SEGMENT, LENGTH_ERROR, SHIFT_TOLERANCES, MAX_OVERLAP_SHARE, MISSING_COST, MAX_COST)),
     )

@@ -148,8 +148,8 @@ CALLS = {
     "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
     "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 2.5, np.full(6, 13.0)),
     "strand_places": (
-        POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS,
-        np.arange(6) * 0.02, 0.05, np.array([3.0, 0.02, 2.5, 0.2, 25.0, 9.0]),
+        POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS, 0.1,
+        0.05, np.array([3.0, 0.02, 2.5, 0.2, 25.0, 9.0]),
     ),
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),

@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from doo3d.geometry.polyline import arc_length, resample
 from doo3d.kernels import strand_places
 
 STEPS, ERROR, SHIFTS, OVERLAP, MOST_OF_TIP, MOST = SETTINGS = np.array((3.0, 0.021, 2.5, 0.2, 25.0, 9.0))
 
 
-def by_trying(strands, expected, along, tolerance):
+def by_trying(strands, expected, length, tolerance):
     """Place strands (points, arcs, sights, length, tips) as the kernel does: the longest first, at the start of least cost."""
-    length = along[-1]
     step = length / (len(expected) - 1) / STEPS
-    at = np.linspace(0.0, length, round(length / step) + 1)
-    samples = np.column_stack([np.interp(at, along, column) for column in expected.T])
+    samples = resample(expected, np.linspace(0.0, arc_length(expected)[-1], round(length / step) + 1))
     places = [(np.nan, np.inf, False)] * len(strands)
     placed = []
     for number in sorted(range(len(strands)), key=lambda k: -strands[k][3]):
@@ -72,18 +71,17 @@ def scene(seed):
         measured = rng.random(len(points)) < rng.choice([0.0, 0.7, 1.0], p=[0.1, 0.5, 0.4])
         sights = np.where(measured[:, None], 0.0, [0.0, 0.6, 0.8])
         strands.append((points, arcs, sights, float(arcs[-1]), tuple(rng.choice([0.0, 0.5, 1.0], 2))))
-    along = np.append(0.0, np.cumsum(rng.uniform(0.005, 0.015, segments)))
-    return strands, expected, along, float(rng.choice([0.005, 0.02, 0.1]))
+    return strands, expected, 0.01 * segments, float(rng.choice([0.005, 0.02, 0.1]))
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_against_every_start_by_itself(seed):
-    strands, expected, along, tolerance = scene(seed)
+    strands, expected, length, tolerance = scene(seed)
     points, arcs, sights, lengths, tips = zip(*strands, strict=True)
     bounds = np.cumsum([0, *map(len, points)])
     starts, costs, backwards = strand_places(
         np.concatenate(points), np.concatenate(arcs), np.concatenate(sights), bounds, np.array(lengths), np.array(tips),
-        expected, along, tolerance, SETTINGS,
+        expected, length, tolerance, SETTINGS,
     )  # fmt: skip
     for found, true in zip(zip(starts, costs, backwards, strict=True), by_trying(*scene(seed)), strict=True):
         assert found == pytest.approx(true, rel=1e-9, abs=1e-12, nan_ok=True)
@@ -92,6 +90,6 @@ def test_against_every_start_by_itself(seed):
 def test_a_strand_longer_than_the_object_has_no_place():
     line = np.column_stack((np.arange(11.0), np.zeros((11, 2))))
     strand = (line, np.arange(11.0), np.zeros((11, 3)), np.array([0, 11]), np.array([10.0]), np.ones((1, 2)))
-    starts, costs, _ = strand_places(*strand, line[:9], np.arange(9.0), 1.0, SETTINGS)
+    starts, costs, _ = strand_places(*strand, line[:9], 8.0, 1.0, SETTINGS)
     assert np.isnan(starts[0])
     assert costs[0] == np.inf

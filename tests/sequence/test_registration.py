@@ -63,15 +63,6 @@ def test_a_stretch_without_depth_keeps_its_place_in_the_image():
     assert np.abs(bent[:, 2] - true[:, 2]).max() < 0.005
 
 
-def test_a_joint_off_its_place_moves_no_strand_beyond_it():
-    """Joint i is the same point of the material, however far the expected shape is from joint to joint."""
-    joints = curve()
-    kinked = joints.copy()
-    kinked[15] += (0.0, 0.0, 0.03)
-    (placed,) = place_strands([strand(joints, 30, 45)], kinked, 0.5, 0.05)
-    np.testing.assert_allclose(placed.arcs, np.arange(30, 46) * SEGMENT, atol=0.004)
-
-
 def test_strands_do_not_lie_on_each_other():
     joints = np.column_stack((np.arange(51) * SEGMENT, np.zeros((51, 1)), np.ones((51, 1))))
     first = strand(joints, 0, 20)

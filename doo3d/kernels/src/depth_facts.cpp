@@ -47,12 +47,10 @@ inline float masked_float(float value, std::int32_t mask) {
     return value;
 }
 
-// Count the votes of the neighbors, row by row; `limits` holds for each distance in px by how much readings may differ, up to `range` m
-// from the camera. Loops of a fixed length without branches, to be vectorized: where readings do not agree, 0 is added.
-WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, float range, Votes& votes) {
-    float scale[BLOCK];
+// Count the votes of the neighbors, row by row; `limits` holds for each distance by how much readings may differ. Loops of a fixed
+// length without branches, to be vectorized: where readings do not agree, 0 is added.
+WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, Votes& votes) {
     for (Index i = 0; i < BLOCK; ++i) {
-        scale[i] = own[i] > range ? own[i] / range : 1.0f;
         votes.total[i] = own[i];
         votes.agreeing[i] = votes.neighbors[i] = 0;
     }
@@ -63,7 +61,7 @@ WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, cons
             const float* other = own + dy * pitch + dx;
             for (Index i = 0; i < BLOCK; ++i) {
                 const std::int32_t there = -std::int32_t(other[i] > 0);
-                const std::int32_t agrees = there & -std::int32_t(std::fabs(other[i] - own[i]) < limit * scale[i]);
+                const std::int32_t agrees = there & -std::int32_t(std::fabs(other[i] - own[i]) < limit);
                 votes.neighbors[i] -= there;
                 votes.agreeing[i] -= agrees;
                 votes.total[i] += double(masked_float(other[i], agrees));
@@ -144,7 +142,7 @@ double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pi
 
 // Along the runs in blocks; the neighbors of a reading are added in row-major order.
 AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
-                                   double range, Index min_agreeing) {
+                                   Index min_agreeing) {
     AgreeingReadings result;
     half_width = std::min(half_width, std::max(facts.rows(), facts.columns()));
     MaskedDepth masked(facts, depth, half_width);
@@ -156,7 +154,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);
             const float* own = masked.at(run.row, start);
-            count_votes(own, masked.pitch, half_width, limits.data(), float(range), votes);
+            count_votes(own, masked.pitch, half_width, limits.data(), votes);
             for (Index i = 0; i < count; ++i) {
                 if (!(own[i] >= low && own[i] <= high)) continue;
                 if (double(votes.agreeing[i]) < std::min(double(min_agreeing), double(votes.neighbors[i]) / 2)) {

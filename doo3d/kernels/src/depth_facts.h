@@ -29,7 +29,6 @@ double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pi
 // kept : `count` pixels (u, v) whose readings were kept.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach);
 
-// low, high : m, the range of readings. half_width : px, of the window. slope : m per px of distance by which readings agree,
-// as far as `range` m from the camera; beyond it, in proportion more.
+// low, high : m, the range of readings. half_width : px, of the window. slope : m per px of distance by which readings agree.
 AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
-                                   double range, Index min_agreeing);
+                                   Index min_agreeing);

@@ -116,13 +116,12 @@ void search(Strand& strand, bool backwards, const std::vector<const Strand*>& pl
 }
 
 // Return the samples of an object, `steps` to a segment.
-Object sampled(const StridedMatrix<double>& expected, const std::vector<double>& along, double tolerance, const Vector<double>& settings) {
+Object sampled(const StridedMatrix<double>& expected, double length, double tolerance, const Vector<double>& settings) {
     const Index segments = Index(expected.shape(0)) - 1;
-    const double length = along.back();
     const double step = length / double(segments) / settings(0), overhang = settings(1) * length;
     Object object{{}, Index(std::nearbyint(length / step)) + 1, step, length, tolerance, overhang, settings(2), settings(3),
                   settings(4), settings(5)};
-    const std::vector<double> joints = finite_points(expected);
+    const std::vector<double> joints = finite_points(expected), along = arc_lengths(joints, 3);
     const Index samples = object.samples, size = 3 * samples + Index(object.most_starts()) + BLOCK;
     for (std::vector<double>& values : object.coordinates) values.resize(size);
     count_visits(size);
@@ -140,25 +139,18 @@ Object sampled(const StridedMatrix<double>& expected, const std::vector<double>&
 }
 
 auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMatrix<double> sights, Vector<Index> bounds,
-                   Vector<double> lengths, Matrix<double> tips, StridedMatrix<double> expected, Vector<double> along, double tolerance, Vector<double> settings) {
+                   Vector<double> lengths, Matrix<double> tips, StridedMatrix<double> expected, double length, double tolerance, Vector<double> settings) {
     const Index count = points.shape(0), strands = lengths.shape(0);
     check_bounds(bounds, count);
     require(points.shape(1) == 3 && sights.shape(1) == 3 && expected.shape(1) == 3, "points do not have three coordinates");
     require(Index(arcs.shape(0)) == count && Index(sights.shape(0)) == count, "arcs or sights are not one per point");
     require(Index(bounds.shape(0)) == strands + 1 && Index(tips.shape(0)) == strands && tips.shape(1) == 2,
             "bounds, lengths and tips do not fit each other");
-    require(expected.shape(0) >= 2 && along.shape(0) == expected.shape(0), "the object has no joints, or not a place for each");
-    std::vector<double> places_along;
-    for (std::size_t k = 0; k < along.shape(0); ++k) places_along.push_back(along(k));
-    const double length = places_along.back();
-    require(places_along.front() == 0 && length > 0, "the object has no length");
-    for (std::size_t k = 1; k < places_along.size(); ++k) {
-        require(std::isfinite(places_along[k]) && places_along[k] >= places_along[k - 1], "the places of joints along the object do not ascend");
-    }
+    require(expected.shape(0) >= 2 && std::isfinite(length) && length > 0, "the object has no length");
     require(settings.shape(0) == 6, "settings are not six");
     require(settings(0) >= 1 && settings(0) <= 100 && settings(1) > 0 && settings(1) <= 1, "steps or the error of lengths are out of bounds");
     ReleasedGil released;
-    const Object object = sampled(expected, places_along, tolerance, settings);
+    const Object object = sampled(expected, length, tolerance, settings);
     const std::vector<double> places = dense(points), directions = dense(sights);
     std::vector<Strand> all(strands);
     for (Index c = 0; c < strands; ++c) {
@@ -219,10 +211,10 @@ void bind_strand_places(Module& m) {
     //     point is not known, along which its offset does not count; 0 where it is known
     // lengths, tips
     //     (C,) float64 m, and (C, 2) float64, weights of the ends of a strand as tips of the object
-    // expected, along
-    //     (J, 3) float64 m, J >= 2 joints of the object, and (J,) float64 m, arc length of the object at each, ascending from 0
-    // tolerance
-    //     m, largest root mean square of the offsets less their mean
+    // expected
+    //     (J, 3) float64 m, J >= 2 joints of the object
+    // length, tolerance
+    //     m, of the object, and largest root mean square of the offsets less their mean
     // settings
     //     (6,) float64: steps per segment; error of lengths, a share of the length; shares of the mean offset, which may be as many
     //     tolerances; share of a strand that may overlap another one; largest cost of a tip, and of a strand that is placed
@@ -233,6 +225,6 @@ void bind_strand_places(Module& m) {
     // costs : (C,) float64
     // backwards : (C,) bool, True for a strand that begins with its last point
     m.def("strand_places", &strand_places, "points"_a.noconvert(), "arcs"_a.noconvert(), "sights"_a.noconvert(),
-          "bounds"_a.noconvert(), "lengths"_a.noconvert(), "tips"_a.noconvert(), "expected"_a.noconvert(), "along"_a.noconvert(), "tolerance"_a,
+          "bounds"_a.noconvert(), "lengths"_a.noconvert(), "tips"_a.noconvert(), "expected"_a.noconvert(), "length"_a, "tolerance"_a,
           "settings"_a.noconvert());
 }
