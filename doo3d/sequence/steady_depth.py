@@ -69,8 +69,7 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
         return result
     chains = ((frame, *each) for frame, seen in enumerate(observations) for each in enumerate(seen.detection.chains))
     end_on = {(frame, number) for frame, number, chain in chains if _is_end_on(chain)}
-    shown = [_in_image(observation, frame, end_on) for frame, observation in enumerate(observations)]
-    for track in tracks_of(shown, tracking, end_on).values():
+    for track in tracks_of([_in_image(seen, k, end_on) for k, seen in enumerate(observations)], tracking, end_on).values():
         for items in _stretches(track.items):
             seen = [
                 reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
