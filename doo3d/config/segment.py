@@ -196,7 +196,8 @@ class SegmentConfig(Section):
         0.003,
         "Largest depth step between neighboring readings of one surface; readings that differ by more from most of "
         "their neighbors are removed. m per pixel of distance, over 0; the program itself raises it to 3 times the "
-        "measured depth noise. Raise it if strands that run away from the camera lose parts.",
+        "measured depth noise, and far beyond the median depth in proportion to the distance. Raise it if strands that run "
+        "away from the camera lose parts.",
         gt=0,
     )
     min_component: int = expert(

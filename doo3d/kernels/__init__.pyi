@@ -326,12 +326,13 @@ class FrameFacts:
         """
 
     def agreeing_readings(
-        self, low: float, high: float, half_width: int, slope: float, min_agreeing: int
+        self, low: float, high: float, half_width: int, slope: float, median: float, min_agreeing: int
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], int]:
         """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
 
         A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
-        differences in row and column.
+        differences in row and column. A reading that lies farther beyond `median` than
+        the nearest lies before it may differ in proportion to its distance, as those of a strand do that runs far away.
 
         Parameters
         ----------
@@ -341,6 +342,8 @@ class FrameFacts:
             px; the window of neighbors has 2 half_width + 1 rows and columns
         slope
             m per pixel of distance
+        median
+            m from the camera, of the readings; to it the slope belongs
         min_agreeing
             neighbors that must agree, or half of those with a reading if that is less
 

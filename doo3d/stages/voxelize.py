@@ -191,7 +191,8 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
     nearest_wide = _local_minimum(depth, 2 * window)[v, u]
     farthest = -_local_minimum(np.where(np.isfinite(depth), -depth, depth), window)[v, u]
     noise = MAD_TO_DEVIATION * float(np.median(np.abs(foreground.points[:, 2] - filtered[:, 2])))
-    slope = np.maximum(farthest - own, nearest - nearest_wide)
+    beyond = 1 / np.maximum(2 / nearest - 1 / nearest_wide, 1 / own)
+    slope = np.maximum(farthest - own, beyond - nearest)
     at_edge[foreground.pixels[:, 1], foreground.pixels[:, 0]] = own - nearest > min_step + DEVIATIONS * noise + slope
     return at_edge
 

@@ -8,7 +8,7 @@ import pytest
 from doo3d.kernels import FrameFacts
 
 
-def slow_agreement(depth, mask, row, column, half, slope):
+def slow_agreement(depth, mask, row, column, half, slope, median, beyond):
     """The number of neighbours that agree, of all with a reading, and the mean of those that agree and the reading itself."""
     here = depth[row, column]
     agree, there = [float(here)], 0
@@ -17,7 +17,7 @@ def slow_agreement(depth, mask, row, column, half, slope):
             if (y, x) == (row, column) or not mask[y, x] or depth[y, x] <= 0:
                 continue
             there += 1
-            if abs(depth[y, x] - here) < slope * max(abs(y - row), abs(x - column)):
+            if abs(depth[y, x] - here) < slope * max(abs(y - row), abs(x - column)) * (here / median if here > beyond else 1):
                 agree.append(float(depth[y, x]))
     return len(agree) - 1, there, np.mean(agree)
 
@@ -29,21 +29,23 @@ def noisy_depth(seed):
     return depth, random.random(depth.shape) < 0.8
 
 
+@pytest.mark.parametrize("median", [0.4, 0.5, 0.6])
 @pytest.mark.parametrize("half", [1, 2, 4])
 @pytest.mark.parametrize("seed", range(3))
-def test_against_plain_loops(seed, half):
+def test_against_plain_loops(seed, half, median):
     depth, mask = noisy_depth(seed)
     low, high, needed = 0.495, 0.508, 7
+    beyond = np.float32(2) * np.float32(median) - depth[mask & (depth >= low)].min()
     expected, dropped = [], 0
     for row, column in zip(*np.nonzero(mask & (depth >= low) & (depth <= high)), strict=True):
-        support, among, mean = slow_agreement(depth, mask, row, column, half, 0.003)
+        support, among, mean = slow_agreement(depth, mask, row, column, half, 0.003, median, beyond)
         if support >= min(needed, among / 2):
             expected.append((row, column, mean))
         else:
             dropped += 1
-    assert dropped > 10 or half > 2
+    assert dropped > 10 or half > 2 or median < 0.5
     assert len(expected) > 10
-    pixels, own, mean, number = FrameFacts(mask, depth).agreeing_readings(low, high, half, 0.003, needed)
+    pixels, own, mean, number = FrameFacts(mask, depth).agreeing_readings(low, high, half, 0.003, median, needed)
     assert number == dropped
     np.testing.assert_array_equal(pixels[:, ::-1], [found[:2] for found in expected])
     np.testing.assert_array_equal(own, [depth[found[:2]] for found in expected])
@@ -54,7 +56,7 @@ def test_a_flying_point_stands_alone():
     depth = np.full((9, 9), 0.5, np.float32)
     depth[:, 5:] = 0.6
     depth[4, 4] = 0.55
-    pixels, _, mean, dropped = FrameFacts(np.ones((9, 9), bool), depth).agreeing_readings(0.1, 10.0, 2, 0.003, 7)
+    pixels, _, mean, dropped = FrameFacts(np.ones((9, 9), bool), depth).agreeing_readings(0.1, 10.0, 2, 0.003, 1, 7)
     assert dropped == 1
     assert [4, 4] not in pixels.tolist()
     assert mean[(pixels == (2, 4)).all(axis=1)] == pytest.approx(0.5)
@@ -97,4 +99,4 @@ def test_without_depth_there_is_no_summary():
     with pytest.raises(ValueError, match="made without depth"):
         facts.inverse_depth_deviation(100)
     with pytest.raises(ValueError, match="made without depth"):
-        facts.agreeing_readings(0.1, 1.0, 2, 0.01, 7)
+        facts.agreeing_readings(0.1, 1.0, 2, 0.01, 1, 7)

@@ -42,7 +42,7 @@ def test_a_window_counts_its_pixels():
     depth, mask = np.ones((40, 40), np.float32), np.zeros((40, 40), bool)
     mask[18:23, 18:23] = True
     facts = FrameFacts(mask, depth)
-    counts = [counted(facts.agreeing_readings, 0.5, 1.5, half_width, 0.1, 1) for half_width in (1, 2)]
+    counts = [counted(facts.agreeing_readings, 0.5, 1.5, half_width, 0.1, 1, 1) for half_width in (1, 2)]
     assert counts[1] - counts[0] >= 25 * (25 - 9)
 
 

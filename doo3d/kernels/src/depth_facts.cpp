@@ -47,10 +47,13 @@ inline float masked_float(float value, std::int32_t mask) {
     return value;
 }
 
-// Count the votes of the neighbors, row by row; `limits` holds for each distance by how much readings may differ. Loops of a fixed
-// length without branches, to be vectorized: where readings do not agree, 0 is added.
-WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, Votes& votes) {
+// Count the votes of the neighbors, row by row; `limits` holds for each distance in px by how much readings may differ, and readings
+// `beyond` it in proportion more, as they are farther away than the median. Loops of a fixed length without branches, to be
+// vectorized: where readings do not agree, 0 is added.
+WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, float median, float beyond, Votes& votes) {
+    float scale[BLOCK];
     for (Index i = 0; i < BLOCK; ++i) {
+        scale[i] = own[i] > beyond ? own[i] / median : 1.0f;
         votes.total[i] = own[i];
         votes.agreeing[i] = votes.neighbors[i] = 0;
     }
@@ -61,7 +64,7 @@ WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, cons
             const float* other = own + dy * pitch + dx;
             for (Index i = 0; i < BLOCK; ++i) {
                 const std::int32_t there = -std::int32_t(other[i] > 0);
-                const std::int32_t agrees = there & -std::int32_t(std::fabs(other[i] - own[i]) < limit);
+                const std::int32_t agrees = there & -std::int32_t(std::fabs(other[i] - own[i]) < limit * scale[i]);
                 votes.neighbors[i] -= there;
                 votes.agreeing[i] -= agrees;
                 votes.total[i] += double(masked_float(other[i], agrees));
@@ -142,19 +145,27 @@ double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pi
 
 // Along the runs in blocks; the neighbors of a reading are added in row-major order.
 AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
-                                   Index min_agreeing) {
+                                   double median, Index min_agreeing) {
     AgreeingReadings result;
     half_width = std::min(half_width, std::max(facts.rows(), facts.columns()));
     MaskedDepth masked(facts, depth, half_width);
     std::vector<float> limits(half_width + 1);
     for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
+    float nearest = high;
+    for (const Run& run : facts.runs()) {
+        for (Index u = run.start; u < run.end; ++u) {
+            const float own = *masked.at(run.row, u);
+            if (own >= low && own < nearest) nearest = own;
+        }
+    }
+    const float beyond = 2 * float(median) - nearest;
     Votes votes;
     count_visits(facts.count() * (2 * half_width + 1) * (2 * half_width + 1));
     for (const Run& run : facts.runs()) {
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);
             const float* own = masked.at(run.row, start);
-            count_votes(own, masked.pitch, half_width, limits.data(), votes);
+            count_votes(own, masked.pitch, half_width, limits.data(), float(median), beyond, votes);
             for (Index i = 0; i < count; ++i) {
                 if (!(own[i] >= low && own[i] <= high)) continue;
                 if (double(votes.agreeing[i]) < std::min(double(min_agreeing), double(votes.neighbors[i]) / 2)) {

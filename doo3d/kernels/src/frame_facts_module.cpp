@@ -150,13 +150,13 @@ double depth_deviation(const Facts& facts, Index pixels) {
     return inverse_depth_noise(facts, depth, pixels);
 }
 
-auto agreeing(const Facts& facts, double low, double high, Index half_width, double slope, Index min_agreeing) {
+auto agreeing(const Facts& facts, double low, double high, Index half_width, double slope, double median, Index min_agreeing) {
     const float* depth = facts.readings();
     require(half_width >= 0, "half_width is negative");
     AgreeingReadings found;
     {
         nb::gil_scoped_release released;
-        found = agreeing_readings(facts, depth, float(low), float(high), half_width, slope, min_agreeing);
+        found = agreeing_readings(facts, depth, float(low), float(high), half_width, slope, median, min_agreeing);
     }
     return std::make_tuple(to_pairs(std::move(found.pixels)), to_numpy(std::move(found.depth)),
                            to_numpy(std::move(found.means)), found.dropped);
@@ -286,7 +286,8 @@ void bind_frame_facts(Module& m) {
         // Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
         //
         // A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
-        // differences in row and column.
+        // differences in row and column. A reading that lies farther beyond `median` than
+        // the nearest lies before it may differ in proportion to its distance, as those of a strand do that runs far away.
         //
         // Parameters
         // ----------
@@ -296,6 +297,8 @@ void bind_frame_facts(Module& m) {
         //     px; the window of neighbors has 2 half_width + 1 rows and columns
         // slope
         //     m per pixel of distance
+        // median
+        //     m from the camera, of the readings; to it the slope belongs
         // min_agreeing
         //     neighbors that must agree, or half of those with a reading if that is less
         //
@@ -309,7 +312,7 @@ void bind_frame_facts(Module& m) {
         // Raises
         // ------
         // ValueError : there is no depth, or `half_width` is negative.
-        .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "min_agreeing"_a)
+        .def("agreeing_readings", &agreeing, "low"_a, "high"_a, "half_width"_a, "slope"_a, "median"_a, "min_agreeing"_a)
         // Return the pixels in holes of the depth: farther than `reach` px from every kept reading, or as near to such.
         //
         // Parameters

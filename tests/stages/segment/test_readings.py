@@ -61,6 +61,16 @@ def test_noise_is_no_flying_point(monkeypatch):
     assert len(foreground_of(frame(flat), SegmentConfig(), thin).points) == (flat > 0).sum()
 
 
+def test_a_strand_that_runs_far_away_keeps_its_readings():
+    """Its depth changes from pixel to pixel by the more, the farther away it is; a third of it is as steep as that."""
+    u = np.arange(SEEN.shape[1])
+    start, end = np.quantile(np.nonzero(SEEN)[1], (0.6, 1))
+    away = np.where(SEEN, 0.5 * np.exp(0.005 * np.clip(u - start, 0, None)), 0)
+    assert away[SEEN].max() > 1
+    found = foreground_of(frame(away), SegmentConfig(), SEEN)
+    assert (found.pixels[:, 0] > start + 0.9 * (end - start)).sum() > 0.95 * SEEN[:, int(start + 0.9 * (end - start)) + 1 :].sum()
+
+
 def test_the_noise_of_depth():
     depth = np.full((40, 60), 0.5, np.float32)
     mask = np.zeros((40, 60), dtype=bool)
