@@ -160,7 +160,7 @@ def occluding_edge_pixels(foreground: Foreground, min_step: float, radius: float
 
     A pixel is marked if the nearest surface within about half a radius of it is nearer to the camera than the pixel itself, by
     more than the sum of `min_step`, three standard deviations of the depth noise, and the change of depth on either side of the
-    step. That change is not counted as a step, since a strand that runs away from the camera slopes all along; from the nearer side
+    step. That change is not counted as a step, since a strand that runs away from the camera slopes all along; on the nearer side
     it is continued in inverse depth, in which a straight strand has one slope.
 
     Parameters
