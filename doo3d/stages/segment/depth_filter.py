@@ -38,9 +38,9 @@ def filter_readings(facts: FrameFacts, config: SegmentConfig) -> tuple[Readings,
     """Drop the outliers among the depth readings of a mask, and average the noise of the remaining readings away.
 
     A reading is kept if it agrees with at least 7 of the 24 pixels around it, or with half of those in the mask that have a
-    reading. Two readings agree if they differ by less than `slope` (see Returns) per pixel of distance between them. For those that
-    lie farther beyond the median depth than the nearest lies before it, this grows with the distance, as the steps of a strand do
-    that runs away from the camera. A reading is averaged with the neighbors that agree (sigma filter: Lee, CVGIP 24, 1983).
+    reading. Two readings agree if they differ by less than `slope` (see Returns) per pixel of distance between them. For those
+    that lie farther beyond the median depth than the nearest lies before it, it grows with the distance, as the steps of a strand
+    do that runs away from the camera. A reading is averaged with the neighbors that agree (sigma filter: Lee, CVGIP 24, 1983).
 
     Parameters
     ----------
