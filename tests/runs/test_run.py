@@ -7,7 +7,6 @@ import os
 import tracemalloc
 import weakref
 
-import numpy as np
 import pytest
 from builders.errors import refuses
 from builders.runs import break_frame, files_of, read_manifest
