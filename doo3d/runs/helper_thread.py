@@ -63,7 +63,8 @@ class HelperThread:
         thread, self._thread = self._thread, None
         if thread is not None:
             self._tasks.put(None)
-            thread.join(CLOSE_SECONDS)
+            with suppress(RuntimeError):  # an interrupt came before it had started
+                thread.join(CLOSE_SECONDS)
             if thread.is_alive():
                 _LEFT.append(thread)
 

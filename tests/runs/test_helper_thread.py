@@ -2,9 +2,12 @@
 
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
+
+from doo3d.runs.helper_thread import HelperThread
 
 HANGS = """
 import sys
@@ -33,3 +36,14 @@ def test_a_thread_that_never_ends_leaves_the_exit_code_and_what_was_printed(argu
     assert done.returncode == code, done.stderr
     assert "doo3d" in done.stdout + done.stderr
     assert time.monotonic() - start < 30
+
+
+def test_an_interrupt_while_the_thread_starts_stays_an_interrupt(monkeypatch):
+    def interrupted(self):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    thread = HelperThread()
+    with pytest.raises(KeyboardInterrupt):
+        thread.submit(print)
+    thread.close()
