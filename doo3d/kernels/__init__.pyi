@@ -331,8 +331,8 @@ class FrameFacts:
         """Find the depth readings with which enough of their neighbors in the mask agree, and average each with those.
 
         A neighbor at a distance of d pixels agrees if its depth differs by less than `slope` * d; d is the larger of the
-        differences in row and column. A reading that lies farther beyond `median` than
-        the nearest lies before it may differ in proportion to its distance, as those of a strand do that runs far away.
+        differences in row and column. A reading that lies farther beyond `median` than the nearest
+        lies before it may differ in proportion to its distance, as those of a strand do that runs far away.
 
         Parameters
         ----------

@@ -47,9 +47,9 @@ inline float masked_float(float value, std::int32_t mask) {
     return value;
 }
 
-// Count the votes of the neighbors, row by row; `limits` holds for each distance in px by how much readings may differ, and readings
-// `beyond` it in proportion more, as they are farther away than the median. Loops of a fixed length without branches, to be
-// vectorized: where readings do not agree, 0 is added.
+// Count the votes of the neighbors, row by row; `limits` holds for each distance in px by how much readings may differ; those farther
+// away than `beyond`, m, may in proportion more, as they are farther away than the median. Loops of a fixed length without branches,
+// to be vectorized: where readings do not agree, 0 is added.
 WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, float median, float beyond, Votes& votes) {
     float scale[BLOCK];
     for (Index i = 0; i < BLOCK; ++i) {
@@ -151,7 +151,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     MaskedDepth masked(facts, depth, half_width);
     std::vector<float> limits(half_width + 1);
     for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
-    float nearest = high;
+    float nearest = high;  // a limit that grew from the median on would let in noise of a whole step of the sensor in flat scenes
     for (const Run& run : facts.runs()) {
         for (Index u = run.start; u < run.end; ++u) {
             const float own = *masked.at(run.row, u);
