@@ -2185,7 +2185,7 @@ def smooth_depth_beside(
     """
 
 def smooth_strand_depth(
-    inverse: Floats, measured: Bools, radius: float, focal: float, numbers: Floats, smoothings: int
+    inverse: Floats, measured: Bools, surface: Floats, radius: float, focal: float, numbers: Floats, smoothings: int
 ) -> tuple[NDArray[np.float64], float, float, float]:
     """Lay a smooth curve through the depth along one strand, by a robust Whittaker smoother.
 
@@ -2197,6 +2197,8 @@ def smooth_strand_depth(
         (S,) 1/m, inverse depth at each of S >= 4 samples one pixel apart
     measured
         (S,) bool, at least one; elsewhere the inverse depth is interpolated
+    surface
+        (S,) 1/m, inverse depth of what is seen beside the strand; (0,) if that is not known
     radius
         m, radius of the strand
     focal
@@ -2205,8 +2207,9 @@ def smooth_strand_depth(
         (12,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
         curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
         reading; standard deviation per median absolute deviation; share of samples in front of the curve beyond which the
-        strand is looked for among the runs of readings; slope, m per m, from which on a step between two readings is a jump;
-        costs of a reading behind the chain of runs, of one in front, and of a stretch of them
+        strand is looked for among the runs of readings, as it is where its waves are so large that they contradict the curve;
+        slope, m per m, from which on a step between two readings is a jump; costs of a reading of what lies behind the chain
+        of runs, of another one off the chain, and of a stretch of either
     smoothings
         times the curve is smoothed, each time without what the last curve says are outliers
 

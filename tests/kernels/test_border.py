@@ -141,7 +141,7 @@ CALLS = {
     "smooth_depth_beside": (
         np.array([[3, 3], [4, 3]]), np.ones(2), np.ones(2), np.zeros((6, 6), bool), np.ones((6, 6), np.float32), 1.0, 1.5, 2,
     ),
-    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), 0.004, 600.0, np.ones(12), 4),
+    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), np.ones(9), 0.004, 600.0, np.ones(12), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "steps": (POINTS, False),
     "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),

@@ -10,12 +10,13 @@ from doo3d.geometry.polyline import unit, whittaker_smooth
 from doo3d.kernels import smooth_depth_beside, smooth_strand_depth
 
 MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD = 12.0, 3.0, 2.5, 1.7, 0.15, 1e-3, 1.4826
-MAX_IN_FRONT, MAX_SLOPE, BEHIND, IN_FRONT, STRETCH = 0.1, 8.0, 0.3, 0.8, 5.0
+MAX_IN_FRONT, MAX_SLOPE, BEHIND, UNUSUAL, STRETCH = 0.1, 8.0, 0.3, 0.8, 5.0
 NUMBERS = (
     *(MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD),
-    *(MAX_IN_FRONT, MAX_SLOPE, BEHIND, IN_FRONT, STRETCH),
+    *(MAX_IN_FRONT, MAX_SLOPE, BEHIND, UNUSUAL, STRETCH),
 )
 FOCAL = 600.0
+UNKNOWN = np.zeros(0)
 
 
 def deviation(values):
@@ -33,15 +34,19 @@ def slow_running_median(values, half):
     return median_filter(whole, 2 * half + 1)[half : half + len(values)]
 
 
-def slow_strand_samples(value, at, radius, radius_px):
+def slow_strand_samples(value, at, surface, radius, radius_px):
     """Return the samples of the chain of runs that costs least, by trying all runs before each."""
-    height = value[at] / (radius * np.median(value[at]) ** 2)
+    per_radius = radius * np.median(value[at]) ** 2
+    height, far = value[at] / per_radius, (surface[at] if len(surface) else np.full(len(at), np.inf)) / per_radius
     slopes = np.abs(np.diff(height)) * radius_px / np.diff(at)
     runs = np.split(np.arange(len(at)), np.flatnonzero(slopes > MAX_SLOPE) + 1)
 
     def off_line(readings, line, is_inside):
-        behind, in_front = (height[readings] - line < -TORN_RADII).sum(), (height[readings] - line > TORN_RADII).sum()
-        return behind * BEHIND + in_front * IN_FRONT + (int(behind > 0) + int(is_inside and in_front > 0)) * STRETCH
+        off = height[readings] - line
+        explained = (off < -TORN_RADII) & (2 * height[readings] < line + far[readings])
+        unusual = (np.abs(off) > TORN_RADII) & ~explained
+        stretches = int(explained.any()) + int((unusual & ((off < 0) | is_inside)).any())
+        return explained.sum() * BEHIND + unusual.sum() * UNUSUAL + stretches * STRETCH
 
     chains = []
     for first in (run[0] for run in runs):
@@ -80,15 +85,15 @@ def slow_curve_from(first, filled, measured, counted, radius, radius_px, smoothi
     return depth, waves, np.mean((filled - smooth > cut) & counted), np.mean(torn)
 
 
-def slow_curve(value, measured, radius, smoothings):
+def slow_curve(value, measured, surface, radius, smoothings):
     at = np.flatnonzero(measured)
     filled = np.interp(np.arange(len(value)), at, value[at])
     radius_px = radius * FOCAL * np.median(value[at])
     first = slow_running_median(filled, min(max(2, round(MEDIAN_RADII * radius_px)), len(value) // 4))
     curve = slow_curve_from(first, filled, measured, measured, radius, radius_px, smoothings)
-    if curve[2] <= MAX_IN_FRONT:
+    if curve[2] <= MAX_IN_FRONT and curve[1] <= TORN_RADII * radius:
         return curve
-    samples = slow_strand_samples(filled, at, radius, radius_px)
+    samples = slow_strand_samples(filled, at, surface, radius, radius_px)
     first = np.interp(np.arange(len(value)), samples, filled[samples])
     counted = measured & (np.abs(filled - first) < TORN_RADII * radius * np.median(first) ** 2)
     return slow_curve_from(first, filled, measured, counted, radius, radius_px, smoothings)
@@ -103,13 +108,14 @@ def test_against_numpy(seed, samples):
     inverse[torn] = 1 / 0.9
     measured = random.random(samples) < 0.8
     measured[random.integers(samples)] = True
-    found = smooth_strand_depth(inverse, measured, 0.004, FOCAL, np.array(NUMBERS), 4)
-    for value, expected in zip(found, slow_curve(inverse, measured, 0.004, 4), strict=True):
+    found = smooth_strand_depth(inverse, measured, UNKNOWN, 0.004, FOCAL, np.array(NUMBERS), 4)
+    for value, expected in zip(found, slow_curve(inverse, measured, UNKNOWN, 0.004, 4), strict=True):
         np.testing.assert_allclose(value, expected, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.parametrize("beside", [None, 0.9, 1.25])
 @pytest.mark.parametrize("seed", range(12))
-def test_where_most_of_a_strand_is_torn_its_own_runs_are_as_with_numpy(seed):
+def test_where_most_of_a_strand_is_torn_its_own_runs_are_as_with_numpy(seed, beside):
     random = np.random.default_rng(seed)
     samples = int(random.integers(40, 300))
     strand = 1 / (0.8 + 0.1 * np.sin(np.arange(samples) / 60))
@@ -119,8 +125,9 @@ def test_where_most_of_a_strand_is_torn_its_own_runs_are_as_with_numpy(seed):
         inverse[-6:] = 1 / 0.6  # the rim of an occluder
     measured = random.random(samples) < 0.9
     measured[0] = True
-    found = smooth_strand_depth(inverse, measured, 0.004, FOCAL, np.array(NUMBERS), 4)
-    for value, expected in zip(found, slow_curve(inverse, measured, 0.004, 4), strict=True):
+    surface = UNKNOWN if beside is None else np.full(samples, 1 / beside)
+    found = smooth_strand_depth(inverse, measured, surface, 0.004, FOCAL, np.array(NUMBERS), 4)
+    for value, expected in zip(found, slow_curve(inverse, measured, surface, 0.004, 4), strict=True):
         np.testing.assert_allclose(value, expected, rtol=1e-9, atol=1e-12)
 
 
@@ -132,15 +139,42 @@ def test_a_strand_that_is_torn_over_most_of_its_length_is_where_its_own_readings
         depth[first : first + 18] = strand[first : first + 18]
     if rim:
         depth[-rim:] = 0.6
-    found, _, in_front, torn = smooth_strand_depth(1 / depth, np.ones(200, bool), 0.004, FOCAL, np.array(NUMBERS), 4)
+    found, _, in_front, torn = smooth_strand_depth(1 / depth, np.ones(200, bool), UNKNOWN, 0.004, FOCAL, np.array(NUMBERS), 4)
     np.testing.assert_allclose(found, strand, atol=0.002)
     assert in_front == 0
     assert torn > 0.5
 
 
+def test_a_strand_far_before_the_surface_is_where_nothing_but_a_strand_can_be():
+    """Its patches of readings lie at different depths: a level line through one of them leaves the others between it and the
+    surface beside the strand, where only the strand can be."""
+    strand = 1.0 + 0.12 * np.sin(np.arange(500) / 90)
+    depth = np.repeat(1.65 + np.random.default_rng(0).normal(scale=0.08, size=50), 10)
+    patches = [slice(first, first + 14) for first in (40, 120, 235, 460)] + [slice(320, 360)]
+    for patch in patches:
+        depth[patch] = strand[patch]
+    errors = []
+    for surface in (np.full(500, 1 / 1.65), UNKNOWN):
+        found, *_ = smooth_strand_depth(1 / depth, np.ones(500, bool), surface, 0.004, FOCAL, np.array(NUMBERS), 4)
+        errors.append(max(np.abs(found - strand)[patch].max() for patch in patches))
+    assert errors[0] < 0.002
+    assert errors[1] > 0.1
+
+
+@pytest.mark.parametrize("length", [20, 30])
+def test_a_curve_between_a_strand_and_what_lies_behind_is_not_believed(length):
+    """Where about half of the readings are those of what lies behind, the noise of a curve hides that it is wrong."""
+    depth = np.full(320, 0.95)
+    for first in range(60, 320, 2 * length):
+        depth[first : first + length] = 1.7
+    found, waves, *_ = smooth_strand_depth(1 / depth, np.ones(320, bool), UNKNOWN, 0.004, FOCAL, np.array(NUMBERS), 4)
+    np.testing.assert_allclose(found, 0.95, atol=1e-6)
+    assert waves < 1e-6
+
+
 def test_a_curve_through_a_straight_line_is_the_line():
     straight = np.linspace(2.0, 0.8, 200)
-    depth, waves, in_front, torn = smooth_strand_depth(straight, np.ones(200, bool), 0.004, FOCAL, np.array(NUMBERS), 4)
+    depth, waves, in_front, torn = smooth_strand_depth(straight, np.ones(200, bool), UNKNOWN, 0.004, FOCAL, np.array(NUMBERS), 4)
     np.testing.assert_allclose(depth, 1 / straight, rtol=1e-9)
     assert waves < 1e-9
     assert in_front == torn == 0
@@ -151,12 +185,13 @@ def test_a_curve_through_a_straight_line_is_the_line():
     [
         ({1: np.zeros(9, bool)}, "nothing is measured"),
         ({1: np.ones(8, bool)}, "lengths"),
-        ({2: 0.0}, "positive"),
-        ({4: np.ones(7)}, "twelve"),
+        ({2: np.ones(8)}, "surface has another length"),
+        ({3: 0.0}, "positive"),
+        ({5: np.ones(7)}, "twelve"),
     ],
 )
 def test_bad_arguments_are_refused(change, match):
-    arguments = [np.ones(9), np.ones(9, bool), 0.004, FOCAL, np.array(NUMBERS), 4]
+    arguments = [np.ones(9), np.ones(9, bool), UNKNOWN, 0.004, FOCAL, np.array(NUMBERS), 4]
     for position, value in change.items():
         arguments[position] = value
     with pytest.raises(ValueError, match=match):

@@ -67,6 +67,30 @@ def _no_strand_filter(readings: Any, *_: Any) -> Any:
     return readings, 0
 
 
+def _nothing_beside(value: Any, known: Any, surface: Any, *rest: Any) -> Any:
+    from ...kernels import smooth_strand_depth
+
+    return smooth_strand_depth(value, known, surface[:0], *rest)
+
+
+def _no_runs(value: Any, known: Any, surface: Any, radius: float, focal: float, numbers: Any, *rest: Any) -> Any:
+    """Return the curve that starts from all readings where that from the running median is wrong: no step is a jump."""
+    from ...kernels import smooth_strand_depth
+
+    return smooth_strand_depth(
+        value, known, surface, radius, focal, np.where(np.arange(len(numbers)) == 8, np.inf, numbers), *rest
+    )
+
+
+def _readings_alone(readings: Any, *rest: Any) -> Any:
+    from ...stages.segment.strand_filter import filter_along_strands
+
+    filtered, count = filter_along_strands(readings, *rest)
+    given = {tuple(pixel) for pixel in readings.pixels.tolist()}
+    kept = np.array([tuple(pixel) in given for pixel in filtered.pixels.tolist()], dtype=bool)
+    return readings._replace(depth=filtered.depth[kept], filtered=filtered.filtered[kept]), count
+
+
 def _all(_: Any, pixels: Any, *__: Any) -> Any:
     return np.ones(len(pixels), dtype=bool)
 
@@ -133,7 +157,13 @@ ABLATIONS: dict[str, Ablation] = {
         places={f"{_STAGES}.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
     ),
     "strand filter: runs of readings": Ablation(
-        places={f"{_STAGES}.segment.strand_filter:MAX_IN_FRONT_SHARE": 2.0}, made_for=DEPTH
+        places={f"{_STAGES}.segment.strand_filter:smooth_strand_depth": _no_runs}, made_for=DEPTH
+    ),
+    "strand filter: what lies behind is told by what is beside": Ablation(
+        places={f"{_STAGES}.segment.strand_filter:smooth_strand_depth": _nothing_beside}, made_for=DEPTH
+    ),
+    "strand filter: all pixels of a smoothed strand": Ablation(
+        places={f"{_STAGES}.segment.segment:filter_along_strands": _readings_alone}, made_for=DEPTH
     ),
     "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
     "inpainting of depth": Ablation(

@@ -6,10 +6,12 @@
 // few times.
 //
 // Where most of a strand reads the depth of what lies behind it, the median is behind it, too, and the strand's own readings lie in
-// front of the curve, where nothing can be. Then the strand is looked for among the runs of readings without jumps: by dynamic
-// programming, a chain of runs is chosen that costs least. Going on in another run costs the square of the slope to it; the readings
-// between two runs of the chain lie on the line between these, or behind it (torn, as is usual) or in front (the rim of an occluder:
-// rare), which costs per reading and per stretch. The ends of the chain are level. Then the smoother starts from that chain.
+// front of the curve, where nothing can be; where about half of it does, the curve lies between both, and its noise is as large as
+// what lies behind is far. Then the strand is looked for among the runs of readings without jumps: by dynamic programming, a chain of
+// runs is chosen that costs least. Going on in another run costs the square of the slope to it; the readings between two runs of the
+// chain lie on the line between these, or off it, which costs per reading and per stretch: less where they are nearer to what is seen
+// beside the strand, behind it (torn, as is usual), than to the line; more in front of it (the rim of an occluder: rare), and between
+// it and what lies behind, where only the strand can be. The ends of the chain are level. Then the smoother starts from that chain.
 //
 // What the median starts is done as NumPy and SciPy do it, so that a curve is the same in its last bit.
 #include "whittaker.h"
@@ -28,7 +30,7 @@ struct Settings {
     double median_radii, deviations, torn_radii, smoothing_radii, noise_radii, first_weight, mad_to_deviation;
     double max_in_front;               // share of the samples
     double max_slope;                  // m along the line of sight per m across it
-    double behind_cost, in_front_cost;  // of a reading off the strand, beside the square of a slope
+    double behind_cost, unusual_cost;  // of a reading off the strand, beside the square of a slope: at what lies behind, elsewhere
     double stretch_cost;               // of each stretch with such readings
     Index smoothings;
 };
@@ -122,10 +124,33 @@ struct Curve {
     double waves, in_front, torn;  // m, and shares of the samples
 };
 
+// A strand's readings and its radius in the image.
+struct Strand {
+    Values filled;   // 1/m, inverse depth, interpolated where it was not measured
+    Values surface;  // 1/m, inverse depth of what is seen beside it; infinite where that is not known
+    std::vector<Byte> measured;
+    double radius_px;
+};
+
+std::vector<Index> samples_of(const std::vector<Byte>& flags) {
+    std::vector<Index> samples;
+    for (Index i = 0; i < Index(flags.size()); ++i) {
+        if (flags[i]) samples.push_back(i);
+    }
+    return samples;
+}
+
+Values chosen(const Values& values, const std::vector<Index>& samples) {
+    Values some;
+    for (const Index i : samples) some.push_back(values[i]);
+    return some;
+}
+
 // The runs of readings without jumps along a strand, in the order of its samples.
 struct Runs {
     const std::vector<Index>& known;  // samples with readings
     Values height;                    // inverse depth there, in radii
+    Values surface;                   // that of what is seen beside the strand; infinite where it is not known
     double radius_px;
     std::vector<Index> start;  // first reading of each run, and one past the last
 
@@ -138,16 +163,18 @@ struct Runs {
     // Return the cost of readings that lie off the straight line that rises from a height at a sample, or `limit` if that is less.
     double off_line(Index first, Index end, double at, double rise, Index from, bool is_inside, double limit, const Settings& settings) const {
         double cost = 0;
-        bool is_behind = false, is_in_front = false;
+        bool is_behind = false, is_unusual = false;
         Index k = first;
         for (; k < end && cost < limit; ++k) {
-            const double off = height[k] - (at + rise * double(known[k] - from));
-            if (off < -settings.torn_radii) {
+            const double line = at + rise * double(known[k] - from), off = height[k] - line;
+            if (std::fabs(off) <= settings.torn_radii) continue;
+            if (off < 0 && 2 * height[k] < line + surface[k]) {
                 cost += settings.behind_cost + (is_behind ? 0 : settings.stretch_cost);
                 is_behind = true;
-            } else if (off > settings.torn_radii) {  // at an end of the strand, what it goes under may have a rim
-                cost += settings.in_front_cost + (is_in_front || !is_inside ? 0 : settings.stretch_cost);
-                is_in_front = true;
+            } else {
+                const bool is_rim = off > 0 && !is_inside;  // at an end of the strand, of what it goes under
+                cost += settings.unusual_cost + (is_unusual || is_rim ? 0 : settings.stretch_cost);
+                is_unusual = is_unusual || !is_rim;
             }
         }
         count_visits(k - first + 1);
@@ -155,9 +182,11 @@ struct Runs {
     }
 };
 
-Runs runs_of(const Values& inverse, const std::vector<Index>& known, double per_radius, double radius_px, const Settings& settings) {
-    Runs runs{known, Values(known.size()), radius_px, {0}};
-    for (std::size_t k = 0; k < known.size(); ++k) runs.height[k] = inverse[known[k]] / per_radius;
+Runs runs_of(const Strand& strand, const std::vector<Index>& known, double per_radius, const Settings& settings) {
+    Runs runs{known, chosen(strand.filled, known), chosen(strand.surface, known), strand.radius_px, {0}};
+    for (Values* values : {&runs.height, &runs.surface}) {
+        for (double& value : *values) value /= per_radius;
+    }
     for (Index k = 1; k < Index(known.size()); ++k) {
         if (runs.slope(k - 1, k) > settings.max_slope) runs.start.push_back(k);
     }
@@ -202,27 +231,6 @@ std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
     return samples;
 }
 
-// A strand's readings and its radius in the image.
-struct Strand {
-    Values filled;  // 1/m, inverse depth, interpolated where it was not measured
-    std::vector<Byte> measured;
-    double radius_px;
-};
-
-std::vector<Index> samples_of(const std::vector<Byte>& flags) {
-    std::vector<Index> samples;
-    for (Index i = 0; i < Index(flags.size()); ++i) {
-        if (flags[i]) samples.push_back(i);
-    }
-    return samples;
-}
-
-Values chosen(const Values& values, const std::vector<Index>& samples) {
-    Values some;
-    for (const Index i : samples) some.push_back(values[i]);
-    return some;
-}
-
 // Lay a smooth curve along a strand, from a first one on; only the samples that are `counted` pull at it.
 Curve curve_from(const Values& first, const Strand& strand, const std::vector<Byte>& counted, const Settings& settings) {
     const Values& filled = strand.filled;
@@ -261,7 +269,7 @@ Curve curve_from(const Values& first, const Strand& strand, const std::vector<By
 // Lay a smooth curve from the runs of readings that are the strand.
 Curve curve_of_runs(const Strand& strand, const std::vector<Index>& known, const Settings& settings) {
     const double middle = median(chosen(strand.filled, known)), per_radius = settings.radius * (middle * middle);
-    const std::vector<Index> samples = strand_samples(runs_of(strand.filled, known, per_radius, strand.radius_px, settings), settings);
+    const std::vector<Index> samples = strand_samples(runs_of(strand, known, per_radius, settings), settings);
     const Index count = Index(strand.filled.size());
     const Values first = interpolated([&](Index i) { return strand.filled[i]; }, count, samples);
     const double reach = settings.torn_radii * settings.radius * std::pow(median(first), 2.0);
@@ -270,7 +278,7 @@ Curve curve_of_runs(const Strand& strand, const std::vector<Index>& known, const
     return curve_from(first, strand, counted, settings);
 }
 
-Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measured, const Settings& settings) {
+Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measured, const Vector<double>& surface, const Settings& settings) {
     const Index count = inverse.shape(0);
     Strand strand;
     for (Index i = 0; i < count; ++i) strand.measured.push_back(is_measured(i));
@@ -279,11 +287,13 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
     count_visits((settings.smoothings + 2) * count);
     require(count >= 4, "there are fewer than four samples");
     strand.filled = interpolated(inverse, count, known);
+    for (Index i = 0; i < count; ++i) strand.surface.push_back(surface.shape(0) ? surface(i) : std::numeric_limits<double>::infinity());
     strand.radius_px = settings.radius * settings.focal * median(chosen(strand.filled, known));
     const double wanted = std::min(std::nearbyint(settings.median_radii * strand.radius_px), 1e9);
     const Values first = running_median(strand.filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
     const Curve curve = curve_from(first, strand, strand.measured, settings);
-    return curve.in_front > settings.max_in_front ? curve_of_runs(strand, known, settings) : curve;
+    const bool is_wrong = curve.in_front > settings.max_in_front || curve.waves > settings.torn_radii * settings.radius;
+    return is_wrong ? curve_of_runs(strand, known, settings) : curve;
 }
 
 // A strand in the image, one sample a pixel, and the depth on both sides of it.
@@ -374,9 +384,10 @@ auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double
     return to_numpy(std::move(smooth));
 }
 
-auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double radius, double focal, Vector<double> numbers,
-                         Index smoothings) {
+auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, Vector<double> surface, double radius, double focal,
+                         Vector<double> numbers, Index smoothings) {
     require(inverse.shape(0) == measured.shape(0), "inverse and measured have different lengths");
+    require(surface.shape(0) == 0 || surface.shape(0) == inverse.shape(0), "surface has another length than inverse");
     require(numbers.shape(0) == 12, "numbers are not twelve");
     require(radius > 0 && focal > 0, "radius or focal is not positive");
     const Settings settings{radius,     focal,      numbers(0), numbers(1), numbers(2), numbers(3),  numbers(4), numbers(5),
@@ -384,7 +395,7 @@ auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, double r
     Curve curve;
     {
         nb::gil_scoped_release released;
-        curve = smooth_depth(inverse, measured, settings);
+        curve = smooth_depth(inverse, measured, surface, settings);
     }
     return std::make_tuple(to_numpy(std::move(curve.depth)), curve.waves, curve.in_front, curve.torn);
 }
@@ -402,6 +413,8 @@ void bind_strand_depth(Module& m) {
     //     (S,) 1/m, inverse depth at each of S >= 4 samples one pixel apart
     // measured
     //     (S,) bool, at least one; elsewhere the inverse depth is interpolated
+    // surface
+    //     (S,) 1/m, inverse depth of what is seen beside the strand; (0,) if that is not known
     // radius
     //     m, radius of the strand
     // focal
@@ -410,8 +423,9 @@ void bind_strand_depth(Module& m) {
     //     (12,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
     //     curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
     //     reading; standard deviation per median absolute deviation; share of samples in front of the curve beyond which the
-    //     strand is looked for among the runs of readings; slope, m per m, from which on a step between two readings is a jump;
-    //     costs of a reading behind the chain of runs, of one in front, and of a stretch of them
+    //     strand is looked for among the runs of readings, as it is where its waves are so large that they contradict the curve;
+    //     slope, m per m, from which on a step between two readings is a jump; costs of a reading of what lies behind the chain
+    //     of runs, of another one off the chain, and of a stretch of either
     // smoothings
     //     times the curve is smoothed, each time without what the last curve says are outliers
     //
@@ -425,8 +439,8 @@ void bind_strand_depth(Module& m) {
     // Raises
     // ------
     // ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
-    m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_a.noconvert(), "measured"_a.noconvert(), "radius"_a, "focal"_a,
-          "numbers"_a.noconvert(), "smoothings"_a);
+    m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_a.noconvert(), "measured"_a.noconvert(), "surface"_a.noconvert(), "radius"_a,
+          "focal"_a, "numbers"_a.noconvert(), "smoothings"_a);
     // Return the smooth depth of what is seen on both sides of a strand: the medians across it, then a robust Whittaker smoother.
     //
     // Parameters

@@ -3,7 +3,8 @@
 The depth of a stereo camera switches along a strand, in stretches, between the strand and what lies behind it, and its noise
 comes in waves longer than the strand is wide, so that no window in the image averages it away. Both break a strand apart that is
 one in the mask. A strand is smooth along its length, and the inverse of depth has the same noise near and far: so it is smoothed
-along each branch of the mask's skeleton, and readings that contradict the rest of the branch do not count.
+along each branch of the mask's skeleton, and readings that contradict the rest of the branch do not count. Which readings are
+those of what lies behind is told by what is seen beside the strand.
 """
 
 from __future__ import annotations
@@ -59,11 +60,11 @@ SURFACE_SMOOTHING_PX = 60.0
 SEEN_HEIGHT_RADII = 1.6
 """Radii above a surface at which a stereo camera sees the top of a strand that lies on it: less than 2, since it flattens."""
 
-MAX_SLOPE, BEHIND_COST, IN_FRONT_COST, STRETCH_COST = 8.0, 0.3, 0.8, 5.0
+MAX_SLOPE, BEHIND_COST, UNUSUAL_COST, STRETCH_COST = 8.0, 0.3, 0.8, 5.0
 """Slope, m along the line of sight per m across it, from which on a step between readings is a jump: strands that point at the
-camera have 5. Costs of a reading behind a strand, of one in front, and of a stretch of such readings, beside the square of the
-slope at which the strand goes on beyond them. Of nine moving cables before stereo cameras 48 % of the frames are right, and 43 %
-without the runs of readings."""
+camera have 5. Costs of a reading of what lies behind a strand, of another one off the strand, and of a stretch of either, beside
+the square of the slope at which the strand goes on beyond them. Of nine moving cables before stereo cameras 48 % of the frames
+are right, and 43 % without the runs of readings."""
 
 
 def filter_along_strands(
@@ -74,8 +75,8 @@ def filter_along_strands(
     Depth is smoothed only if it jumps at more than 0.5 % of the pixels of the mask's skeleton. Then every reading is assigned to
     the nearest pixel of the skeleton, and a smooth curve is laid through the inverse depth of the nearer readings along each
     branch (robust Whittaker smoother). Where the readings differ from it by waves of more than 0.35 radii, or more than 5 % of
-    them are torn, it replaces them. If the noise is larger still, and the surface beside the strand is about where it would be if
-    the strand lay on it, the strand is drawn towards that.
+    them are torn, it replaces them, and all pixels of the mask along the branch have its depth. If the noise is larger still, and
+    the surface beside the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
 
     Parameters
     ----------
@@ -92,16 +93,22 @@ def filter_along_strands(
 
     Returns
     -------
-    The given readings, `depth` and `filtered` those of the smooth curve on branches that were smoothed, and their number.
+    The given readings, `depth` and `filtered` those of the smooth curve on branches that were smoothed, with the other pixels of
+    these branches, in row-major order; and how many of the given readings were smoothed.
     """
-    if not len(readings.pixels) or not radius:
+    if not len(readings.pixels) or not radius or not _is_torn(readings, facts, radius):
         return readings, 0
-    line, bounds = facts.skeleton
-    if not _is_torn(_depth_at(line, readings, facts.mask), bounds, radius):
-        return readings, 0
-    own = _smooth_readings(readings, line, bounds, facts.mask, radius, frame, smoothing)
-    depth, filtered = (np.where(own > 0, own, given) for given in (readings.depth, readings.filtered))
-    return readings._replace(depth=depth, filtered=filtered), int(np.count_nonzero(own))
+    width = facts.mask.shape[1]
+    keys = np.flatnonzero(facts.mask)
+    pixels = np.column_stack((keys % width, keys // width))
+    near = _nearest_samples(pixels.astype(float), facts.skeleton[0].astype(float))
+    at = np.searchsorted(keys, readings.pixels @ (1, width))
+    own = _smooth_line(readings.depth, near[at], facts, radius, frame, smoothing)[near]
+    given = np.zeros((2, len(keys)))
+    given[:, at] = readings.depth, readings.filtered
+    depth, filtered = np.where(own > 0, own, given)
+    known = depth > 0
+    return Readings(pixels[known], depth[known], filtered[known]), int(np.count_nonzero(own[at]))
 
 
 def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
@@ -112,20 +119,24 @@ def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
     return np.where(key[at] == wanted, readings.filtered[at], 0.0)
 
 
-def _smooth_readings(
-    readings: Readings, line: Ints, bounds: Ints, mask: Bools, radius: float, frame: Frame, smoothing: float
-) -> Floats:
-    """Return the smooth depth (N,) m of the readings on branches that are smoothed, 0 for the others."""
-    near = _nearest_samples(readings.pixels.astype(float), line.astype(float))
-    value, count = upper_of_groups(1 / readings.depth, near, len(line), NEARER_SHARE)
+def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, frame: Frame, smoothing: float) -> Floats:
+    """Return the smooth depth (S,) m of the pixels of the skeleton on branches that are smoothed, 0 on the others.
+
+    given : (N,) m, readings. near : (N,) index of the pixel of the skeleton each is nearest to.
+    """
+    line, bounds = facts.skeleton
+    value, count = upper_of_groups(1 / given, near, len(line), NEARER_SHARE)
     smooth = np.zeros(len(line))
     measured = np.concatenate(([0], np.cumsum(count > 0)))
+    reach = np.full(len(line), radius * frame.camera.fx / np.median(given))
+    numbers = SURFACE_SMOOTHING_PX**4, MAD_TO_DEVIATION, SMOOTHINGS
     for k in np.flatnonzero(np.diff(measured[bounds]) >= MIN_BRANCH_PX).tolist():  # of noise most branches are short
         part = slice(int(bounds[k]), int(bounds[k + 1]))
-        depth, waves = _smooth_depth(value[part], count[part] > 0, radius, frame.camera.fx, smoothing)
-        lies = waves > MAX_WAVES_RADII * radius
-        smooth[part] = _drawn_to_surface(depth, waves, line[part], mask, radius, frame) if lies else depth
-    return smooth[near]
+        surface = smooth_depth_beside(line[part], reach[part], BESIDE_PX, facts.mask, frame.depth, *numbers)
+        depth, waves = _smooth(value[part], count[part] > 0, 1 / surface, radius, frame.camera.fx, smoothing)
+        lies = waves > MAX_WAVES_RADII * radius and len(surface)
+        smooth[part] = _drawn_to_surface(depth, waves, surface, radius) if lies else depth
+    return smooth
 
 
 def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
@@ -138,9 +149,10 @@ def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
     return near
 
 
-def _is_torn(depth: Floats, bounds: Ints, radius: float) -> bool:
-    """Tell whether the depth (S,) m along the branches jumps so often that it is torn; a strand that bends away has slopes."""
-    step, together = _steps(depth, bounds)
+def _is_torn(readings: Readings, facts: FrameFacts, radius: float) -> bool:
+    """Tell whether the depth along the branches jumps so often that it is torn; a strand that bends away has slopes."""
+    line, bounds = facts.skeleton
+    step, together = _steps(_depth_at(line, readings, facts.mask), bounds)
     jumps = (np.abs(step) > JUMP_RADII * radius) & ~_are_slopes(step)
     return bool(np.count_nonzero(jumps) > MAX_JUMP_SHARE * np.count_nonzero(together))
 
@@ -160,36 +172,27 @@ def _are_slopes(step: Floats) -> Bools:
     return np.asarray(slope >= SLOPE_SHARE * np.abs(step))
 
 
-def _smooth_depth(value: Floats, measured: Bools, radius: float, focal: float, smoothing: float) -> tuple[Floats, float]:
+def _smooth(value: Floats, known: Bools, surface: Floats, radius: float, focal: float, smoothing: float) -> tuple[Floats, float]:
     """Return the smooth depth (S,) m along one branch, and its waves, m; 0 for both where depth is left as it is.
 
-    value : (S,) 1/m, inverse depth where measured (S,).
+    value : (S,) 1/m, inverse depth where known (S,). surface : (S,) 1/m, that of what is seen beside the branch; (0,) if that
+    is not known.
     """
     numbers = (
         *(MEDIAN_RADII, DEVIATIONS, TORN_RADII, smoothing, NOISE_RADII, FIRST_WEIGHT, MAD_TO_DEVIATION),
-        *(MAX_IN_FRONT_SHARE, MAX_SLOPE, BEHIND_COST, IN_FRONT_COST, STRETCH_COST),
+        *(MAX_IN_FRONT_SHARE, MAX_SLOPE, BEHIND_COST, UNUSUAL_COST, STRETCH_COST),
     )
-    depth, waves, in_front, torn = smooth_strand_depth(value, measured, radius, focal, np.array(numbers), SMOOTHINGS)
+    depth, waves, in_front, torn = smooth_strand_depth(value, known, surface, radius, focal, np.array(numbers), SMOOTHINGS)
     is_sound = waves <= MAX_WAVES_RADII * radius and torn <= MAX_TORN_SHARE
     return (np.zeros(len(value)), 0.0) if is_sound or in_front > MAX_IN_FRONT_SHARE else (depth, waves)
 
 
-def _drawn_to_surface(depth: Floats, noise: float, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats:
+def _drawn_to_surface(depth: Floats, noise: float, surface: Floats, radius: float) -> Floats:
     """Return the depth (S,) m of a strand, drawn towards the surface beside it as far as the strand probably lies on it.
 
-    The prior is that of a Cauchy distribution around the height at which a strand that lies on the surface is seen; the weight is
-    half where depth is DEVIATIONS from that height.
+    The prior is that of a Cauchy distribution around the height at which a strand that lies on the surface, (S,) m, is seen; the
+    weight is half where depth is DEVIATIONS from that height.
     """
-    surface = _surface_beside(depth, line, mask, radius, frame)
-    if surface is None:
-        return depth
     height = surface - depth - SEEN_HEIGHT_RADII * radius
     pull = noise**2 / (noise**2 + (MAX_WAVES_RADII * radius) ** 2) / (1 + (height / (DEVIATIONS * noise)) ** 2)
     return np.asarray(depth + uniform_filter1d(pull, 15, mode="nearest") * height)
-
-
-def _surface_beside(depth: Floats, line: Ints, mask: Bools, radius: float, frame: Frame) -> Floats | None:
-    """Return the smooth depth (S,) m of what is seen on both sides of a strand; None if less than half of it is seen."""
-    numbers = SURFACE_SMOOTHING_PX**4, MAD_TO_DEVIATION, SMOOTHINGS
-    smooth = smooth_depth_beside(line, radius * frame.camera.fx / depth, BESIDE_PX, mask, frame.depth, *numbers)
-    return smooth if len(smooth) else None

@@ -60,6 +60,21 @@ def test_torn_depth_follows_the_strand():
     assert away.max() < RADIUS
 
 
+def test_the_whole_strand_has_the_depth_of_the_curve():
+    """Also its pixels without a reading, and those whose readings are noise that agrees with nothing around it."""
+    rng = np.random.default_rng(3)
+    depth = torn()
+    flying = SEEN & (rng.random(SEEN.shape) < 0.4)
+    depth[flying] = rng.uniform(DEPTH[SEEN].max() + 0.02, TABLE, np.count_nonzero(flying))
+    depth[SEEN & (rng.random(SEEN.shape) < 0.2)] = 0
+    record = record_of(depth)
+    assert record.smoothed > 0
+    assert len(record.foreground.pixels) == SEEN.sum()
+    assert np.percentile(error_of(record), 99) < 2 * RADIUS
+    pixels = record.foreground.pixels
+    assert (np.diff(pixels[:, 1] * SEEN.shape[1] + pixels[:, 0]) > 0).all()
+
+
 def test_waves_are_smoothed():
     waves = noise_in_blocks(1, 0.006)
     record = record_of(np.where(SEEN, DEPTH + waves, 0.9))
