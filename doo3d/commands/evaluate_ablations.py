@@ -41,11 +41,12 @@ def ablations(
     \b
     Examples:
       doo3d evaluate ablations --seeds 4 --workers 2
-      doo3d evaluate ablations --data stereo,ragged --steps "strand filter,corners" --csv bill.csv
+      doo3d evaluate ablations --data stereo,ragged --steps "strand filter,spurs" --csv bill.csv
     """
     use_single_thread()
-    from ..evaluation.benchmark.ablations import ABLATIONS, format_ablations, rows_of, run_ablations
+    from ..evaluation.benchmark.ablations import format_ablations, rows_of, run_ablations
     from ..evaluation.benchmark.run import in_processes
+    from ..evaluation.benchmark.steps import ABLATIONS
     from ..evaluation.benchmark.tables import csv_text
     from ..evaluation.benchmark.trials import KINDS, make_trials
     from ..evaluation.scenes.registry import FAMILIES as ALL

@@ -5,13 +5,13 @@ from __future__ import annotations
 import importlib
 import pickle
 
+import numpy as np
 import pytest
+from builders.blue_cable import DEPTH, SEEN, frame
 
-from doo3d.config import load_config
+from doo3d.config import SegmentConfig, load_config
 from doo3d.config.loading import known_keys
 from doo3d.evaluation.benchmark.ablations import (
-    ABLATIONS,
-    Ablation,
     bill_of,
     format_ablations,
     replaced,
@@ -20,7 +20,9 @@ from doo3d.evaluation.benchmark.ablations import (
     sign_test,
 )
 from doo3d.evaluation.benchmark.source_size import size_of
+from doo3d.evaluation.benchmark.steps import ABLATIONS, Ablation
 from doo3d.evaluation.benchmark.trials import KINDS, Outcome, Trial, make_trials
+from doo3d.stages.segment import segment, strand_filter
 
 MODULE = "doo3d.stages.refine.axis_and_radius"
 WEIGHT = f"{MODULE}:DEPTH_WEIGHT"
@@ -45,6 +47,48 @@ def test_every_setting_and_place_exists_and_is_changed(name):
         assert any(getattr(getattr(preset, section), field) != value for preset in presets)
     for place, value in ablation.places.items():
         assert value_of(place) is not value
+
+
+def torn_cable():
+    """A frame whose cable reads the depth of what lies behind it over most of its length, and has holes."""
+    depth = np.where(SEEN, DEPTH, 0.9)
+    columns = np.flatnonzero(SEEN.any(axis=0))
+    for start in range(columns[0] + 14, columns[-1], 60):
+        depth[:, start : start + 40] = 0.9
+    depth[SEEN & (np.random.default_rng(0).random(SEEN.shape) < 0.3)] = 0
+    return frame(depth)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "strand filter",
+        "strand filter: runs of readings",
+        "strand filter: all pixels of a smoothed strand",
+    ],
+)
+def test_a_torn_frame_is_another_without_a_step_of_the_strand_filter(name):
+    complete = segment(torn_cable(), SegmentConfig(), SEEN).foreground
+    with replaced(ABLATIONS[name].places):
+        without = segment(torn_cable(), SegmentConfig(), SEEN).foreground
+    assert not np.array_equal(complete.points, without.points)
+
+
+def test_without_what_is_beside_a_strand_its_depth_is_as_where_that_is_not_known():
+    strand = 1.0 + 0.12 * np.sin(np.arange(500) / 90)
+    depth = np.repeat(1.65 + np.random.default_rng(0).normal(scale=0.08, size=50), 10)
+    for first, length in ((40, 14), (120, 14), (235, 14), (320, 40), (460, 14)):
+        depth[first : first + length] = strand[first : first + length]
+    numbers = np.array([12, 3, 2.5, 1.7, 0.15, 1e-3, 1.4826, 0.1, 8, 0.3, 0.8, 5])
+
+    def smooth(surface):
+        return strand_filter.smooth_strand_depth(1 / depth, np.ones(500, bool), surface, 0.004, 600.0, numbers, 4)[0]
+
+    beside = np.full(500, 1 / 1.65)
+    unknown = smooth(np.zeros(0))
+    assert np.abs(smooth(beside) - unknown).max() > 0.1
+    with replaced(ABLATIONS["strand filter: what lies behind is told by what is beside"].places):
+        np.testing.assert_array_equal(smooth(beside), unknown)
 
 
 def test_constants_are_set_and_restored_even_after_an_error():

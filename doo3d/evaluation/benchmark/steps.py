@@ -1,0 +1,204 @@
+"""The steps of the method, and how each is taken out: by a setting, or by putting something that does nothing in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.special import logit
+
+from ...stages.confidence.evidence import TOLD
+
+_STAGES = "doo3d.stages"
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """How one step of the method is taken out.
+
+    Attributes
+    ----------
+    settings
+        dotted key of the config -> value, such as "merge.strategy" -> "greedy".
+    places
+        "module:NAME" in the source code -> what is put there: a function that does nothing, or a value of a constant.
+    modules
+        modules in `doo3d` that go with the step, whose lines and numbers are its price.
+    made_for
+        kinds of data (keys of `trials.KINDS`) that the step was made for; the row is for them, beside that for all.
+    """
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    places: Mapping[str, Any] = field(default_factory=dict)
+    modules: tuple[str, ...] = ()
+    made_for: tuple[str, ...] = ("frames", "stereo", "ragged")
+
+
+def _first(value: Any, *_: Any) -> Any:
+    """Return the first argument: in place of a function that changes it."""
+    return value
+
+
+def _no_split(facts: Any, *_: Any) -> Any:
+    from ...stages.segment.split_strands import SplitMask
+
+    return SplitMask(facts.mask, 0, None)
+
+
+def _no_hues(facts: Any, color: Any) -> Any:
+    return None
+
+
+def _no_strand_filter(readings: Any, *_: Any) -> Any:
+    return readings, 0
+
+
+def _nothing_beside(value: Any, known: Any, surface: Any, *rest: Any) -> Any:
+    from ...kernels import smooth_strand_depth
+
+    return smooth_strand_depth(value, known, surface[:0], *rest)
+
+
+def _readings_alone(readings: Any, *rest: Any) -> Any:
+    from ...stages.segment.strand_filter import filter_along_strands
+
+    filtered, count = filter_along_strands(readings, *rest)
+    kept = np.isin(filtered.pixels @ (1, 1 << 32), readings.pixels @ (1, 1 << 32))  # both in row-major order
+    return readings._replace(depth=filtered.depth[kept], filtered=filtered.filtered[kept]), count
+
+
+def _all(_: Any, pixels: Any, *__: Any) -> Any:
+    return np.ones(len(pixels), dtype=bool)
+
+
+def _none(*_: Any, **__: Any) -> None:
+    return None
+
+
+def _nothing(*_: Any, **__: Any) -> list[Any]:
+    return []
+
+
+class _NoSupport:
+    beside = staticmethod(_none)
+
+
+def _confidence_without(kind: str) -> Ablation:
+    weights = {name: 0.0 if name == kind else weight for name, weight in TOLD.items()}
+    return Ablation(places={f"{_STAGES}.confidence.evidence:TOLD": weights}, made_for=("frames", "stereo", "ragged", "images"))
+
+
+DEPTH = ("stereo", "ragged")
+BRANCHED = ("harnesses",)
+ABLATIONS: dict[str, Ablation] = {
+    "mask repair": Ablation(
+        places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, _: (mask, None)},
+        modules=("stages.segment.mask_repair",),
+        made_for=("ragged", "untold"),
+    ),
+    "parts judged by a network": Ablation(
+        {"segment.method": "strands"}, modules=("stages.segment.judged_parts",), made_for=("untold",)
+    ),
+    "bands of many widths told by a network": Ablation(
+        places={f"{_STAGES}.segment.color_strands:_with_probable": lambda parts, _: (parts, parts.strands)}, made_for=("untold",)
+    ),
+    "surface learned outside of bands": Ablation(
+        places={f"{_STAGES}.segment.color_strands:_told_again": _none}, made_for=("untold",)
+    ),
+    "color where nothing broad has depth": Ablation(
+        places={f"{_STAGES}.segment.methods.strands:is_broad": lambda *_: True}, made_for=("untold",)
+    ),
+    "colors vote in photographs": Ablation(
+        places={f"{_STAGES}.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
+        made_for=("photographs",),
+    ),
+    "strands side by side are not wide": Ablation(
+        places={f"{_STAGES}.segment.mask_cleanup:_bundles": lambda mask, *_: np.zeros_like(mask)}, made_for=("untold",)
+    ),
+    "split strands": Ablation(
+        places={f"{_STAGES}.segment.segment:split_strands": _no_split},
+        modules=tuple(f"stages.segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
+    ),
+    "strand hues": Ablation(
+        places={f"{_STAGES}.segment.split_strands:_split_colors": _no_hues},
+        modules=("evidence.strand_hues",),
+        made_for=("images",),
+    ),
+    "strand filter": Ablation(
+        places={f"{_STAGES}.segment.segment:filter_along_strands": _no_strand_filter},
+        modules=("stages.segment.strand_filter",),
+        made_for=DEPTH,
+    ),
+    "strand filter: drawn to the surface": Ablation(
+        places={f"{_STAGES}.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
+    ),
+    "strand filter: runs of readings": Ablation(places={f"{_STAGES}.segment.strand_filter:MAX_SLOPE": np.inf}, made_for=DEPTH),
+    "strand filter: what lies behind is told by what is beside": Ablation(
+        places={f"{_STAGES}.segment.strand_filter:smooth_strand_depth": _nothing_beside}, made_for=DEPTH
+    ),
+    "strand filter: all pixels of a smoothed strand": Ablation(
+        places={f"{_STAGES}.segment.segment:filter_along_strands": _readings_alone}, made_for=DEPTH
+    ),
+    "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
+    "inpainting of depth": Ablation(
+        places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)
+    ),
+    "sparse strands": Ablation(
+        places={f"{_STAGES}.segment.segment:find_sparse_strands": _none},
+        modules=("stages.segment.sparse_strands",),
+        made_for=("lines",),
+    ),
+    "voxels along the rays": Ablation(
+        places={f"{_STAGES}.voxelize:_along_rays": _first, f"{_STAGES}.voxelize:_in_space": _first}, made_for=DEPTH
+    ),
+    "voxels of the core alone": Ablation({"voxelize.core_fraction": 0}),
+    "voxels of middle lines between touching strands": Ablation(places={f"{_STAGES}.voxelize:middle_pixels": _all}),
+    "cut at occluding edges": Ablation({"voxelize.split_at_depth_step": 0}),
+    "spurs": Ablation({"traverse.min_branch": 0}),
+    "small loops": Ablation(places={f"{_STAGES}.traverse.traverse:MIN_LOOP_RADII": 0.0}),
+    "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
+    "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:TOUCHING_RADII": 0.0}),
+    "gaps along which the object is seen": Ablation(
+        places={f"{_STAGES}.links.candidates:seen_gaps": lambda *_: {}}, modules=("stages.links.seen",), made_for=DEPTH
+    ),
+    "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
+    "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
+    "cost of free space": Ablation({"merge.free_space_weight": 0}),
+    "all connections decided together": Ablation({"merge.strategy": "greedy"}),
+    "bare surface": Ablation(
+        places={"doo3d.evidence.depth_model:Support": _NoSupport},
+        modules=("evidence.support",),
+        made_for=("stereo", "ragged", "images"),
+    ),
+    "ends extended to the surface": Ablation(places={f"{_STAGES}.refine.refine:extend_to_surface": _first}),
+    "second iteration of the axis": Ablation({"refine.iterations": 1}),
+    "smoothing of the axis": Ablation(places={f"{_STAGES}.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
+    "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
+    "axis raised out of the plane": Ablation(places={f"{_STAGES}.refine.axis_and_radius:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
+    "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
+    "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:depth_log_odds": lambda *_: 0.0}),
+    "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:color_log_odds": lambda *_: 0.0}),
+    "other interpretations of uncertain frames": Ablation(
+        places={f"{_STAGES}.confidence.interpretations:OTHERS": ()},
+        modules=("stages.confidence.interpretations",),
+        made_for=DEPTH,
+    ),
+    "branching ends are not linked": Ablation(
+        places={f"{_STAGES}.links.terms.branching:BRANCH_COST": np.inf},
+        modules=("stages.links.terms.branching",),
+        made_for=BRANCHED,
+    ),
+    "bodies": Ablation(
+        places={f"{_STAGES}.branches.branches:body_meetings": _nothing}, modules=("stages.branches.bodies",), made_for=BRANCHED
+    ),
+    "necks": Ablation(
+        places={f"{_STAGES}.branches.attachments:NECK_COST": 0.0}, modules=("stages.branches.necks",), made_for=BRANCHED
+    ),
+    "joins across gaps of a branched cloud": Ablation(
+        places={f"{_STAGES}.branches.branches:end_joins": _nothing}, modules=("stages.branches.clouds",), made_for=BRANCHED
+    ),
+    **{f"confidence by {kind}": _confidence_without(kind) for kind in TOLD if kind != "base"},
+}
+"""Name of a step -> how it is taken out."""
