@@ -12,7 +12,7 @@ from ..config import TrackingConfig
 from ..types import Chain
 from .observations import LENGTH_ERROR
 from .topology import OPEN
-from .tracks import CONTEXT, LEAP_NODES, Track, lengths_of
+from .tracks import CONTEXT, LEAP_NODES, Track
 
 
 @dataclass
@@ -27,8 +27,7 @@ class Candidate:
     @property
     def seen(self) -> float:
         """How much is seen of it where it is whole, m: median over these frames."""
-        lengths, filled = lengths_of([chain for _, _, chain in self.whole])
-        return float(np.median(lengths - filled))
+        return float(np.median([np.count_nonzero(~chain.occluded) * chain.segment_length for _, _, chain in self.whole]))
 
     @property
     def parts(self) -> tuple[tuple[int, int], ...]:

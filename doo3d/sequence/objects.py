@@ -14,15 +14,11 @@ from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
 from .rings import RingTrack, lay_rings, ring_tracks
 from .topology import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
-from .tracks import MIN_FRAMES, Track, lengths_of, tracks_of, without_leaps
+from .tracks import FILLED_ERROR, MIN_FRAMES, Track, lengths_of, tracks_of, without_leaps
 
 MIN_LENGTH_SHARE = 0.1
 """Share of the chains that must agree on a length, within LENGTH_ERROR: chains are too short wherever an end is hidden, hardly
 ever too long, so the object's length is the longest that enough chains have."""
-
-FILLED_ERROR = 0.05
-"""Share of what is filled in a chain by which its length is uncertain beyond LENGTH_ERROR: in 24 sequences of moving cables the
-median of this error is 1 to 9 %, but where strands were joined wrongly."""
 
 MAX_PART_SHARE = 0.5
 """Share of its frames in which a chain may fill what is missing of another object; more, and it is a part of that."""
@@ -225,7 +221,8 @@ def vote_length(lengths: Floats, filled: Floats) -> float:
     lengths
         (K,) m, measured lengths.
     filled
-        (K,) m, how much of each was not seen. Lengths agree within 2 %, and 5 % of what was not seen.
+        (K,) m, how much of each was not measured. Lengths agree within 2 %, and within 5 % of what was not measured; both
+        errors are independent.
 
     Returns
     -------
@@ -233,7 +230,7 @@ def vote_length(lengths: Floats, filled: Floats) -> float:
     longest measurements are a little too long.
     """
     order = np.argsort(filled - lengths, kind="stable")
-    ordered, errors = lengths[order], LENGTH_ERROR * lengths[order] + FILLED_ERROR * filled[order]
+    ordered, errors = lengths[order], np.hypot(LENGTH_ERROR * lengths[order], FILLED_ERROR * filled[order])
     least = max(min(MIN_FRAMES, len(ordered)), int(np.ceil(MIN_LENGTH_SHARE * len(ordered))))
     for length, error in zip(ordered, errors, strict=True):
         near = np.abs(ordered - length) <= np.maximum(errors, error)

@@ -21,13 +21,14 @@ import numpy as np
 from ..geometry.curves import runs
 from ..types import Chain, Floats
 from .cutting import cut_misjoined
-from .objects import FILLED_ERROR, Anchor, SequenceObject
+from .objects import Anchor, SequenceObject
 from .observations import LENGTH_ERROR, MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
 from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, bend, place_strands, to_lengths
 from .rings import bend_ring, closed_lengths, place_on_ring, ring_joints
 from .shape import Shape
 from .smoothing import smoothed
 from .tracking import MIN_MOTION_RADII
+from .tracks import FILLED_ERROR
 
 SPEED_SHARE = 0.7
 """Share of the last displacement of an object that is expected again in the next frame."""
@@ -161,11 +162,9 @@ def _own_place(chain: Chain, anchor: Anchor, item: SequenceObject, center: Float
     variance = np.where(chain.occluded, FILLED_ERROR, LENGTH_ERROR) ** 2
     lengths = chain.segment_length + (item.length - chain.length) * variance / variance.sum()
     along = np.append(0.0, np.cumsum(lengths))[shown]
-    arcs = -along if anchor.backwards else along
+    arcs = item.length - along if anchor.backwards else along
     if item.closed:
         arcs = (arcs + anchor.start * item.length) % item.length
-    elif anchor.backwards:
-        arcs = item.length - along
     return Placed(arcs, chain.joints[shown], (0.0, item.length), 0.0, sight)
 
 

@@ -1,9 +1,13 @@
 """Chains of one id have one direction."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
+from doo3d.sequence.objects import vote_length
 from doo3d.sequence.observations import Observation
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.tracks import Track, tracks_of
@@ -46,3 +50,30 @@ def test_a_doubtful_chain_does_not_tell_the_direction_of_the_next() -> None:
     leg = np.array([[0.0, 0.019, 0.8], [LEG, 0.019, 0.8]])
     track = track_of(chain(hairpin(), 0.9), chain(leg, 0.1), chain(hairpin(-0.01), 0.9), chain(hairpin(-0.01), 0.9))
     assert not any(track.backwards.values())
+
+
+@pytest.mark.parametrize(("misses", "torn", "hidden", "expected"), [
+    (0.015, 0.0, 0.0, True),
+    (0.04, 0.0, 0.0, False),
+    (0.04, 0.9, 0.0, True),
+    (0.04, 0.9, 0.9, False),
+    (0.06, 0.9, 0.0, False),
+])  # fmt: skip
+def test_a_chain_of_torn_depth_is_whole_though_its_length_differs_more(
+    misses: float, torn: float, hidden: float, expected: bool
+) -> None:
+    """Where a hand hides a part, it may be joined wrongly, and the length tells; where the image shows it, it is not."""
+    each = chain(hairpin(), 0.9)
+    middle = np.abs(np.linspace(-1.0, 1.0, len(each.occluded)))
+    each = replace(each, depth_filled=middle < torn, occluded=middle < hidden)
+    track = track_of(each)
+    assert track.is_whole(track.items[0], each.length / (1 + misses)) == expected
+
+
+def test_lengths_of_torn_depth_do_not_outvote_those_that_were_measured() -> None:
+    """Waves of torn depth make a chain too long."""
+    whole = chain(hairpin(), 0.9)
+    torn = replace(whole, segment_length=1.04 * whole.segment_length, joints=1.04 * whole.joints)
+    torn = replace(torn, depth_filled=np.arange(len(torn.occluded)) > 20)
+    track = track_of(*[whole] * 4, *[torn] * 4)
+    assert vote_length(*track.lengths) == pytest.approx(whole.length, rel=0.005)

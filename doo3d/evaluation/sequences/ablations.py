@@ -43,8 +43,8 @@ def _all_apart(skipped: Floats, *_: Any) -> Bools:
     return np.ones(len(skipped), dtype=bool)
 
 
-def _all_seen(chains: Sequence[Any]) -> tuple[Floats, Floats]:
-    """Return the lengths of chains, as if all of each was seen."""
+def _all_measured(chains: Sequence[Any]) -> tuple[Floats, Floats]:
+    """Return the lengths of chains, as if all of each was measured."""
     lengths = np.array([chain.length for chain in chains])
     return lengths, np.zeros_like(lengths)
 
@@ -56,7 +56,7 @@ def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shap
 
 
 STEPS: dict[str, Mapping[str, Any]] = {
-    "lengths by what was seen": {f"{_PLACE}.tracks:lengths_of": _all_seen},
+    "lengths by what was measured": {f"{_PLACE}.tracks:lengths_of": _all_measured},
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
