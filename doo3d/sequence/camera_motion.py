@@ -30,8 +30,9 @@ inverse depth, 1/m, a step of its numbers."""
 MIN_STILL_LOSS, MIN_OFF_LOSS = 1.5, 1.1
 """Times by which two views must disagree more than at their estimated poses: if the camera stood still, for it to move (2 to 5
 for rendered cameras that move by 1 cm and more, 1.3 at most for those that stand still, with hands before them and light that
-flickers); and if it were MIN_CAMERA_MOTION_M off in the worst direction, for the estimate to be sound (1.3 and more where it errs
-by less than 1 mm, 1.02 at most where nothing tells how the camera moves along a plane of one color)."""
+flickers), and more by as large a share of noise, since a few pixels of one color agree exactly at any pose; and if it were
+MIN_CAMERA_MOTION_M off in the worst direction, for the estimate to be sound (1.3 and more where it errs by less than 1 mm, 1.02
+at most where nothing tells how the camera moves along a plane of one color)."""
 
 ESTIMATOR = np.array([MAD_TO_DEVIATION, OUTLIER_DEVIATIONS])
 
@@ -129,7 +130,7 @@ class _Tracker:
     def __init__(self) -> None:
         self.poses: list[Floats | None] = []
         self.is_lost = False
-        self._losses = np.zeros(2)  # of the views that have moved from their key views, if they had not, and as they have
+        self._losses = np.zeros(2)  # of views that have moved: by how much more they differ if not, and how much; noise has 1
         self._key: list[Level] | None = None
         self._last: list[Level] | None = None
         self._to_key: Floats = np.eye(4)  # pose of the key view in the first
@@ -139,7 +140,7 @@ class _Tracker:
     @property
     def moves(self) -> bool:
         """Whether the views fit far better if the camera moves."""
-        return bool(self._losses[0] > MIN_STILL_LOSS * self._losses[1])
+        return bool(self._losses[0] > (MIN_STILL_LOSS - 1) * self._losses[1])
 
     def add(self, view: BackgroundView | None) -> None:
         """Find the pose of the next view."""
@@ -161,7 +162,7 @@ class _Tracker:
             return
         pose = self._to_key @ np.linalg.inv(found.pose)
         if camera_moves(np.array([np.eye(4), found.pose])):
-            self._losses += _loss_if_still(found, self._key[0], levels[0]), found.loss
+            self._losses += _loss_if_still(found, self._key[0], levels[0]) - found.loss, max(found.loss, 1.0)
         is_sound = _is_sound(found, self._key[0], levels[0])
         self.poses.append(pose if is_sound else None)
         if is_sound and np.isfinite(levels[0][1]).any():

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import doo3d
 from doo3d.sequence.background import VIEW_PIXELS, BackgroundView, background_view
-from doo3d.sequence.camera_motion import MOVES, UNTRUSTED, estimate_motion
+from doo3d.sequence.camera_motion import MOVES, UNTRUSTED, CameraMotion, estimate_motion
 
 HEIGHT, WIDTH, FOCAL = 72, 96, 90.0
 FAR, NEAR = 0.7, 0.62
@@ -68,6 +68,17 @@ def test_a_camera_that_moves_is_followed():
     motion = estimated([view(each, k) for k, each in enumerate(true)])
     assert motion.note == MOVES
     assert errors(motion.poses, true).max() < 0.001
+
+
+def test_few_pixels_of_one_color_do_not_tell_that_a_camera_moves():
+    """A stereo camera before a plain wall has depth at its edge alone: any motion along that agrees exactly."""
+    gray = np.full((HEIGHT, WIDTH), 60, dtype=np.uint8)
+    views = []
+    for k in range(6):
+        inverse = np.zeros((HEIGHT, WIDTH), dtype=np.float16)
+        inverse[-3:, : WIDTH - 3 * k] = 1 / (FAR + 0.02 * k)
+        views.append(BackgroundView(gray, inverse, INTRINSICS))
+    assert estimated(views) == CameraMotion()
 
 
 def test_a_camera_that_leaves_its_first_view_is_followed_over_key_views():
