@@ -56,7 +56,7 @@ def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shap
 
 
 STEPS: dict[str, Mapping[str, Any]] = {
-    "lengths by what was measured": {f"{_PLACE}.tracks:lengths_of": _all_measured},
+    "lengths by what was measured": {f"{_PLACE}.tracks:lengths_of": _all_measured, f"{_PLACE}.tracks:FILLED_ERROR": 0.0},
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
