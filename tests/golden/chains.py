@@ -40,8 +40,8 @@ GUARDED = GROUPS["basic"]
 CAPTURES = ("crossing", "helix", "occluder", "straight", "two_cables", "clouds", "bags/crossing")
 PHOTO_PRESETS = ("image", "paper_2d")
 MOVED = 1e-5
-"""Metres or pixels by which the mean of a chain's joints may differ between machines: of the rendered scenes, whose rays a library
-casts, one differed by 4e-6 m between two processors, by the same code."""
+"""Metres or pixels by which the mean of a chain's joints may differ between machines: of the rendered scenes, whose rays a
+library casts, one differed by 4e-6 m between two processors, by the same code."""
 
 Case = tuple[str, Callable[[], Detection]]
 
