@@ -91,8 +91,8 @@ def _in_image(observation: Observation, frame: int, end_on: set[tuple[int, int]]
 
 def _at_one(chain: Chain) -> Chain:
     """Return a chain on the unit sphere around the camera, with as many segments; lengths are angles, rad."""
-    radius = chain.radius / float(np.median(np.linalg.norm(chain.joints, axis=1)))
-    return replace(_laid(chain, unit(chain.joints)), radius=radius)
+    distance = np.linalg.norm(chain.joints, axis=1)
+    return _laid(chain, chain.joints / distance[:, None], chain.radius / float(np.median(distance)))
 
 
 def _is_end_on(chain: Chain) -> bool:
@@ -161,7 +161,7 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     lines = _steady_lines(at, given, in_image, rays)
     result = list(chains)
     for k, line in zip(whole, lines, strict=True):
-        result[k] = _laid(chains[k], line)
+        result[k] = _laid(chains[k], line, chains[k].radius)
     return result
 
 
@@ -262,9 +262,10 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats) -> Floats:
     values = np.where(known, values, 0.0)
     smooth, current = values, weight
     for _ in range(ROUNDS):
-        bands = stiffness.copy()
-        bands[-1] += current.ravel()
-        smooth = solveh_banded(bands, (current * values).ravel(), overwrite_ab=True, check_finite=False).reshape(values.shape)
+        bands = stiffness.copy(order="F")
+        bands[0] += current.ravel()
+        smooth = solveh_banded(bands, (current * values).ravel(), overwrite_ab=True, lower=True, check_finite=False)
+        smooth = smooth.reshape(values.shape)
         off = values - smooth
         limit = OUTLIER_DEVIATIONS**2 * max(noise, _variance(off[known]))
         current = weight / (1 + off**2 / limit) ** 2
@@ -278,44 +279,43 @@ def _variance(values: Floats) -> float:
 
 
 def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: float) -> Floats:
-    """Return the upper bands of the penalties on second differences for `solveh_banded`: (2 K + 3, T K), diagonal last.
+    """Return the lower bands of the penalties on second differences for `solveh_banded`: (2 K + 3, T K), diagonal first.
 
     shape : (T, K) frames and places. both, along, over_time : weights of the differences over time of those along the object, of
     those along it, and of those over time.
     """
     frames, nodes = shape
-    bands = np.zeros((2 * nodes + 3, frames, nodes))
+    bands = np.zeros((frames, nodes, 2 * nodes + 3))
     line, time = _squared_differences(nodes), _squared_differences(frames)
     for later in range(3):
         for farther in range(-2 if later else 0, 3):
-            by_place = line[abs(farther)] if farther >= 0 else np.roll(line[-farther], farther)
+            by_place = line[abs(farther)] if farther >= 0 else np.roll(line[-farther], -farther)
             weight = both * np.outer(time[later], by_place)
             if not later:
                 weight += along * by_place
             if not farther:
                 weight += over_time * time[later][:, None]
-            bands[-1 - later * nodes - farther] = weight
-    bands[-1] += LEAST_VARIANCE
-    return np.asarray(bands.reshape(2 * nodes + 3, frames * nodes))
+            bands[:, :, later * nodes + farther] = weight
+    bands[:, :, 0] += LEAST_VARIANCE
+    return np.asarray(bands.reshape(frames * nodes, 2 * nodes + 3).T)  # columns in one piece, as LAPACK reads them
 
 
 def _squared_differences(count: int) -> Floats:
     """Return the diagonals of the matrix whose quadratic form is the sum of squared second differences of N values: (3, N).
 
-    Row k holds for each column the entry k rows above the main diagonal, 0 outside.
+    Row k holds for each column the entry k rows below the main diagonal, 0 outside.
     """
     diagonals = np.zeros((3, count))
     for row, entries in enumerate(((1, 4, 1), (-2, -2), (1,))):
         for k, entry in enumerate(entries):
-            first = row + k
-            diagonals[row, first : first + count - 2] += entry
+            diagonals[row, k : k + count - 2] += entry
     return diagonals
 
 
-def _laid(chain: Chain, line: Floats) -> Chain:
-    """Return a chain laid anew along a line (M + 1, 3) m, with as many segments, equally long."""
+def _laid(chain: Chain, line: Floats, radius: float) -> Chain:
+    """Return a chain laid anew along a line (M + 1, 3) m, with as many segments, equally long, and with another radius, m."""
     count = len(line)
     nodes = resample(line, np.linspace(0.0, steps(line).sum(), count))
     segment = float(steps(nodes).mean())
     joints = exact_lengths(nodes, segment)
-    return replace(chain, joints=joints, segment_length=segment)
+    return replace(chain, joints=joints, segment_length=segment, radius=radius)

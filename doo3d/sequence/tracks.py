@@ -110,7 +110,8 @@ def tracks_of(
     """
     tracks: dict[int, Track] = {}
     last: dict[int, tuple[int, Chain]] = {}  # by id, the frame that showed its chain last, counted without empty ones, and this
-    sure: dict[int, Chain] = {}  # by id, the last sure chain: a doubtful one alone does not tell how the next one runs
+    nodes: dict[int, Floats] = {}  # by id, points along its last chain
+    sure: dict[int, Floats] = {}  # and along its last sure chain: a doubtful one alone does not tell how the next one runs
     count = 0
     for frame, observation in enumerate(observations):
         all_chains = enumerate(observation.detection.chains)
@@ -126,11 +127,13 @@ def tracks_of(
             id = len(tracks) if known is None else ids[known]
             track = tracks.setdefault(id, Track([], {}, {}))
             pattern, backwards = pattern_of(observation.detection, number, match.backwards), match.backwards
+            given = chain.nodes(LEAP_NODES)
             if id in sure and pattern == OPEN:
-                backwards = _runs_backwards(chain, (last[id][1], sure[id]))
+                backwards = _runs_backwards(given, (nodes[id], sure[id]))
             last[id] = count, reversed_chain(chain, backwards)[0]
+            nodes[id] = given[::-1] if backwards else given
             if chain.confidence >= MIN_JOINED_CONFIDENCE:
-                sure[id] = last[id][1]
+                sure[id] = nodes[id]
             track.items.append((frame, number, last[id][1]))
             track.backwards[frame], track.patterns[frame] = backwards, pattern
             tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
@@ -139,9 +142,12 @@ def tracks_of(
     return tracks
 
 
-def _runs_backwards(chain: Chain, before: Sequence[Chain]) -> bool:
-    """Tell whether a chain runs against that of some earlier ones which it lies nearest to."""
-    nodes, earlier = chain.nodes(LEAP_NODES), np.array([each.nodes(LEAP_NODES) for each in before])
+def _runs_backwards(nodes: Floats, before: Sequence[Floats]) -> bool:
+    """Tell whether a chain runs against that of some earlier ones which it lies nearest to.
+
+    nodes, before : (LEAP_NODES, 3) m, evenly spaced points along the chain, and along each of the earlier ones.
+    """
+    earlier = np.array(before)
     forward, backward = (np.linalg.norm(earlier - way, axis=2).mean(axis=1).min() for way in (nodes, nodes[::-1]))
     return bool(backward < forward)
 

@@ -115,10 +115,9 @@ def test_the_penalty_is_that_of_second_differences() -> None:
     bands = _stiffness((frames, nodes), 3.0, 0.5, 0.2)
     size = frames * nodes
     matrix = np.zeros((size, size))
-    for row in range(len(bands)):
-        offset = len(bands) - 1 - row
-        for column in range(offset, size):
-            matrix[column - offset, column] = matrix[column, column - offset] = bands[row, column]
+    for offset, band in enumerate(bands):
+        for column in range(size - offset):
+            matrix[column + offset, column] = matrix[column, column + offset] = band[column]
     time, line = np.diff(field, 2, axis=0), np.diff(field, 2, axis=1)
     expected = 3.0 * (np.diff(line, 2, axis=0) ** 2).sum() + 0.5 * (line**2).sum() + 0.2 * (time**2).sum()
     assert field.ravel() @ matrix @ field.ravel() == pytest.approx(expected, rel=1e-6)

@@ -65,14 +65,16 @@ bool compare(const Views& views, Index row, Index column, Pixel& pixel) {
 }
 
 // Add a residual to the normal equations, and return its loss; at `outlier` standard deviations it weighs a quarter.
-double add(double residual, const Slopes& slope, double noise, double outlier, double* sums) {
+WITH_AVX2 double add(double residual, const Slopes& slope, double noise, double outlier, double* __restrict sums) {
+    const std::size_t count = slope.size();
     const double r = residual / noise, shrunk = 1 / (1 + r * r / (outlier * outlier));
     const double weight = shrunk * shrunk / (noise * noise);
-    for (std::size_t i = 0; i < slope.size(); ++i) {
-        double* row = sums + i * (slope.size() + 1);
+    for (std::size_t i = 0; i < count; ++i) {
+        double* __restrict row = sums + i * (count + 1);
         const double scaled = weight * slope[i];
-        for (std::size_t j = i; j < slope.size(); ++j) row[j] += scaled * slope[j];
-        row[slope.size()] -= scaled * residual;
+        UNROLLED
+        for (std::size_t j = 0; j < count; ++j) row[j] += scaled * slope[j];  // all of a row: eight at once
+        row[count] -= scaled * residual;
     }
     return r * r * shrunk / 2;
 }
