@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cv2
+import numpy as np
 
 from ...evidence.appearance import BAND_PX, RING_PX, Appearance
 from ...kernels import MaskEdge, off_edge_share
@@ -27,7 +28,7 @@ MAX_OFF_SHARE = 0.12
 """Share of the edge's pixels whose largest step within BAND_PX is not at the edge, up to which a mask surely is not ragged."""
 
 
-def repair_mask(mask: Bools, color: Array) -> tuple[Bools, Appearance | None]:
+def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> tuple[Bools, Appearance | None]:
     """Move the edge of a ragged mask to where the colors of the image change, and drop the parts that show the background.
 
     The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the
@@ -40,6 +41,9 @@ def repair_mask(mask: Bools, color: Array) -> tuple[Bools, Appearance | None]:
         (H, W) bool.
     color
         (H, W, 3) uint8 RGB.
+    is_by_depth
+        whether the mask was made from depth, which is lost at the edges of an object, so that it is ragged at a finer scale: it is
+        always repaired, unless it is too thin for colors to be smoothed in it.
 
     Returns
     -------
@@ -47,7 +51,7 @@ def repair_mask(mask: Bools, color: Array) -> tuple[Bools, Appearance | None]:
         the background
     appearance : the colors learned last if the mask was repaired, else None
     """
-    if off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE:
+    if _width(mask) < 4 * SMOOTHING_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE:
         return mask, None
     edge = MaskEdge(mask, BAND_PX, RING_PX)
     kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
@@ -57,4 +61,11 @@ def repair_mask(mask: Bools, color: Array) -> tuple[Bools, Appearance | None]:
             return mask, None
         edge.move(color, appearance.log_odds, kernel)
     edge.restore_parts(MIN_THICKNESS_PX, MIN_ELONGATION)
-    return (edge.mask(), appearance) if edge.raggedness() >= MIN_RAGGEDNESS else (mask, None)
+    return (edge.mask(), appearance) if is_by_depth or edge.raggedness() >= MIN_RAGGEDNESS else (mask, None)
+
+
+def _width(mask: Bools) -> float:
+    """Return how wide the strands of a mask are, px: the area between two edges by the pixels along them."""
+    area = np.count_nonzero(mask)
+    inner = cv2.erode(mask.view(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
+    return 2 * area / max(area - np.count_nonzero(inner), 1)

@@ -132,8 +132,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if method != "everything":
         _check_size(int(np.count_nonzero(selected)))
     given = selected
-    if frame.color is not None and method not in ("everything", "plane") and not made.is_certain:
-        selected = repair_mask(given, frame.color)[0]
+    if frame.color is not None and method not in ("everything", "plane"):
+        selected = repair_mask(given, frame.color, method in ("network", "strands"))[0]
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx, made.hued)
     facts, pixels = cleaned.facts, cleaned.facts.count
     if pixels:
