@@ -31,20 +31,20 @@ from it, where somebody said what the object is: fitted by docs/fit_confidence.p
 `rivals` 1, with which the log odds are the mean over all interpretations."""
 
 UNTOLD = {
-    "base": 7.66,
-    "joins": 0.51,
-    "residual": 0.62,
-    "bend": 1.53,
-    "undecided": 1.64,
-    "beside": 0.58,
-    "unclaimed": 12.62,
-    "stubby": 3.81,
-    "uneven": 3.79,
-    "flat": 2.70,
-    "edge": 1.44,
-    "stray": 3.81,
-    "odd": 0.99,
-    "unsure": 0.93,
+    "base": 8.03,
+    "joins": 0.99,
+    "residual": 0.59,
+    "bend": 0.82,
+    "undecided": 1.58,
+    "beside": 1.04,
+    "unclaimed": 8.46,
+    "stubby": 4.16,
+    "stray": 3.56,
+    "odd": 1.46,
+    "uneven": 4.10,
+    "flat": 2.78,
+    "edge": 1.56,
+    "unsure": 1.19,
 }
 """The same where strands were looked for in a frame by their shape alone: fitted by docs/fit_untold.py. Right chains count as
 much together as wrong ones."""

@@ -42,8 +42,8 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> tuple[B
     color
         (H, W, 3) uint8 RGB.
     is_by_depth
-        whether the mask was made from depth, which is lost at the edges of an object, so that it is ragged at a finer scale: it is
-        always repaired, unless it is too thin for colors to be smoothed in it.
+        whether the mask was made from depth, which is lost at the edges of an object: it is repaired however little its edge is
+        off, unless it is too thin for colors to be smoothed in it.
 
     Returns
     -------
@@ -51,7 +51,8 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> tuple[B
         the background
     appearance : the colors learned last if the mask was repaired, else None
     """
-    if _width(mask) < 4 * SMOOTHING_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE:
+    stays = _width(mask) < 4 * SMOOTHING_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE
+    if stays:
         return mask, None
     edge = MaskEdge(mask, BAND_PX, RING_PX)
     kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
@@ -66,6 +67,6 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> tuple[B
 
 def _width(mask: Bools) -> float:
     """Return how wide the strands of a mask are, px: the area between two edges by the pixels along them."""
-    area = np.count_nonzero(mask)
     inner = cv2.erode(mask.view(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
-    return 2 * area / max(area - np.count_nonzero(inner), 1)
+    area, within = int(np.count_nonzero(mask)), int(np.count_nonzero(inner))
+    return 2 * area / max(area - within, 1)

@@ -53,6 +53,27 @@ def test_a_mask_one_pixel_off_stays_as_it_is():
     assert repair_mask(wide, photographed())[0] is wide
 
 
+def by_depth(mask=SEEN):
+    """A mask without most of the pixels at its edge, and with holes of 3 x 3 px, where depth is lost."""
+    rng = np.random.default_rng(0)
+    holes = binary_dilation(mask & (rng.random(mask.shape) < 0.004), np.ones((3, 3)))
+    return mask & ~holes & (binary_erosion(mask) | (rng.random(mask.shape) < 0.3))
+
+
+def test_what_depth_lost_at_the_edge_and_within_is_found_by_color():
+    spoiled, image = by_depth(), photographed()
+    assert repair_mask(spoiled, image)[0] is spoiled
+    found = repair_mask(spoiled, image, is_by_depth=True)[0]
+    assert overlap(spoiled, SEEN) < 0.9
+    assert overlap(found, SEEN) > 0.97
+
+
+def test_a_strand_too_thin_for_its_color_stays_as_depth_shows_it():
+    wire = np.zeros_like(SEEN)
+    wire[200:202, 100:540] = True
+    assert repair_mask(wire, photographed(wire), is_by_depth=True)[0] is wire
+
+
 @pytest.mark.parametrize("color", [(150, 150, 145), (148, 152, 143)])
 def test_colors_that_do_not_tell_change_nothing(color):
     spoiled = ragged()
