@@ -73,7 +73,7 @@ def test_the_account_of_segmentation_is_that_of_its_record(explained):
     found, stages = explained
     segmentation = stages.segmentation
     removed = segmentation.removed_small, segmentation.removed_wide, segmentation.split
-    counts = *removed, segmentation.without_depth, segmentation.outliers
+    counts = *removed, segmentation.repaired, segmentation.without_depth, segmentation.outliers
     account = found.accounts[0]
     assert len(account.dropped) == len(segmentation.foreground.notes) + sum(count > 0 for count in counts)
     assert all(str(count) in " ".join(account.dropped) for count in (*removed, segmentation.outliers) if count)

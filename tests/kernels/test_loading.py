@@ -164,7 +164,7 @@ def test_the_checkout_uses_the_installation(python, tmp_path):
     assert Path(package).parents[1] == ROOT
     assert not Path(native).is_relative_to(ROOT / "doo3d")
 
-    told = re.compile(r"1\.\d\d m, radius 3\.\d mm, 0% occluded")
+    told = re.compile(r"1\.\d\d m, radius 4\.\d mm, 0% occluded")
     assert told.search(run_in_checkout(python, "-c", "\n".join(blocks())))
     assert told.search(run_in_checkout(python, "-m", "IPython", "--colors=nocolor", "-c", "\n".join(blocks())))
     shown = run_in_checkout(python, "-W", "ignore", "-c", NOTEBOOK, *blocks(), where, "detection")
