@@ -16,9 +16,7 @@ from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
 from ..sequence.detect_sequence import check_mode, gap_frames, motion_of, with_poses
 from ..sequence.given_length import length_notes
-from ..sequence.moving_camera import in_world
-from ..sequence.objects import find_objects
-from ..sequence.steady_depth import steadied
+from ..sequence.objects import steady_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
 from .pictures import NO_PICTURES
@@ -81,7 +79,7 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     motion = motion_of(observations, config, lambda frame: read_background(folder, names[frame]))
     observations = with_poses(observations, motion)
-    objects = find_objects(in_world(steadied(observations, config.tracking)), config)
+    _, objects = steady_objects(observations, config)
     max_gap = gap_frames(observations, config)
     known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):

@@ -27,15 +27,16 @@ from .background import BackgroundView, background_view
 from .camera_motion import CameraMotion, estimate_motion
 from .deviations import with_deviations
 from .given_length import length_notes
+from .image_tracks import image_tracks, is_of_camera
 from .junctions import assemble, join_shapes
 from .moving_camera import in_world, poses_of, seen_from
-from .objects import SequenceObject, find_objects
+from .objects import SequenceObject, steady_objects
 from .observations import Observation, first_pass_config, observe
 from .registration import exact_lengths
 from .rings import closed_lengths
 from .second_pass import follow
 from .shape import Shape
-from .steady_depth import is_of_camera, steadied
+from .steady_depth import steadied
 from .topology import trees_of
 from .tracking import FRAME_RATE
 from .tracks import CONTEXT, WINDOW
@@ -203,13 +204,12 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
         True to find each object from earlier frames only, for comparison. Number and lengths of the objects still come from all
         frames.
     """
-    whole = steadied(observations, config.tracking)
-    objects = find_objects(in_world(whole), config)
+    whole, objects = steady_objects(observations, config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        steady = whole if len(window) == len(whole) else steadied(window, config.tracking)
+        steady = whole if len(window) == len(whole) else steadied(window, image_tracks(window, config.tracking))
         yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
 
 

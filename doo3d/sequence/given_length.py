@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..config import Config
-from .moving_camera import in_world
-from .objects import find_objects
+from .objects import steady_objects
 from .observations import LENGTH_ERROR, Observation
-from .steady_depth import steadied
 from .tracks import MIN_FRAMES
 
 
@@ -25,8 +23,8 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
     given = config.sequence.length
     if given is None or len(observations) < MIN_FRAMES:
         return ()
-    measured = find_objects(
-        in_world(steadied(observations, config.tracking)),
+    _, measured = steady_objects(
+        observations,
         config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})}),
     )
     segment = config.fit.segment_length

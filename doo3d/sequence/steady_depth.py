@@ -9,7 +9,7 @@ well.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -17,14 +17,13 @@ import numpy as np
 from scipy.interpolate import interp1d
 from scipy.linalg import solveh_banded
 
-from ..config import TrackingConfig
 from ..geometry.noise import MAD_TO_DEVIATION
-from ..geometry.polyline import arc_length, resample, steps, unit
+from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
+from .image_tracks import is_of_camera, laid, turned_by
 from .observations import Observation, ObservedStrand
-from .registration import LENGTH_TOLERANCE, exact_lengths
 from .tracking import reversed_chain
-from .tracks import MIN_FRAMES, WINDOW, tracks_of
+from .tracks import MIN_FRAMES, WINDOW, Track
 
 NODES = 40
 """Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds."""
@@ -52,68 +51,37 @@ LEAST_VARIANCE = 1e-10
 """Least variance of relative inverse range and of its changes: depth of rendered scenes can be without noise."""
 
 
-def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> list[Observation]:
+def steadied(observations: Sequence[Observation], tracks: Mapping[int, Track]) -> list[Observation]:
     """Return observations whose chains and strands have their depth smoothed over time, where frames show as much of an object.
-
-    Chains are tracked in the image, where what depth says of their lengths is of no matter.
 
     Parameters
     ----------
     observations
         frames in order, of one camera, in its frame; of clouds, which have no line of sight, they are returned as they are.
-    tracking
-        how a chain is recognized from frame to frame.
+    tracks
+        their chains from frame to frame, from `image_tracks`.
     """
     result = list(observations)
     if not is_of_camera(observations):
         return result
-    chains = ((frame, *each) for frame, seen in enumerate(observations) for each in enumerate(seen.detection.chains))
-    end_on = {(frame, number) for frame, number, chain in chains if _is_end_on(chain)}
-    for track in tracks_of([_in_image(seen, k, end_on) for k, seen in enumerate(observations)], tracking, end_on).values():
-        for items in _stretches(track.items):
-            seen = [
-                reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
-                for frame, number, _ in items
-            ]
-            steady = steady_chains([frame for frame, _, _ in items], seen)
-            for (frame, number, _), chain in zip(items, steady, strict=True):
+    for track in tracks.values():
+        in_space = track.in_space(observations).items
+        for first, end in _stretches(track.items):
+            frames, numbers, chains = zip(*in_space[first:end], strict=True)
+            for frame, number, chain in zip(frames, numbers, steady_chains(frames, chains), strict=True):
                 own = reversed_chain(chain, track.backwards[frame])[0]
                 result[frame] = _with_chain(result[frame], number, own)
     return result
 
 
-def _in_image(observation: Observation, frame: int, end_on: set[tuple[int, int]]) -> Observation:
-    """Return an observation with its open chains as the image shows them, where depth is of no matter: at a distance of 1."""
-    given = enumerate(observation.detection.chains)
-    chains = tuple(chain if chain.closed or (frame, number) in end_on else _at_one(chain) for number, chain in given)
-    return replace(observation, detection=replace(observation.detection, chains=chains))
-
-
-def _at_one(chain: Chain) -> Chain:
-    """Return a chain on the unit sphere around the camera, with as many segments; lengths are angles, rad."""
-    distance = np.linalg.norm(chain.joints, axis=1)
-    return _laid(chain, chain.joints / distance[:, None], chain.radius / float(np.median(distance)))
-
-
-def _is_end_on(chain: Chain) -> bool:
-    """Tell whether a chain has no length in the image: none beside the error that segments may have."""
-    width = _turned_by(chain.joints)[-1] * np.linalg.norm(chain.joints, axis=1).max()
-    return bool(width <= LENGTH_TOLERANCE * chain.segment_length)
-
-
-def _stretches(items: Sequence[tuple[int, int, Chain]]) -> list[Sequence[tuple[int, int, Chain]]]:
-    """Return the items of a track, in the image, in stretches of one WINDOW each that show as much of the object."""
+def _stretches(items: Sequence[tuple[int, int, Chain]]) -> Iterable[tuple[int, int]]:
+    """Return the ranges of the items of a track, in the image, that are in one WINDOW and show as much of the object."""
     starts = [
         number
         for number, (last, item) in enumerate(pairwise(items), 1)
         if item[0] // WINDOW != last[0] // WINDOW or abs(item[2].length - last[2].length) > ALIKE * last[2].length
     ]
-    return [items[first:end] for first, end in pairwise([0, *starts, len(items)])]
-
-
-def is_of_camera(observations: Sequence[Observation]) -> bool:
-    """Tell whether observations are in the frame of a camera, whose errors of depth are along the line of sight."""
-    return all(observation.detection.coordinates == "camera" for observation in observations)
+    return pairwise([0, *starts, len(items)])
 
 
 def _with_chain(observation: Observation, number: int, chain: Chain) -> Observation:
@@ -148,7 +116,7 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     -------
     Chains of as many segments each, of equal length again.
     """
-    turned = [_turned_by(chain.joints) for chain in chains]
+    turned = [turned_by(chain.joints) for chain in chains]
     angle = np.array([angles[-1] for angles in turned])
     usual = np.array([np.median(angle[max(0, k - AROUND) : k + AROUND + 1]) for k in range(len(chains))])
     whole = np.flatnonzero(np.abs(angle - usual) <= SEEN_ERROR * usual).tolist()
@@ -161,7 +129,7 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     lines = _steady_lines(at, given, in_image, rays)
     result = list(chains)
     for k, line in zip(whole, lines, strict=True):
-        result[k] = _laid(chains[k], line, chains[k].radius)
+        result[k] = laid(chains[k], line, chains[k].radius)
     return result
 
 
@@ -193,11 +161,6 @@ def _at_places(at: Ints, arcs: Sequence[Floats], values: Sequence[Floats]) -> Fl
         slope = (each[low + 1] - each[low]) / (share[low + 1] - share[low])[:, None]
         result[row] = slope * (places - share[low])[:, None] + each[low]
     return result
-
-
-def _turned_by(joints: Floats) -> Floats:
-    """Return the angle between the ray to the first joint and that to each of the joints (M, 3), along the chain, rad: (M,)."""
-    return arc_length(unit(joints))
 
 
 def _is_seen(chain: Chain) -> Bools:
@@ -310,12 +273,3 @@ def _squared_differences(count: int) -> Floats:
         for k, entry in enumerate(entries):
             diagonals[row, k : k + count - 2] += entry
     return diagonals
-
-
-def _laid(chain: Chain, line: Floats, radius: float) -> Chain:
-    """Return a chain laid anew along a line (M + 1, 3) m, with as many segments, equally long, and with another radius, m."""
-    count = len(line)
-    nodes = resample(line, np.linspace(0.0, steps(line).sum(), count))
-    segment = float(steps(nodes).mean())
-    joints = exact_lengths(nodes, segment)
-    return replace(chain, joints=joints, segment_length=segment, radius=radius)

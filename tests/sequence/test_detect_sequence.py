@@ -14,7 +14,7 @@ from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.detect_sequence import combine, detect_sequence, frame_seconds
 from doo3d.sequence.given_length import length_notes
 from doo3d.sequence.moving_camera import in_world
-from doo3d.sequence.objects import find_objects, vote_length
+from doo3d.sequence.objects import steady_objects, vote_length
 from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.tracks import without_leaps
@@ -116,7 +116,7 @@ def test_a_fragment_is_not_an_object():
         return replace(one, detection=replace(one.detection, chains=(*one.detection.chains, far)))
 
     plan = [seen_in(time, [(0, 60)]) if k < 12 or k > 28 else both(time) for k, time in enumerate(times())]
-    (item,) = find_objects(plan, Config())
+    _, (item,) = steady_objects(plan, Config())
     assert item.length == pytest.approx(0.6, rel=0.01)
 
 
@@ -141,7 +141,7 @@ def test_a_cable_that_a_hand_divides_now_and_then_is_one_object(divided, parts):
         return replace(one, detection=replace(one.detection, chains=(*one.detection.chains, rest)))
 
     plan = [both(time) if k in divided else seen_in(time, [(0, 60)]) for k, time in enumerate(times())]
-    (item,) = find_objects(plan, Config())
+    _, (item,) = steady_objects(plan, Config())
     assert [anchor.frame for anchor in item.anchors] == [k for k in range(40) if k not in divided]
 
 
@@ -184,7 +184,7 @@ def test_the_length_is_that_of_the_frames_that_show_the_whole_object():
 def test_a_chain_up_to_what_hides_the_rest_tells_no_length():
     """Three frames in 60 show both tips; in the others a hand hides one end, always as much of it."""
     plan = [[(0, 60)] if k % 20 == 4 else [(0, 50)] for k in range(60)]
-    (item,) = find_objects([seen_in(time, parts) for time, parts in zip(times(60), plan, strict=True)], Config())
+    _, (item,) = steady_objects([seen_in(time, parts) for time, parts in zip(times(60), plan, strict=True)], Config())
     assert item.segments == 60
     assert [anchor.frame for anchor in item.anchors] == [4, 24, 44]
 

@@ -14,7 +14,7 @@ from doo3d.geometry.polyline import arc_length, resample
 from doo3d.outputs.sequence_files import SequenceFile, read_objects, summary, write_objects
 from doo3d.sequence import detect_sequence as module
 from doo3d.sequence.detect_sequence import combine, detect_sequence
-from doo3d.sequence.objects import find_objects
+from doo3d.sequence.objects import steady_objects
 from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
 from doo3d.sequence.topology import OPEN, trees_of, vote_pattern
 from doo3d.types import Chain, ChainEnd, Detection, Junction, LinearObject
@@ -171,7 +171,8 @@ def test_windows_agree_with_the_whole(monkeypatch):
 
 def test_the_objects_are_read_as_they_were_written(tmp_path):
     config = load_config("harness")
-    objects = find_objects([seen_in(time, parts) for time, parts in zip(times(8), [WHOLE] * 6 + [HALF] * 2, strict=True)], config)
+    plan = zip(times(8), [WHOLE] * 6 + [HALF] * 2, strict=True)
+    _, objects = steady_objects([seen_in(time, parts) for time, parts in plan], config)
     assert [item.is_trunk for item in objects] == [True, True, False]
     assert len(objects[2].parts) == 2
     known = SequenceFile(("a",), 3, 0.05, tuple(objects))

@@ -64,8 +64,11 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
     "strands of a wrong length are not cut": {f"{_PLACE}.cutting:_are_apart": _all_apart},
     "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
-    "depth of the frames smoothed over time": {f"{_PLACE}.detect_sequence:steadied": _first},
-    "the same by tracks in the image": {f"{_PLACE}.steady_depth:_in_image": _first},
+    "depth of the frames smoothed over time": {
+        f"{_PLACE}.objects:steadied": _first,
+        f"{_PLACE}.detect_sequence:steadied": _first,
+    },
+    "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},
     "hidden parts behind what hides them": {f"{_PLACE}.smoothing:behind_occluders": _first},
     "places smoothed over time": {f"{_PLACE}.smoothing:whittaker_smooth": _first},

@@ -15,9 +15,8 @@ from ...errors import DooError
 from ...pipeline import detect_with_stages
 from ...sequence.background import background_view
 from ...sequence.detect_sequence import check_mode, combine, motion_of, with_poses
-from ...sequence.objects import find_objects
+from ...sequence.objects import steady_objects
 from ...sequence.observations import Observation, first_pass_config, observe
-from ...sequence.steady_depth import steadied
 from ...sequence.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
@@ -161,7 +160,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     for variant, past_only in ORACLES.items():
         truths, measured = [frame.truth for frame in frames], [frame.measured for frame in frames]
         detections[variant], seconds[variant] = oracle_detections(truths, measured, past_only), float("nan")
-    found = max((item.length for item in find_objects(steadied(observations, config.tracking), config)), default=float("nan"))
+    found = max((item.length for item in steady_objects(observations, config)[1]), default=float("nan"))
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:
