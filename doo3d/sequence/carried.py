@@ -9,10 +9,10 @@ from ..types import Bools, Floats
 def carried(joints: Floats, seen: Bools, segment: float) -> Floats:
     """Return the joints (T, M, 3) m of an open object with those that are hidden carried from other frames.
 
-    A hidden segment has the direction of when it was seen last, turned since as the seen joints beside it have; the same from
-    when it is seen next, and both averaged by how near they are in time. Hidden joints are laid along these segments between the
-    seen joints beside them: averaged directions keep the length of a part that slides along itself, and averaged positions do
-    not. Joints that are never seen keep their shape, and all joints of a frame that shows nothing.
+    A hidden joint between seen ones is where it was seen last, moved and turned since as the seen joints beside it; the same from
+    when it is seen next, and both averaged by how near they are in time. An error of one place stays there. A hidden part that
+    goes on to an end is laid along its segments, whose directions are averaged instead: that keeps its length, which averaged
+    places do not. Joints that are never seen keep their shape, and all joints of a frame that shows nothing.
 
     seen : (T, M) bool, which joints the frames show. segment : m, distance of neighboring joints; a straight part does not turn
     round itself, as if points that far off it had not turned.

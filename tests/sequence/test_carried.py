@@ -51,6 +51,19 @@ def test_a_hidden_part_lies_between_where_it_was_seen_last_and_is_seen_next() ->
     assert np.array_equal(result[:, :40], truth[:, :40])
 
 
+def test_an_error_of_one_place_stays_there() -> None:
+    """A few joints of a hidden part are seen between fingers, and laid where they are not."""
+    truth = swung(bent_cable())
+    seen = hidden(10, 50)
+    seen[4, 28:32] = True
+    wrong = truth.copy()
+    wrong[4, 28:32] += [0.0, 0.0, 0.03]
+    off = np.linalg.norm(carried(wrong, seen, SEGMENT) - truth, axis=2)
+    assert off[[3, 5], 28:32].min() > 0.01  # the error is carried with the joints
+    assert off[[3, 5], 10:24].max() < 1e-3
+    assert off[[3, 5], 36:50].max() < 1e-3
+
+
 def test_a_hidden_end_turns_with_what_is_seen_beside_it() -> None:
     """The cable bends far from the hidden end, which turns with the part before it, and not with the whole."""
     cable = bent_cable()

@@ -54,10 +54,22 @@ struct Frames {
     bool is_seen(Index frame, Index k) const { return seen[frame * joints_per_frame + k]; }
 };
 
-// Return how the joints beside the hidden ones, `first` to before `end`, turn from one frame to another: a bend far off does not turn the
+// A motion that keeps all lengths: points turn, and their middle moves.
+struct Motion {
+    Turn turn;
+    Point before, after;
+
+    Point moved(const double* point) const {
+        Point result = turned(turn, before.data(), point);
+        for (Index d = 0; d < 3; ++d) result[d] += after[d];
+        return result;
+    }
+};
+
+// Return how the joints beside the hidden ones, `first` to before `end`, move from one frame to another: a bend far off does not turn the
 // hidden ones, and those next to them are too few to tell how a long part turns. Points a segment off along each axis do not turn: a
 // straight line does not tell how far it turns round itself.
-Turn turn_between(const Frames& frames, Index start, Index frame, Index first, Index end, Visits& visits) {
+Motion motion_between(const Frames& frames, Index start, Index frame, Index first, Index end, Visits& visits) {
     std::vector<double> weights(frames.joints_per_frame, 0.0);
     double total = 0.0;
     for (Index k = 0; k < frames.joints_per_frame; ++k) {
@@ -81,7 +93,7 @@ Turn turn_between(const Frames& frames, Index start, Index frame, Index first, I
             for (Index j = 0; j < 3; ++j) product[i][j] += weights[k] * (to[i] - after[i]) * (from[j] - before[j]);
         }
     }
-    return rotation(product);
+    return {rotation(product), before, after};
 }
 
 bool have_common(const Frames& frames, Index start, Index frame) {
@@ -93,9 +105,8 @@ bool have_common(const Frames& frames, Index start, Index frame) {
 
 // A segment from one joint to the next, and its length: that of a mean of segments is the mean of theirs.
 struct Segment {
-    Point along;
-    double length;
-    bool is_carried;
+    Point along{};
+    double length = 0.0;
 
     void add(const Point& other, double weight) {
         for (Index d = 0; d < 3; ++d) along[d] += weight * other[d];
@@ -110,38 +121,58 @@ void add_turned(const Frames& frames, Index start, const Turn& turn, Index first
 }
 
 // Find the segments of the hidden joints `first` to before `end`, which were seen in frame `before` last and are in frame `after` next.
-void carry(const Frames& frames, Index frame, Index first, Index end, Index before, Index after, Segment* segments, Visits& visits) {
+// Tell whether they are known from there.
+bool carry(const Frames& frames, Index frame, Index first, Index end, Index before, Index after, Segment* segments, Visits& visits) {
     const bool has_before = before >= 0, has_after = after < frames.count;
-    if (!has_before && !has_after) return;
-    if ((has_before && !have_common(frames, before, frame)) || (has_after && !have_common(frames, after, frame))) return;
+    if (!has_before && !has_after) return false;
+    if ((has_before && !have_common(frames, before, frame)) || (has_after && !have_common(frames, after, frame))) return false;
     const Index low = first > 0 && frames.is_seen(frame, first - 1) ? first - 1 : first, high = std::min(end, frames.joints_per_frame - 1);
-    for (Index k = low; k < high; ++k) segments[k] = {{}, 0.0, true};
+    for (Index k = low; k < high; ++k) segments[k] = {};
     const double share = has_before && has_after ? double(frame - before) / double(after - before) : double(has_after);
-    if (has_before) add_turned(frames, before, turn_between(frames, before, frame, first, end, visits), low, high, 1 - share, segments);
-    if (has_after) add_turned(frames, after, turn_between(frames, after, frame, first, end, visits), low, high, share, segments);
+    if (has_before) add_turned(frames, before, motion_between(frames, before, frame, first, end, visits).turn, low, high, 1 - share, segments);
+    if (has_after) add_turned(frames, after, motion_between(frames, after, frame, first, end, visits).turn, low, high, share, segments);
+    return true;
 }
 
-// Lay the hidden joints `first` to before `end` of a frame along their segments, between the seen joints beside them.
-void lay(const Frames& frames, Index frame, Index first, Index end, const Segment* segments, double* result) {
-    const bool has_left = first > 0, has_right = end < frames.joints_per_frame;
-    const Index low = has_left ? first - 1 : first, high = has_right ? end : end - 1;
-    std::vector<Point> offset(high - low + 1);
-    bool is_carried = false;
-    for (Index k = low; k < high; ++k) {
-        const Segment& segment = segments[k];
-        const double factor = segment.length / std::max(Segment::norm(segment.along), 1e-12);
-        for (Index d = 0; d < 3; ++d) offset[k + 1 - low][d] = offset[k - low][d] + factor * segment.along[d];
-        is_carried = is_carried || segment.is_carried;
-    }
-    if (!is_carried || (!has_left && !has_right)) return;
-    Point start, missing{};
-    for (Index d = 0; d < 3; ++d) {
-        start[d] = has_left ? frames.joint(frame, low)[d] : frames.joint(frame, high)[d] - offset.back()[d];
-        if (has_left && has_right) missing[d] = frames.joint(frame, high)[d] - start[d] - offset.back()[d];
+// Add to hidden joints between seen ones, `first` to before `end`, where they were in frame `start`, moved since as the joints beside them:
+// all together, and each by what is left of the motion of the joints that both frames show before and after it.
+void add_moved(const Frames& frames, Index start, Index frame, Index first, Index end, double weight, double* places, Visits& visits) {
+    const Motion motion = motion_between(frames, start, frame, first, end, visits);
+    std::vector<Index> common;
+    std::vector<Point> left;
+    for (Index k = 0; k < frames.joints_per_frame; ++k) {
+        if (!frames.is_seen(start, k) || !frames.is_seen(frame, k)) continue;
+        common.push_back(k);
+        left.push_back(motion.moved(frames.joint(start, k)));
+        for (Index d = 0; d < 3; ++d) left.back()[d] = frames.joint(frame, k)[d] - left.back()[d];
     }
     for (Index k = first; k < end; ++k) {
-        const double share = double(k - low) / double(std::max<Index>(high - low, 1));
-        for (Index d = 0; d < 3; ++d) result[3 * k + d] = start[d] + offset[k - low][d] + share * missing[d];
+        const Index at = Index(std::lower_bound(common.begin(), common.end(), k) - common.begin());
+        const Index before = std::max<Index>(at - 1, 0), after = std::min(at, Index(common.size()) - 1);
+        const double gap = double(common[after] - common[before]), share = gap > 0 ? double(k - common[before]) / gap : 0.0;
+        const Point moved = motion.moved(frames.joint(start, k));
+        for (Index d = 0; d < 3; ++d) places[3 * k + d] += weight * (moved[d] + (1 - share) * left[before][d] + share * left[after][d]);
+    }
+}
+
+// Place hidden joints between seen ones, `first` to before `end`, which were seen in frame `before` last and are in frame `after` next.
+void place(const Frames& frames, Index frame, Index first, Index end, Index before, Index after, double* places, Visits& visits) {
+    const bool has_before = before >= 0 && have_common(frames, before, frame), has_after = after < frames.count && have_common(frames, after, frame);
+    if (!has_before && !has_after) return;
+    std::fill(places + 3 * first, places + 3 * end, 0.0);
+    const double share = has_before && has_after ? double(frame - before) / double(after - before) : double(has_after);
+    if (has_before) add_moved(frames, before, frame, first, end, 1 - share, places, visits);
+    if (has_after) add_moved(frames, after, frame, first, end, share, places, visits);
+}
+
+// Lay the hidden joints `first` to before `end`, which go on to one end of the object, along their segments from the seen joint beside them.
+void lay(Index first, Index end, const Segment* segments, double* places) {
+    const bool is_last = first > 0;
+    for (Index n = 0; n < end - first; ++n) {
+        const Index k = is_last ? first + n : end - 1 - n, beside = is_last ? k - 1 : k + 1;
+        const Segment& segment = segments[std::min(k, beside)];
+        const double factor = segment.length / std::max(Segment::norm(segment.along), 1e-12);
+        for (Index d = 0; d < 3; ++d) places[3 * k + d] = places[3 * beside + d] + (is_last ? factor : -factor) * segment.along[d];
     }
 }
 
@@ -171,17 +202,22 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment) {
             for (Index d = 0; d < 3; ++d) along[d] = frames.joint(frame, k + 1)[d] - frames.joint(frame, k)[d];
             segments[k].add(along, 1.0);
         }
-        for (Index first = 0, end = 0; first < size; first = end) {
-            end = first + 1;
-            if (frames.is_seen(frame, first)) continue;
-            while (end < size && !frames.is_seen(frame, end) && last[end] == last[first] && next[end] == next[first]) ++end;
-            carry(frames, frame, first, end, last[first], next[first], segments.data(), visits);
-        }
+        double* places = result.data() + frame * size * 3;
         for (Index first = 0, end = 0; first < size; first = end) {
             end = first + 1;
             if (frames.is_seen(frame, first)) continue;
             while (end < size && !frames.is_seen(frame, end)) ++end;
-            lay(frames, frame, first, end, segments.data(), result.data() + frame * size * 3);
+            const bool is_between = first > 0 && end < size;
+            bool is_carried = false;
+            for (Index low = first, high = first; low < end; low = high) {
+                while (high < end && last[high] == last[low] && next[high] == next[low]) ++high;
+                if (is_between) {
+                    place(frames, frame, low, high, last[low], next[low], places, visits);
+                } else {
+                    is_carried |= carry(frames, frame, low, high, last[low], next[low], segments.data(), visits);
+                }
+            }
+            if (is_carried) lay(first, end, segments.data(), places);
         }
     }
     released.end();
@@ -193,11 +229,14 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment) {
 void bind_hidden_parts(Module& m) {
     // Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
     //
-    // A hidden segment has the direction of when it was seen last, turned since as the seen joints beside it have (Horn, J. Opt.
-    // Soc. Am. A 4, 1987); the same from when it is seen next, and the mean of both by how near they are in time. So a part that
-    // slides along itself keeps its length, which the mean of positions does not. Hidden joints are laid along these segments
-    // from the seen joint beside them; what is missing to that on the other side is shared evenly. Joints that are never seen
-    // keep their shape, and all joints of a frame that shows none of those of another.
+    // A hidden joint between seen ones is where it was seen last, moved since as the joints beside it that both frames show: turned
+    // together (Horn, J. Opt. Soc. Am. A 4, 1987), and by what they moved besides, in between linearly. The same from when it is
+    // seen next, and the mean of both by how near they are in time. So an error of one place stays there.
+    //
+    // Hidden joints that go on to an end of the object are laid along segments from the seen joint beside them, whose directions are
+    // found in the same way: that keeps their length, which the mean of positions does not, and nothing beyond tells it.
+    //
+    // Joints that are never seen keep their shape, and all joints of a frame that shows none of those of another.
     //
     // Parameters
     // ----------
