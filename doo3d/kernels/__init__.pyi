@@ -643,11 +643,14 @@ def bounding_box(mask: Bools) -> tuple[int, int, int, int]:
 def carry_hidden(joints: Floats, seen: Bools, segment: float) -> NDArray[np.float64]:
     """Return the joints of an object in successive frames, with those that a frame hides carried from other frames.
 
-    A hidden segment has the direction of when it was seen last, turned since as the seen joints beside it have (Horn, J. Opt.
-    Soc. Am. A 4, 1987); the same from when it is seen next, and the mean of both by how near they are in time. So a part that
-    slides along itself keeps its length, which the mean of positions does not. Hidden joints are laid along these segments
-    from the seen joint beside them; what is missing to that on the other side is shared evenly. Joints that are never seen
-    keep their shape, and all joints of a frame that shows none of those of another.
+    A hidden joint between seen ones is where it was seen last, moved since as the joints beside it that both frames show: turned
+    together (Horn, J. Opt. Soc. Am. A 4, 1987), and by what they moved besides, in between linearly. The same from when it is
+    seen next, and the mean of both by how near they are in time. So an error of one place stays there.
+
+    Hidden joints that go on to an end of the object are laid along segments from the seen joint beside them, whose directions are
+    found in the same way: that keeps their length, which the mean of positions does not, and nothing beyond tells it.
+
+    Joints that are never seen keep their shape, and all joints of a frame that shows none of those of another.
 
     Parameters
     ----------
