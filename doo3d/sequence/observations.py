@@ -9,11 +9,12 @@ import numpy as np
 
 from ..config import Config
 from ..geometry.curves import runs
+from ..geometry.polyline import unit
 from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
-from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground, Ints
+from ..types import Array, Bools, Camera, Chain, ChainEnd, Detection, Floats, Foreground, Ints
 from ..visibility import OCCLUDER_MARGIN_RADII
 from .background import BackgroundView
 
@@ -232,27 +233,44 @@ def _bounds(chosen: Bools, first: int, end: int) -> Bools:
 def _is_tip(line: Floats, context: FrameContext) -> float:
     """Return how surely a line (K, 3) m of joints ends at a tip of the object."""
     foreground, radius = context.foreground, context.radius
-    back = line[max(0, len(line) - 4)]
-    direction = (line[-1] - back) / max(float(np.linalg.norm(line[-1] - back)), 1e-12)
-    ahead = line[-1] + radius * np.array(LOOKAHEAD_RADII)[:, None] * direction
-    return _tip_in_view(ahead, foreground, radius)
+    end = line[-2:]
+    direction = unit(end[-1] - line[max(0, len(line) - 4)])
+    ahead = end[-1] + radius * np.array(LOOKAHEAD_RADII)[:, None] * direction
+    aside = MIN_STRAND_RADII * radius * unit(np.cross(direction, end))
+    return _tip_in_view(ahead, np.concatenate((end - aside, end + aside)), foreground, radius)
 
 
-def _tip_in_view(ahead: Floats, foreground: Foreground, radius: float) -> float:
-    """Return how surely positions (K, 3) m beyond an end are empty."""
-    if foreground.camera is None or foreground.depth is None or foreground.mask is None:
+def _tip_in_view(ahead: Floats, beside: Floats, foreground: Foreground, radius: float) -> float:
+    """Return how surely positions (K, 3) m beyond an end are empty, given some (N, 3) m beside it, MIN_STRAND_RADII away.
+
+    What is nearer than the end hides the object. The depth of a thin end may be wrong by as much as the background is behind
+    it: so what stands out before that as the end does may hide it, too.
+    """
+    camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
+    if camera is None or depth is None or mask is None:
         return UNKNOWN
-    height, width = foreground.mask.shape
-    pixels = np.rint(foreground.camera.project(ahead)).astype(np.int64)
-    inside = ((pixels >= 0) & (pixels < (width, height))).all(axis=1)
+    inside, reading, masked = _readings(ahead, camera, depth, mask)
     if not inside.all():
         return CUT_OFF
-    u, v = pixels.T
-    reading, masked = foreground.depth[v, u], foreground.mask[v, u]
-    hides = (reading > 0) & (reading < ahead[:, 2] - occluder_margin(radius)) & ~masked  # the object's own surface hides nothing
+    _, around, on_object = _readings(beside, camera, depth, mask)
+    around = around[(around > 0) & ~on_object]
+    behind = float(np.median(around)) if len(around) else 0.0
+    nearest = np.maximum(
+        ahead[:, 2] - occluder_margin(radius),
+        np.minimum(behind - MIN_STRAND_RADII * radius, (ahead[:, 2] + behind) / 2),
+    )
+    hides = (reading > 0) & (reading < nearest) & ~masked  # the object's own surface hides nothing
     if hides.any() or masked[1:].all():
         return CUT_OFF
     return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
+
+
+def _readings(places: Floats, camera: Camera, depth: Array, mask: Bools) -> tuple[Bools, Array, Bools]:
+    """Return which of some positions (K, 3) m are in the view, and of those the depth, m, and whether they are in the mask."""
+    pixels = np.rint(camera.project(places)).astype(np.int64)
+    inside = np.asarray(((pixels >= 0) & (pixels < (mask.shape[1], mask.shape[0]))).all(axis=1))
+    u, v = pixels[inside].T
+    return inside, depth[v, u], mask[v, u]
 
 
 def occluder_margin(radius: float) -> float:

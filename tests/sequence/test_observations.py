@@ -14,12 +14,15 @@ AHEAD = np.column_stack((RADIUS * np.array([1.5, 2.0, 2.5, 3.0]), np.zeros(4), n
 END_COLUMN = int(np.rint(CAMERA.project(AHEAD)[0, 0]))  # of the first of the places
 
 
+BESIDE = np.array([[x, side * 6 * RADIUS, DEPTH] for x in (-0.01, 0.0) for side in (-1, 1)])
+
+
 def tip(depth, masked_up_to, ahead=AHEAD):
     """Return what the end is, with depth (H, W) or everywhere the same, and a mask up to and with a column."""
     mask = np.zeros((120, 160), dtype=bool)
     mask[55:66, : masked_up_to + 1] = True
     foreground = SimpleNamespace(camera=CAMERA, depth=np.broadcast_to(depth, mask.shape), mask=mask)
-    return _tip_in_view(ahead, foreground, RADIUS)
+    return _tip_in_view(ahead, BESIDE, foreground, RADIUS)
 
 
 @pytest.mark.parametrize("table", [DEPTH + RADIUS, DEPTH - 0.003, DEPTH + 0.2])
@@ -38,6 +41,22 @@ def test_ends_at_a_hand_at_the_border_or_within_the_mask_are_cut_off():
     assert tip(DEPTH - 0.05, END_COLUMN - 1) == CUT_OFF
     assert tip(DEPTH + RADIUS, END_COLUMN + 20) == CUT_OFF
     assert tip(DEPTH + RADIUS, END_COLUMN - 1, AHEAD + np.array([0.12, 0.0, 0.0])) == CUT_OFF
+
+
+@pytest.mark.parametrize(("hand", "expected"), [(DEPTH + 0.05, CUT_OFF), (1.39, TIP)])
+def test_what_stands_out_before_the_background_may_hide_an_end_whose_depth_is_too_small(hand, expected):
+    """A strand in the air ends at a hand, and is read 5 cm before that; or before a background whose depth is a little noisy."""
+    depth = np.full((120, 160), 1.4)
+    depth[:, END_COLUMN:] = hand
+    assert tip(depth, END_COLUMN - 1) == expected
+
+
+def test_a_steep_table_hides_nothing():
+    u = np.arange(160) - CAMERA.cx
+    slope = -1.0  # nearer by as much as farther along
+    table = (DEPTH + RADIUS) / (1 - slope * u / CAMERA.fx) * np.ones((120, 1))
+    ahead = AHEAD + np.array([0.0, 0.0, slope]) * AHEAD[:, :1]
+    assert tip(table, END_COLUMN - 1, ahead) == TIP
 
 
 def test_without_depth_around_nothing_is_known():
