@@ -14,7 +14,7 @@ from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
-from ..types import Array, Bools, Camera, Chain, ChainEnd, Detection, Floats, Foreground, Ints
+from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground, Ints
 from ..visibility import OCCLUDER_MARGIN_RADII
 from .background import BackgroundView
 
@@ -236,7 +236,8 @@ def _is_tip(line: Floats, context: FrameContext) -> float:
     end = line[-2:]
     direction = unit(end[-1] - line[max(0, len(line) - 4)])
     ahead = end[-1] + radius * np.array(LOOKAHEAD_RADII)[:, None] * direction
-    aside = MIN_STRAND_RADII * radius * unit(np.cross(direction, end))
+    to_side = unit(direction[[1, 2, 0]] * end[-1, [2, 0, 1]] - direction[[2, 0, 1]] * end[-1, [1, 2, 0]])  # across the ray
+    aside = MIN_STRAND_RADII * radius * to_side
     return _tip_in_view(ahead, np.concatenate((end - aside, end + aside)), foreground, radius)
 
 
@@ -246,31 +247,23 @@ def _tip_in_view(ahead: Floats, beside: Floats, foreground: Foreground, radius: 
     What is nearer than the end hides the object. The depth of a thin end may be wrong by as much as the background is behind
     it: so what stands out before that as the end does may hide it, too.
     """
-    camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
-    if camera is None or depth is None or mask is None:
+    if foreground.camera is None or foreground.depth is None or foreground.mask is None:
         return UNKNOWN
-    inside, reading, masked = _readings(ahead, camera, depth, mask)
-    if not inside.all():
+    count, (height, width) = len(ahead), foreground.mask.shape
+    pixels = np.rint(foreground.camera.project(np.concatenate((ahead, beside)))).astype(np.int64)
+    inside = np.asarray(((pixels >= 0) & (pixels < (width, height))).all(axis=1))
+    if not inside[:count].all():
         return CUT_OFF
-    _, around, on_object = _readings(beside, camera, depth, mask)
-    around = around[(around > 0) & ~on_object]
-    behind = float(np.median(around)) if len(around) else 0.0
-    nearest = np.maximum(
-        ahead[:, 2] - occluder_margin(radius),
-        np.minimum(behind - MIN_STRAND_RADII * radius, (ahead[:, 2] + behind) / 2),
-    )
-    hides = (reading > 0) & (reading < nearest) & ~masked  # the object's own surface hides nothing
-    if hides.any() or masked[1:].all():
-        return CUT_OFF
-    return TIP if ((reading > 0) & ~masked).any() else UNKNOWN
-
-
-def _readings(places: Floats, camera: Camera, depth: Array, mask: Bools) -> tuple[Bools, Array, Bools]:
-    """Return which of some positions (K, 3) m are in the view, and of those the depth, m, and whether they are in the mask."""
-    pixels = np.rint(camera.project(places)).astype(np.int64)
-    inside = np.asarray(((pixels >= 0) & (pixels < (mask.shape[1], mask.shape[0]))).all(axis=1))
     u, v = pixels[inside].T
-    return inside, depth[v, u], mask[v, u]
+    reading, masked = foreground.depth[v, u], foreground.mask[v, u]
+    is_known = (reading > 0) & ~masked  # the object's own surface hides nothing
+    around = reading[count:][is_known[count:]]
+    behind = float(np.sort(around)[(len(around) - 1) // 2]) if len(around) else 0.0
+    before_end, before_background = ahead[:, 2] - occluder_margin(radius), behind - MIN_STRAND_RADII * radius
+    nearest = np.maximum(before_end, np.minimum(before_background, (ahead[:, 2] + behind) / 2))
+    if (is_known[:count] & (reading[:count] < nearest)).any() or masked[1:count].all():
+        return CUT_OFF
+    return TIP if is_known[:count].any() else UNKNOWN
 
 
 def occluder_margin(radius: float) -> float:
