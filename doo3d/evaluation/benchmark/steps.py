@@ -47,8 +47,10 @@ def _no_split(facts: Any, *_: Any) -> Any:
     return SplitMask(facts.mask, 0, None)
 
 
-def _no_hues(facts: Any, color: Any) -> Any:
-    return None
+def _repaired_where_ragged(mask: Any, color: Any, *_: Any) -> Any:
+    from ...stages.segment.mask_repair import repair_mask
+
+    return repair_mask(mask, color)
 
 
 def _no_strand_filter(readings: Any, *_: Any) -> Any:
@@ -94,9 +96,12 @@ DEPTH = ("stereo", "ragged")
 BRANCHED = ("harnesses",)
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, _: (mask, None)},
+        places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, *_: (mask, None)},
         modules=("stages.segment.mask_repair",),
         made_for=("ragged", "untold"),
+    ),
+    "masks made by depth repaired": Ablation(
+        places={f"{_STAGES}.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
     ),
     "parts judged by a network": Ablation(
         {"segment.method": "strands"}, modules=("stages.segment.judged_parts",), made_for=("untold",)
@@ -122,7 +127,7 @@ ABLATIONS: dict[str, Ablation] = {
         modules=tuple(f"stages.segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
     ),
     "strand hues": Ablation(
-        places={f"{_STAGES}.segment.split_strands:_split_colors": _no_hues},
+        places={f"{_STAGES}.segment.split_strands:_split_colors": _none},
         modules=("evidence.strand_hues",),
         made_for=("images",),
     ),

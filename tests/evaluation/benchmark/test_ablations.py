@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import pickle
 
 import numpy as np
@@ -47,6 +48,19 @@ def test_every_setting_and_place_exists_and_is_changed(name):
         assert any(getattr(getattr(preset, section), field) != value for preset in presets)
     for place, value in ablation.places.items():
         assert value_of(place) is not value
+
+
+PLACES = {f"{name}, {place}": (place, value) for name, each in ABLATIONS.items() for place, value in each.places.items()}
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_what_is_put_in_the_place_of_a_function_takes_its_arguments(name):
+    place, value = PLACES[name]
+    if inspect.isfunction(former := value_of(place)):
+        signature = inspect.signature(value)
+        given = [each for each in inspect.signature(former).parameters.values() if each.kind is each.POSITIONAL_OR_KEYWORD]
+        signature.bind(*(each.name for each in given))
+        signature.bind(*(each.name for each in given if each.default is each.empty))
 
 
 def torn_cable():
