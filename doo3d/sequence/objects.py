@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from .registration import TOLERANCE_SHARE
 from .rings import RingTrack, lay_rings, ring_tracks
 from .steady_depth import steadied
 from .topology import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
-from .tracks import FILLED_ERROR, MIN_FRAMES, Track, lengths_of, without_leaps
+from .tracks import FILLED_ERROR, MIN_FRAMES, Track, lengths_of, tracks_of, without_leaps
 
 MIN_LENGTH_SHARE = 0.1
 """Share of the chains that must agree on a length, within LENGTH_ERROR: chains are too short wherever an end is hidden, hardly
@@ -96,25 +96,23 @@ def steady_objects(observations: Sequence[Observation], config: Config) -> tuple
 
     observations, config : as for `find_objects`; the observations in the frame of their camera.
     """
-    tracks = image_tracks(observations, config.tracking)
-    steady = steadied(observations, tracks)
-    return steady, find_objects(in_world(steady), tracks, config)
+    steady = steadied(observations, image_tracks(observations, config.tracking))
+    return steady, find_objects(in_world(steady), config)
 
 
-def find_objects(observations: Sequence[Observation], tracks: Mapping[int, Track], config: Config) -> list[SequenceObject]:
+def find_objects(observations: Sequence[Observation], config: Config) -> list[SequenceObject]:
     """Find the objects of a capture by a vote over all frames.
 
-    The length of an object is the longest length on which enough frames agree. A chain
-    that appears only while another object is too short by the same length is a part of that object. If there are fewer objects
-    than given, those that most frames show are taken, too, though no frame is sure of them. In a branched object, each part
-    between two junctions or tips is an object of its own, and a junction needs a minimum number of frames.
+    Chains are tracked from frame to frame, in space: where a cable is lost for a while, the image does not tell which end is
+    which. The length of an object is the longest length on which enough frames agree. A chain that appears only while another
+    object is too short by the same length is a part of that object. If there are fewer objects than given, those that most frames
+    show are taken, too, though no frame is sure of them. In a branched object, each part between two junctions or tips is an
+    object of its own, and a junction needs a minimum number of frames.
 
     Parameters
     ----------
     observations
         all frames, in order.
-    tracks
-        their chains from frame to frame, from `image_tracks`.
     config
         the settings: `sequence.chains` (the number of trees), `sequence.length` (of objects without junctions), and those of
         tracking.
@@ -127,7 +125,7 @@ def find_objects(observations: Sequence[Observation], tracks: Mapping[int, Track
     least = min(MIN_FRAMES, len(observations))
     rings = ring_tracks(observations, config.tracking, least)
     taken = {(frame, number) for ring in rings for frame, number, _ in ring.items}
-    tracks = {id: track for id, each in tracks.items() if (track := each.in_space(observations, taken)).items}
+    tracks = tracks_of(observations, config.tracking, taken)
     for track in tracks.values():
         track.pattern = vote_pattern(list(track.patterns.values()), least)
     lengths = {id: _length(track, config) for id, track in tracks.items()}

@@ -65,7 +65,7 @@ def steadied(observations: Sequence[Observation], tracks: Mapping[int, Track]) -
     if not is_of_camera(observations):
         return result
     for track in tracks.values():
-        in_space = track.in_space(observations).items
+        in_space = track.in_space(observations)
         for first, end in _stretches(track.items):
             frames, numbers, chains = zip(*in_space[first:end], strict=True)
             for frame, number, chain in zip(frames, numbers, steady_chains(frames, chains), strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -85,14 +85,12 @@ class Track:
         torn = np.count_nonzero(chain.depth_filled & ~chain.occluded) * chain.segment_length
         return bool(abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, FILLED_ERROR * torn) + slack)
 
-    def in_space(self, observations: Sequence[Observation], taken: Collection[tuple[int, int]] = ()) -> Track:
-        """Return the track with the chains that observations have in place of its own, without those of some (frame, chain)."""
-        items = [
+    def in_space(self, observations: Sequence[Observation]) -> list[tuple[int, int, Chain]]:
+        """Return the items with the chains that observations have in their place, in the direction of tracking."""
+        return [
             (frame, number, reversed_chain(observations[frame].detection.chains[number], self.backwards[frame])[0])
             for frame, number, _ in self.items
-            if (frame, number) not in taken
         ]
-        return replace(self, items=items)
 
     @property
     def tracked(self) -> list[ChainInFrame]:
