@@ -88,13 +88,12 @@ def _window(method: SecondPass, start: int, tracking: TrackingConfig) -> dict[st
     from ..outputs.sequence_files import read_objects, read_observation
     from ..sequence.camera_motion import CameraMotion
     from ..sequence.detect_sequence import combine_window, window_bounds, with_poses
-    from ..sequence.image_tracks import image_tracks
     from ..sequence.steady_depth import steadied
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name, with_background=True) for name in known.frames[first:last]]
     observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
-    steady = steadied(observations, image_tracks(observations, tracking))
+    steady = steadied(observations, tracking)
     detections = combine_window(observations, steady, known.objects, start, first, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

@@ -27,7 +27,7 @@ from .background import BackgroundView, background_view
 from .camera_motion import CameraMotion, estimate_motion
 from .deviations import with_deviations
 from .given_length import length_notes
-from .image_tracks import image_tracks, is_of_camera
+from .image_tracks import is_of_camera
 from .junctions import assemble, join_shapes
 from .moving_camera import in_world, poses_of, seen_from
 from .objects import SequenceObject, steady_objects
@@ -209,7 +209,7 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        steady = whole if len(window) == len(whole) else steadied(window, image_tracks(window, config.tracking))
+        steady = whole if len(window) == len(whole) else steadied(window, config.tracking)
         yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
 
 

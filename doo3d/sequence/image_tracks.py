@@ -1,7 +1,6 @@
 """Recognize chains from frame to frame where the camera measures well: in the image.
 
-What depth says of the length of a chain, and of how far it moved, is wrong where it is torn; the image shows both. Clouds have no
-line of sight: their chains are recognized in space.
+What depth says of the length of a chain, and of how far it moved, is wrong where it is torn; the image shows both.
 """
 
 from __future__ import annotations
@@ -22,12 +21,10 @@ from .tracks import Track, tracks_of
 def image_tracks(observations: Sequence[Observation], tracking: TrackingConfig) -> dict[int, Track]:
     """Return the open chains of all frames by the id that tracking in the image gives them, each as it is seen there.
 
-    A chain that is seen end on, as a point, is left out. Chains of clouds are tracked, and given, as they are.
+    A chain that is seen end on, as a point, is left out.
 
-    observations : frames in order. tracking : how a chain is recognized from frame to frame.
+    observations : frames in order, of one camera, in its frame. tracking : how a chain is recognized from frame to frame.
     """
-    if not is_of_camera(observations):
-        return tracks_of(observations, tracking)
     chains = ((frame, *each) for frame, seen in enumerate(observations) for each in enumerate(seen.detection.chains))
     end_on = {(frame, number) for frame, number, chain in chains if _is_end_on(chain)}
     return tracks_of([_in_image(seen, k, end_on) for k, seen in enumerate(observations)], tracking, end_on)

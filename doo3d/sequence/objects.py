@@ -10,7 +10,6 @@ import numpy as np
 from ..config import Config
 from ..types import Chain, Floats
 from .candidates import Candidate, linked, without_shortened
-from .image_tracks import image_tracks
 from .moving_camera import in_world
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
@@ -96,7 +95,7 @@ def steady_objects(observations: Sequence[Observation], config: Config) -> tuple
 
     observations, config : as for `find_objects`; the observations in the frame of their camera.
     """
-    steady = steadied(observations, image_tracks(observations, config.tracking))
+    steady = steadied(observations, config.tracking)
     return steady, find_objects(in_world(steady), config)
 
 

@@ -9,7 +9,7 @@ well.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -17,13 +17,14 @@ import numpy as np
 from scipy.interpolate import interp1d
 from scipy.linalg import solveh_banded
 
+from ..config import TrackingConfig
 from ..geometry.noise import MAD_TO_DEVIATION
 from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
-from .image_tracks import is_of_camera, laid, turned_by
+from .image_tracks import image_tracks, is_of_camera, laid, turned_by
 from .observations import Observation, ObservedStrand
 from .tracking import reversed_chain
-from .tracks import MIN_FRAMES, WINDOW, Track
+from .tracks import MIN_FRAMES, WINDOW
 
 NODES = 40
 """Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds."""
@@ -51,37 +52,42 @@ LEAST_VARIANCE = 1e-10
 """Least variance of relative inverse range and of its changes: depth of rendered scenes can be without noise."""
 
 
-def steadied(observations: Sequence[Observation], tracks: Mapping[int, Track]) -> list[Observation]:
+def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> list[Observation]:
     """Return observations whose chains and strands have their depth smoothed over time, where frames show as much of an object.
+
+    Chains are tracked in the image, where what depth says of their lengths is of no matter.
 
     Parameters
     ----------
     observations
         frames in order, of one camera, in its frame; of clouds, which have no line of sight, they are returned as they are.
-    tracks
-        their chains from frame to frame, from `image_tracks`.
+    tracking
+        how a chain is recognized from frame to frame.
     """
     result = list(observations)
     if not is_of_camera(observations):
         return result
-    for track in tracks.values():
-        in_space = track.in_space(observations)
-        for first, end in _stretches(track.items):
-            frames, numbers, chains = zip(*in_space[first:end], strict=True)
-            for frame, number, chain in zip(frames, numbers, steady_chains(frames, chains), strict=True):
+    for track in image_tracks(observations, tracking).values():
+        for items in _stretches(track.items):
+            seen = [
+                reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
+                for frame, number, _ in items
+            ]
+            steady = steady_chains([frame for frame, _, _ in items], seen)
+            for (frame, number, _), chain in zip(items, steady, strict=True):
                 own = reversed_chain(chain, track.backwards[frame])[0]
                 result[frame] = _with_chain(result[frame], number, own)
     return result
 
 
-def _stretches(items: Sequence[tuple[int, int, Chain]]) -> Iterable[tuple[int, int]]:
-    """Return the ranges of the items of a track, in the image, that are in one WINDOW and show as much of the object."""
+def _stretches(items: Sequence[tuple[int, int, Chain]]) -> list[Sequence[tuple[int, int, Chain]]]:
+    """Return the items of a track, in the image, in stretches of one WINDOW each that show as much of the object."""
     starts = [
         number
         for number, (last, item) in enumerate(pairwise(items), 1)
         if item[0] // WINDOW != last[0] // WINDOW or abs(item[2].length - last[2].length) > ALIKE * last[2].length
     ]
-    return pairwise([0, *starts, len(items)])
+    return [items[first:end] for first, end in pairwise([0, *starts, len(items)])]
 
 
 def _with_chain(observation: Observation, number: int, chain: Chain) -> Observation:

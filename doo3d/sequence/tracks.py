@@ -85,13 +85,6 @@ class Track:
         torn = np.count_nonzero(chain.depth_filled & ~chain.occluded) * chain.segment_length
         return bool(abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, FILLED_ERROR * torn) + slack)
 
-    def in_space(self, observations: Sequence[Observation]) -> list[tuple[int, int, Chain]]:
-        """Return the items with the chains that observations have in their place, in the direction of tracking."""
-        return [
-            (frame, number, reversed_chain(observations[frame].detection.chains[number], self.backwards[frame])[0])
-            for frame, number, _ in self.items
-        ]
-
     @property
     def tracked(self) -> list[ChainInFrame]:
         """The chains that end at junctions as most do, by frame and index."""

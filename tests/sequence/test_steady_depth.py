@@ -5,7 +5,6 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.sequence.image_tracks import image_tracks
 from doo3d.sequence.observations import Observation
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.steady_depth import MIN_FRAMES, _stiffness, smooth_in_time, steadied, steady_chains
@@ -139,9 +138,7 @@ def test_places_that_were_never_measured_are_filled() -> None:
 def steadied_chains(chains: list[Chain]) -> list[Chain]:
     """Return the chains of successive frames with their depth smoothed, by way of tracking."""
     observations = [Observation(Detection(chains=(chain,), coordinates="camera"), ()) for chain in chains]
-    return [
-        observation.detection.chains[0] for observation in steadied(observations, image_tracks(observations, TrackingConfig()))
-    ]
+    return [observation.detection.chains[0] for observation in steadied(observations, TrackingConfig())]
 
 
 def test_chains_are_the_same_object_in_the_image_however_wrong_their_depth_and_lengths_are() -> None:
