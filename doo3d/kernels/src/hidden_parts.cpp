@@ -138,6 +138,7 @@ bool carry(const Frames& frames, Index frame, Index first, Index end, Index befo
 // all together, and each by what is left of the motion of the joints that both frames show before and after it.
 void add_moved(const Frames& frames, Index start, Index frame, Index first, Index end, double weight, double* places, Visits& visits) {
     const Motion motion = motion_between(frames, start, frame, first, end, visits);
+    visits.count += frames.joints_per_frame + end - first;
     std::vector<Index> common;
     std::vector<Point> left;
     for (Index k = 0; k < frames.joints_per_frame; ++k) {
