@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,14 +14,15 @@ from ..errors import InputError
 from ..sequence.background import BackgroundView
 from ..sequence.objects import Anchor, SequenceObject
 from ..sequence.observations import Observation, ObservedStrand
+from ..sequence.readings import NODES, PER_NODE
 from ..sequence.topology import Node
-from ..types import Detection, Floats
+from ..types import Array, Detection, Floats
 from . import STRANDS
 from .atomic import write_text
 from .detection_json import dumps, read_object
 from .run_reader import read_detection
 
-STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/1", "doo3d/sequence/1"
+STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/2", "doo3d/sequence/1"
 
 OBJECTS = "objects.json"
 """File of the objects, in the folder of the first pass."""
@@ -68,7 +70,14 @@ def encode_strands(observation: Observation) -> bytes:
     pose = None if observation.pose is None else observation.pose.tolist()
     view = observation.background
     background = None if view is None else view.to_dict()
-    return dumps({"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background}).encode("utf-8")
+    readings = [None if each is None else _encoded(each) for each in observation.readings]
+    values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background, "readings": readings}
+    return dumps(values).encode("utf-8")
+
+
+def _encoded(readings: Array) -> str:
+    """Return the readings along a chain as Base64 of their bytes."""
+    return base64.b64encode(readings.astype("<f4").tobytes()).decode("ascii")
 
 
 def read_background(folder: Path, frame: str) -> BackgroundView | None:
@@ -106,13 +115,21 @@ def read_observation(folder: Path, frame: str, with_background: bool = False) ->
         strands = tuple(_strand(item) for item in values["strands"])
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
         background = _background(values) if with_background else None
+        readings = tuple(_readings(item) for item in values["readings"])
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, background)
+    return Observation(read_detection(file), strands, pose, background, readings)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:
     return None if values.get("background") is None else BackgroundView.from_dict(values["background"])
+
+
+def _readings(encoded: str | None) -> Array | None:
+    """Return the readings that `_encoded` gave."""
+    if encoded is None:
+        return None
+    return np.frombuffer(base64.b64decode(encoded), dtype="<f4").reshape(2, NODES, PER_NODE)
 
 
 def _strand(values: dict[str, Any]) -> ObservedStrand:

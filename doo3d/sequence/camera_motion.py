@@ -18,8 +18,8 @@ from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import view_alignment
 from ..types import Array, Floats
 from .background import BackgroundView
+from .depth_in_time import OUTLIER_DEVIATIONS
 from .fusion import MIN_CAMERA_MOTION_M, camera_moves
-from .steady_depth import OUTLIER_DEVIATIONS
 from .tracking import MAX_AGE
 
 LEVELS, STEPS, CONVERGED_PX, LEAST_NOISE = 3, 10, 0.05, (1.0, 1e-3)

@@ -14,9 +14,10 @@ from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
-from ..types import Bools, Chain, ChainEnd, Detection, Floats, Foreground, Ints
+from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Foreground, Ints
 from ..visibility import OCCLUDER_MARGIN_RADII
 from .background import BackgroundView
+from .readings import readings_along
 
 MIN_STRAND_RADII = 6.0
 """Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
@@ -104,12 +105,15 @@ class Observation:
         (4, 4) m, camera to world; None if unknown.
     background
         what surrounds the objects: it tells how the camera moves, and what hides them; None for a cloud.
+    readings
+        for each chain of the detection the depth along it as it was read, from `readings_along`; empty if unknown.
     """
 
     detection: Detection
     strands: tuple[ObservedStrand, ...]
     pose: Floats | None = None
     background: BackgroundView | None = None
+    readings: tuple[Array | None, ...] = ()
 
 
 def first_pass_config(config: Config) -> Config:
@@ -133,12 +137,16 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
     context = stages.context
     joined = {end for junction in detection.junctions for end in junction.ends}
     strands: list[ObservedStrand] = []
+    readings = []
     for number, chain in enumerate(detection.chains):
         at_junctions = (ChainEnd(number, 0) in joined, ChainEnd(number, 1) in joined)
-        strands += _strands(chain, number, context, at_junctions)
+        own = list(_strands(chain, number, context, at_junctions))
+        tips = (own[0].tips[0] == TIP, own[-1].tips[1] == TIP) if own else (False, False)
+        readings.append(readings_along(chain, context.foreground, tips))
+        strands += own
     for chain in _dropped_chains(stages, config):
         strands += _strands(chain, -1, context)
-    return Observation(detection, tuple(strands))
+    return Observation(detection, tuple(strands), readings=tuple(readings))
 
 
 def _strands(

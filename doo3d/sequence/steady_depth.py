@@ -12,22 +12,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import interp1d
-from scipy.linalg import solveh_banded
 
 from ..config import TrackingConfig
-from ..geometry.noise import MAD_TO_DEVIATION
 from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
+from .depth_in_time import UNSEEN_WEIGHT, smooth_in_time
 from .image_tracks import image_tracks, is_of_camera, laid, turned_by
+from .lengths import vote_length
 from .observations import Observation, ObservedStrand
+from .readings import NODES, PER_NODE
+from .topology import vote_pattern
+from .torn_depth import TORN_SHARE, put_right
 from .tracking import reversed_chain
-from .tracks import MIN_FRAMES, WINDOW
-
-NODES = 40
-"""Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds."""
+from .tracks import MIN_FRAMES, WINDOW, Track
 
 ALIKE = 0.1
 """Share by which the length of an object in the image may change from one frame to the next that shows it: if it changes more, an
@@ -36,20 +37,6 @@ occluder came or went. Within stretches without such changes, equal shares of th
 AROUND, SEEN_ERROR = 4, 0.03
 """Frames on either side, and share by which the length of an object in the image may differ from its median over them: the image
 tells better than depth whether an end is hidden."""
-
-UNSEEN_WEIGHT = 0.02
-"""Weight of depth that no reading supports, beside 1."""
-
-BEND_SHARE = 0.04
-"""Weight of the bends and of the acceleration of an object, beside 1 for the change over time of its bends: both are large where
-it is bent away from the camera, or pushed. Of 1,320 frames before stereo cameras 792 are right, 1,198 in the image; with 0.01 778
-and 1,184, with 0.16 783 and 1,196."""
-
-OUTLIER_DEVIATIONS, ROUNDS = 2.0, 5
-"""Standard deviations at which a reading weighs a quarter (Geman and McClure's estimator), and rounds of weighing."""
-
-LEAST_VARIANCE = 1e-10
-"""Least variance of relative inverse range and of its changes: depth of rendered scenes can be without noise."""
 
 
 def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> list[Observation]:
@@ -68,16 +55,55 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
     if not is_of_camera(observations):
         return result
     for track in image_tracks(observations, tracking).values():
-        for items in _stretches(track.items):
-            seen = [
-                reversed_chain(observations[frame].detection.chains[number], track.backwards[frame])[0]
-                for frame, number, _ in items
+        stretches = [_Stretch.of(items, track, observations) for items in _stretches(track.items)]
+        steady = [steady_chains(stretch.frames, stretch.chains) for stretch in stretches]
+        if any(stretch.is_torn for stretch in stretches):
+            longest = _length(track, stretches, steady)
+            steady = [
+                steady_chains(each.frames, each.chains, each.readings, longest) if each.is_torn else before
+                for each, before in zip(stretches, steady, strict=True)
             ]
-            steady = steady_chains([frame for frame, _, _ in items], seen)
-            for (frame, number, _), chain in zip(items, steady, strict=True):
+        for stretch, chains in zip(stretches, steady, strict=True):
+            for frame, number, chain in zip(stretch.frames, stretch.numbers, chains, strict=True):
                 own = reversed_chain(chain, track.backwards[frame])[0]
                 result[frame] = _with_chain(result[frame], number, own)
     return result
+
+
+class _Stretch(NamedTuple):
+    """Frames that show as much of an object: the index of its chain in each, the chain, in one direction, and its readings."""
+
+    frames: list[int]
+    numbers: list[int]
+    chains: list[Chain]
+    readings: list[Floats | None]
+
+    @staticmethod
+    def of(items: Sequence[tuple[int, int, Chain]], track: Track, observations: Sequence[Observation]) -> _Stretch:
+        stretch = _Stretch([], [], [], [])
+        for frame, number, _ in items:
+            observation, backwards = observations[frame], track.backwards[frame]
+            own = observation.readings[number] if observation.readings else None
+            stretch.frames.append(frame)
+            stretch.numbers.append(number)
+            stretch.chains.append(reversed_chain(observation.detection.chains[number], backwards)[0])
+            stretch.readings.append(own[:, ::-1, ::-1] if own is not None and backwards else own)
+        return stretch
+
+    @property
+    def is_torn(self) -> bool:
+        """Whether so much depth is missing where the object is visible that what there is may be wrong."""
+        if all(each is None for each in self.readings):
+            return False
+        return bool(np.mean([np.mean(chain.depth_filled & ~chain.occluded) for chain in self.chains]) > TORN_SHARE)
+
+
+def _length(track: Track, stretches: Sequence[_Stretch], chains: Sequence[Sequence[Chain]]) -> float:
+    """Return the length, m, on which the chains of a track agree once their depth is smoothed."""
+    both = zip(stretches, chains, strict=True)
+    items = [item for each, steady in both for item in zip(each.frames, each.numbers, steady, strict=True)]
+    pattern = vote_pattern(list(track.patterns.values()), min(MIN_FRAMES, len(items)))
+    return vote_length(*replace(track, items=items, pattern=pattern).lengths)
 
 
 def _stretches(items: Sequence[tuple[int, int, Chain]]) -> list[Sequence[tuple[int, int, Chain]]]:
@@ -107,7 +133,12 @@ def _moved(strand: ObservedStrand, before: Chain, chain: Chain) -> ObservedStran
     return replace(strand, points=chain.joints[at], arcs=strand.arcs * share, length=strand.length * share)
 
 
-def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]:
+def steady_chains(
+    frames: Sequence[int],
+    chains: Sequence[Chain],
+    readings: Sequence[Floats | None] | None = None,
+    longest: float = np.inf,
+) -> list[Chain]:
     """Return the chains of one object with their depth smoothed over time; what is across the line of sight stays.
 
     Parameters
@@ -117,6 +148,10 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     chains
         the chains, each the whole object or nearly so, in one direction and in the camera's frame. Fewer than MIN_FRAMES (3) are
         returned as they are, and so is a chain that is shorter or longer in the image than those around it.
+    readings
+        for each chain the depth along it, as of `readings_along`, by which wrong depth is put right; None for depth as it is.
+    longest
+        m, length of the object.
 
     Returns
     -------
@@ -131,30 +166,49 @@ def steady_chains(frames: Sequence[int], chains: Sequence[Chain]) -> list[Chain]
     at = np.array([frames[k] for k in whole]) - frames[whole[0]]
     given = [chains[k] for k in whole]
     in_image = [turned[k] for k in whole]
-    rays = _at_places(at, in_image, [unit(chain.joints) for chain in given])
-    lines = _steady_lines(at, given, in_image, rays)
+    read = None if readings is None else _at_frames(at, [readings[k] for k in whole])
+    lines = _steady_lines(at, given, in_image, read, longest)
     result = list(chains)
     for k, line in zip(whole, lines, strict=True):
         result[k] = laid(chains[k], line, chains[k].radius)
     return result
 
 
-def _steady_lines(at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats], rays: Floats) -> list[Floats]:
+def _at_frames(at: Ints, readings: Sequence[Floats | None]) -> Floats:
+    """Return the readings (2, NODES, PER_NODE) of some frames, from 0 to the last, as (2, T, NODES, PER_NODE), NaN in others."""
+    result = np.full((2, at[-1] + 1, NODES, PER_NODE), np.nan)
+    for row, each in zip(at.tolist(), readings, strict=True):
+        if each is not None:
+            result[:, row] = each
+    return result
+
+
+def _steady_lines(
+    at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats], readings: Floats | None, longest: float
+) -> list[Floats]:
     """Return the joints of chains with their depth smoothed over time at evenly spaced places along them.
 
     at : (N,) the frames of the chains, ascending from 0. arcs : for each chain where its joints are along it, in any unit.
-    rays : (T, NODES, 3), directions from the camera to the chains, which tell how they bend across the line of sight.
+    readings, longest : (2, T, NODES, PER_NODE), and as of `steady_chains`.
     """
     distances = [np.linalg.norm(chain.joints, axis=1) for chain in chains]
     weights = [np.where(_is_seen(chain), 1.0, UNSEEN_WEIGHT) for chain in chains]
     known = [np.column_stack((1 / distance, weight)) for distance, weight in zip(distances, weights, strict=True)]
+    rays = _at_places(at, arcs, [unit(chain.joints) for chain in chains])  # tell how they bend across the line of sight
     inverse, weight = np.moveaxis(np.nan_to_num(_at_places(at, arcs, known)), 2, 0)
-    change = smooth_in_time(inverse, weight, rays) - inverse
-    nearer = [
-        distance * np.interp(arc / arc[-1], np.linspace(0.0, 1.0, NODES), change[row])
-        for row, arc, distance in zip(at.tolist(), arcs, distances, strict=True)
-    ]
-    return [chain.joints / (1 + each)[:, None] for chain, each in zip(chains, nearer, strict=True)]
+    right = inverse
+    if readings is not None:
+        radius = float(np.median([chain.radius for chain in chains]))
+        right, weight = put_right(inverse, weight, rays, readings, radius, longest)
+    smooth = smooth_in_time(right, weight, rays, longest)
+    places, lines = np.linspace(0.0, 1.0, NODES), []
+    for row, arc, distance, chain in zip(at.tolist(), arcs, distances, chains, strict=True):
+        share = arc / arc[-1]
+        is_right = np.interp(share, places, right[row] != inverse[row]) == 0
+        change = distance * np.interp(share, places, smooth[row] - inverse[row])
+        nearer = np.where(is_right, change, distance * np.interp(share, places, smooth[row]) - 1)
+        lines.append(chain.joints / (1 + nearer)[:, None])
+    return lines
 
 
 def _at_places(at: Ints, arcs: Sequence[Floats], values: Sequence[Floats]) -> Floats:
@@ -188,94 +242,3 @@ def steady_shapes(joints: Floats, seen: Bools) -> Floats:
     change = smooth_in_time(inverse, weight, np.stack(rays, axis=2)) - inverse
     nearer = distance * interp1d(places, change, axis=1)(at)
     return np.asarray(joints / (1 + nearer)[:, :, None])
-
-
-def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats) -> Floats:
-    """Smooth the inverse range of places along an object over time.
-
-    Parameters
-    ----------
-    inverse
-        (T, K) 1/m, inverse range of K >= 3 evenly spaced places in T >= 3 frames.
-    weight
-        (T, K), 0 where it is not known.
-    rays
-        (T, K, 3) unit, direction from the camera to each place; NaN where it is not known.
-
-    Returns
-    -------
-    (T, K) 1/m, known everywhere; the given values where bends change no more along the line of sight than across it.
-
-    Notes
-    -----
-    The result x minimizes the sum of w (x - y)^2 over y, the given values, in shares of their median, plus
-    n |D_t D_k x|^2 / b^2 + BEND_SHARE (n |D_k x|^2 / k^2 + n |D_t x|^2 / t^2), where D_k and D_t are second differences along
-    the object and over time, b, k and t the robust standard deviations of these differences across the line of sight, and n the
-    variance of the noise, from how much more D_t D_k y and D_t y vary. Weights w fall with the misfit (Geman and McClure).
-    """
-    known = weight > 0
-    scale = float(np.median(inverse[known]))
-    values = np.where(known, inverse / scale, np.nan)
-    tangent = np.gradient(rays, axis=1)
-    across = np.cross(rays, tangent)
-    across /= np.maximum(np.linalg.norm(across, axis=2, keepdims=True), LEAST_VARIANCE)
-    over_time, along = np.diff(rays, 2, axis=0), np.diff(rays, 2, axis=1)
-    moved = _variance((over_time * across[1:-1]).sum(axis=2))
-    bent = _variance((along * across[:, 1:-1]).sum(axis=2))
-    bends_moved = _variance((np.diff(along, 2, axis=0) * across[1:-1, 1:-1]).sum(axis=2))
-    changed = _variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
-    if changed <= bends_moved:
-        return inverse
-    noise = max(changed / 36, (_variance(np.diff(values, 2, axis=0)) - moved) / 6)  # a second difference has 6 times the variance
-    stiffness = _stiffness(weight.shape, noise / bends_moved, BEND_SHARE * noise / bent, BEND_SHARE * noise / moved)
-    values = np.where(known, values, 0.0)
-    smooth, current = values, weight
-    for _ in range(ROUNDS):
-        bands = stiffness.copy(order="F")
-        bands[0] += current.ravel()
-        smooth = solveh_banded(bands, (current * values).ravel(), overwrite_ab=True, lower=True, check_finite=False)
-        smooth = smooth.reshape(values.shape)
-        off = values - smooth
-        limit = OUTLIER_DEVIATIONS**2 * max(noise, _variance(off[known]))
-        current = weight / (1 + off**2 / limit) ** 2
-    return np.asarray(smooth * scale)
-
-
-def _variance(values: Floats) -> float:
-    """Return the robust variance of values, those that are NaN left out."""
-    known = values[np.isfinite(values)]
-    return max(float(MAD_TO_DEVIATION * np.median(np.abs(known))) ** 2 if len(known) else 0.0, LEAST_VARIANCE)
-
-
-def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: float) -> Floats:
-    """Return the lower bands of the penalties on second differences for `solveh_banded`: (2 K + 3, T K), diagonal first.
-
-    shape : (T, K) frames and places. both, along, over_time : weights of the differences over time of those along the object, of
-    those along it, and of those over time.
-    """
-    frames, nodes = shape
-    bands = np.zeros((frames, nodes, 2 * nodes + 3))
-    line, time = _squared_differences(nodes), _squared_differences(frames)
-    for later in range(3):
-        for farther in range(-2 if later else 0, 3):
-            by_place = line[abs(farther)] if farther >= 0 else np.roll(line[-farther], -farther)
-            weight = both * np.outer(time[later], by_place)
-            if not later:
-                weight += along * by_place
-            if not farther:
-                weight += over_time * time[later][:, None]
-            bands[:, :, later * nodes + farther] = weight
-    bands[:, :, 0] += LEAST_VARIANCE
-    return np.asarray(bands.reshape(frames * nodes, 2 * nodes + 3).T)  # columns in one piece, as LAPACK reads them
-
-
-def _squared_differences(count: int) -> Floats:
-    """Return the diagonals of the matrix whose quadratic form is the sum of squared second differences of N values: (3, N).
-
-    Row k holds for each column the entry k rows below the main diagonal, 0 outside.
-    """
-    diagonals = np.zeros((3, count))
-    for row, entries in enumerate(((1, 4, 1), (-2, -2), (1,))):
-        for k, entry in enumerate(entries):
-            diagonals[row, k : k + count - 2] += entry
-    return diagonals

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from doo3d.outputs.detection_json import encode
 from doo3d.outputs.sequence_files import encode_strands, read_background, read_observation
 from doo3d.sequence.background import BackgroundView
 from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
+from doo3d.sequence.readings import NODES, PER_NODE
 from doo3d.types import Chain, Cloud, Detection
 
 CHAIN = Chain(np.array([[0, 0, 0.6], [0.01, 0, 0.6], [0.02, 0, 0.6]]) + 1 / 3, 0.01, 0.0042)
@@ -31,6 +32,7 @@ OBSERVATION = Observation(
     ),
     np.eye(4),
     VIEW,
+    (np.where(np.arange(2 * NODES * PER_NODE) % 7, 1 / 3, np.nan).reshape(2, NODES, PER_NODE).astype(np.float32),),
 )
 
 
@@ -50,11 +52,26 @@ def test_an_observation_is_read_as_it_was(folder):
     read = read_observation(folder, "one", with_background=True)
     np.testing.assert_array_equal(read.detection.chains[0].joints, CHAIN.joints)
     np.testing.assert_array_equal(read.pose, np.eye(4))
+    np.testing.assert_array_equal(read.readings, OBSERVATION.readings)
     assert len(read.strands) == 2
     for strand, written in zip(read.strands, OBSERVATION.strands, strict=True):
         assert_same(strand, written)
     assert_same(read.background, VIEW)
     assert_same(read_background(folder, "one"), VIEW)
+
+
+@pytest.mark.parametrize("readings", [["AAAA"], [3], None])
+def test_damaged_readings_are_refused(folder, readings):
+    path = folder / f"one{STRANDS}"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"readings": readings}))
+    with pytest.raises(InputError, match=f"one{STRANDS}"):
+        read_observation(folder, "one")
+
+
+def test_readings_of_a_cloud_are_none(folder, tmp_path):
+    path = folder / f"one{STRANDS}"
+    path.write_bytes(encode_strands(replace(OBSERVATION, readings=(None,))))
+    assert read_observation(folder, "one").readings == (None,)
 
 
 def test_the_background_is_read_where_it_is_asked_for(folder):

@@ -13,8 +13,9 @@ from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.detect_sequence import combine, detect_sequence, frame_seconds
 from doo3d.sequence.given_length import length_notes
+from doo3d.sequence.lengths import vote_length
 from doo3d.sequence.moving_camera import in_world
-from doo3d.sequence.objects import steady_objects, vote_length
+from doo3d.sequence.objects import steady_objects
 from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.tracks import without_leaps

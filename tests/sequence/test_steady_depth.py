@@ -5,9 +5,10 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
+from doo3d.sequence.depth_in_time import _stiffness, smooth_in_time
 from doo3d.sequence.observations import Observation
 from doo3d.sequence.registration import exact_lengths
-from doo3d.sequence.steady_depth import MIN_FRAMES, _stiffness, smooth_in_time, steadied, steady_chains
+from doo3d.sequence.steady_depth import MIN_FRAMES, steadied, steady_chains
 from doo3d.types import Chain, Detection
 
 SEGMENTS = 50

@@ -7,7 +7,7 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.sequence.objects import vote_length
+from doo3d.sequence.lengths import vote_length
 from doo3d.sequence.observations import Observation
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.tracks import Track, tracks_of

@@ -1,0 +1,87 @@
+"""Read the depth along the chains of a frame as the sensor gave it.
+
+A frame by itself has to decide which readings are those of the strand; where most of them are of what lies behind, it decides
+wrongly. A sequence decides better, since what is right agrees with other frames: so it gets all readings.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from ..evidence.support import BESIDE_PX
+from ..geometry.depth_support import SURFACE_RADII
+from ..geometry.polyline import arc_length, resample, unit
+from ..types import Array, Bools, Chain, Floats, Foreground
+
+NODES, PER_NODE = 40, 6
+"""Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds; and
+readings at each: together 2 for each of about 100 segments."""
+
+ACROSS_RADII = np.array([-0.5, 0.0, 0.5])
+"""Radii to the side of the axis at which depth is read."""
+
+NEARER_SHARE, BEHIND_SHARE = 0.35, 0.75
+"""Share of the readings across a strand that are nearer than the one taken for it, since what is wrong mostly lies behind; and of
+those beside it that are nearer than the one taken for what lies behind: a stereo camera reads the strand there, too."""
+
+
+def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]) -> Array | None:
+    """Return the inverse range of the axis of an open chain, and of what is seen beside it, at places even in the image.
+
+    Where something hides the chain a stereo camera reads that up to 14 px beside it, too: such readings are left out.
+
+    Parameters
+    ----------
+    chain
+        the chain, in the frame of the camera.
+    foreground
+        the mask, the depth and the camera of the frame.
+    tips
+        whether its first and its last end are tips of the object; others are hidden.
+
+    Returns
+    -------
+    (2, NODES, PER_NODE) float32 1/m; NaN where the sensor read nothing. None if no camera saw the chain.
+    """
+    camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
+    if camera is None or depth is None or mask is None or chain.closed:
+        return None
+    rays = unit(chain.joints)
+    turned = arc_length(rays)
+    nodes = (np.arange(NODES * PER_NODE) + 0.5) / PER_NODE - 0.5
+    at = np.clip(nodes / (NODES - 1), 0, 1) * turned[-1]
+    line = resample(rays, at)
+    pixels = camera.project(line)
+    along = np.gradient(camera.project(resample(rays, np.linspace(0.0, turned[-1], len(at)))), axis=0)
+    across = unit(along)[:, ::-1] * (-1.0, 1.0)
+    half_width = chain.radius * camera.fx / float(np.median(chain.joints[:, 2]))
+    own = _read(pixels, across, ACROSS_RADII * half_width, np.where(mask, depth, 0), NEARER_SHARE)
+    beyond = half_width + BESIDE_PX
+    beside = _read(pixels, across, np.concatenate((-beyond, beyond)), np.where(mask, 0, depth), BEHIND_SHARE)
+    segment = np.clip(turned.searchsorted(at) - 1, 0, len(chain.occluded) - 1)
+    own[_beside_hidden(chain.occluded[segment], tips, arc_length(pixels)[-1])] = np.nan
+    stretch = np.linalg.norm(line, axis=1) / line[:, 2]
+    inverse = np.stack((1 / (own * stretch + SURFACE_RADII * chain.radius), 1 / (beside * stretch)))
+    return inverse.reshape(2, NODES, PER_NODE).astype(np.float32)
+
+
+def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, share: float) -> Floats:
+    """Return the reading across a line in the image than which a share of the others are nearer: (N,) m, NaN for none."""
+    height, width = depth.shape
+    u, v = np.moveaxis(np.rint(pixels[:, None] + across[:, None] * offsets[:, None]).astype(np.int64), 2, 0)
+    inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    read = np.where(inside, depth[v.clip(0, height - 1), u.clip(0, width - 1)], 0.0)
+    ordered = np.sort(np.where(read > 0, read, np.nan), axis=1)
+    count = np.isfinite(ordered).sum(axis=1)
+    return np.asarray(ordered[np.arange(len(u)), (share * np.maximum(count - 1, 0)).astype(np.int64)])
+
+
+def _beside_hidden(hidden: Bools, tips: tuple[bool, bool], length: float) -> Bools:
+    """Tell which of N places are hidden, or as near to hidden ones in the image as what hides them is read.
+
+    hidden : (N,). tips : whether the ends are tips; what lies beyond other ends is hidden. length : of the chain, px.
+    """
+    reach = int(np.ceil(BESIDE_PX[-1] / max(length, 1.0) * len(hidden)))
+    flags = np.concatenate(([not tips[0]], hidden, [not tips[1]])).astype(np.uint8)
+    return np.asarray(maximum_filter1d(flags, 2 * reach + 1, mode="constant")[1:-1] > 0)
