@@ -25,6 +25,14 @@ NEARER_SHARE, BEHIND_SHARE = 0.35, 0.75
 """Share of the readings across a strand that are nearer than the one taken for it, since what is wrong mostly lies behind; and of
 those beside it that are nearer than the one taken for what lies behind: a stereo camera reads the strand there, too."""
 
+TORN_SHARE = 0.1
+"""Share of the visible segments without depth from which on what depth there is may be wrong."""
+
+
+def torn_share(chain: Chain) -> float:
+    """Return the share of the segments of a chain that are visible, and whose depth was not measured."""
+    return np.count_nonzero(chain.depth_filled & ~chain.occluded) / len(chain.occluded)
+
 
 def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]) -> Array | None:
     """Return the inverse range of the axis of an open chain, and of what is seen beside it, at places even in the image.
@@ -42,10 +50,11 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
 
     Returns
     -------
-    (2, NODES, PER_NODE) float32 1/m; NaN where the sensor read nothing. None if no camera saw the chain.
+    (2, NODES, PER_NODE) float32 1/m; NaN where the sensor read nothing. None if no camera saw the chain, or its depth was
+    measured nearly everywhere.
     """
     camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
-    if camera is None or depth is None or mask is None or chain.closed:
+    if camera is None or depth is None or mask is None or chain.closed or torn_share(chain) <= TORN_SHARE:
         return None
     rays = unit(chain.joints)
     turned = arc_length(rays)
@@ -56,9 +65,9 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     along = np.gradient(camera.project(resample(rays, np.linspace(0.0, turned[-1], len(at)))), axis=0)
     across = unit(along)[:, ::-1] * (-1.0, 1.0)
     half_width = chain.radius * camera.fx / float(np.median(chain.joints[:, 2]))
-    own = _read(pixels, across, ACROSS_RADII * half_width, np.where(mask, depth, 0), NEARER_SHARE)
+    own = _read(pixels, across, ACROSS_RADII * half_width, depth, mask, True, NEARER_SHARE)
     beyond = half_width + BESIDE_PX
-    beside = _read(pixels, across, np.concatenate((-beyond, beyond)), np.where(mask, 0, depth), BEHIND_SHARE)
+    beside = _read(pixels, across, np.concatenate((-beyond, beyond)), depth, mask, False, BEHIND_SHARE)
     segment = np.clip(turned.searchsorted(at) - 1, 0, len(chain.occluded) - 1)
     own[_beside_hidden(chain.occluded[segment], tips, arc_length(pixels)[-1])] = np.nan
     stretch = np.linalg.norm(line, axis=1) / line[:, 2]
@@ -66,13 +75,17 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     return inverse.reshape(2, NODES, PER_NODE).astype(np.float32)
 
 
-def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, share: float) -> Floats:
-    """Return the reading across a line in the image than which a share of the others are nearer: (N,) m, NaN for none."""
+def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float) -> Floats:
+    """Return the reading across a line in the image than which a share of the others are nearer: (N,) m, NaN for none.
+
+    on_object : whether pixels of the mask are read, or the others.
+    """
     height, width = depth.shape
     u, v = np.moveaxis(np.rint(pixels[:, None] + across[:, None] * offsets[:, None]).astype(np.int64), 2, 0)
     inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
-    read = np.where(inside, depth[v.clip(0, height - 1), u.clip(0, width - 1)], 0.0)
-    ordered = np.sort(np.where(read > 0, read, np.nan), axis=1)
+    u, v = u.clip(0, width - 1), v.clip(0, height - 1)
+    read = depth[v, u]
+    ordered = np.sort(np.where(inside & (mask[v, u] == on_object) & (read > 0), read, np.nan), axis=1)
     count = np.isfinite(ordered).sum(axis=1)
     return np.asarray(ordered[np.arange(len(u)), (share * np.maximum(count - 1, 0)).astype(np.int64)])
 

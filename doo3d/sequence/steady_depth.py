@@ -24,9 +24,9 @@ from .depth_in_time import UNSEEN_WEIGHT, smooth_in_time
 from .image_tracks import image_tracks, is_of_camera, laid, turned_by
 from .lengths import vote_length
 from .observations import Observation, ObservedStrand
-from .readings import NODES, PER_NODE
+from .readings import NODES, PER_NODE, TORN_SHARE, torn_share
 from .topology import vote_pattern
-from .torn_depth import TORN_SHARE, put_right
+from .torn_depth import put_right
 from .tracking import reversed_chain
 from .tracks import MIN_FRAMES, WINDOW, Track
 
@@ -95,7 +95,7 @@ class _Stretch(NamedTuple):
         """Whether so much depth is missing where the object is visible that what there is may be wrong."""
         if all(each is None for each in self.readings):
             return False
-        return bool(np.mean([np.mean(chain.depth_filled & ~chain.occluded) for chain in self.chains]) > TORN_SHARE)
+        return bool(np.mean([torn_share(chain) for chain in self.chains]) > TORN_SHARE)
 
 
 def _length(track: Track, stretches: Sequence[_Stretch], chains: Sequence[Sequence[Chain]]) -> float:

@@ -15,10 +15,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ..types import Floats
 from .depth_in_time import OUTLIER_DEVIATIONS, UNSEEN_WEIGHT, AcrossSight, agreement, variance
 
-TORN_SHARE = 0.1
-"""Share of the visible segments without depth from which on the readings are looked at again: with less, frames by themselves
-are hardly ever wrong."""
-
 OFF = 0.08
 """Share of the range by which readings may be off the first estimate, and from which on the depth of a frame is wrong: several
 times the waves of a stereo camera, and less than what lies behind is far. Each round allows half as much as the last one."""
@@ -47,7 +43,7 @@ def put_right(
     inverse, weight, rays
         (T, K) 1/m, (T, K) and (T, K, 3), as of `smooth_in_time`: what the frames say by themselves.
     readings
-        (2, T, K, R) 1/m, from `readings_along`: of the object, and of what is seen beside it.
+        (2, T, K, R) 1/m, from `readings_along`: of the object, and of what is seen beside it; NaN in frames that need none.
     radius, longest
         m, of the object: its radius and its length.
 
@@ -93,9 +89,10 @@ def _agreed(own: Floats, first: Floats, inverse: Floats, weight: Floats, rays: F
     """Return the inverse range (T, K) 1/m on which the readings (T, K, R) of all frames agree.
 
     first : (T, K), first estimate, NaN where there is none. inverse, weight : (T, K), what frames say by themselves, which counts
-    UNSEEN_WEIGHT everywhere.
+    UNSEEN_WEIGHT in those with readings.
     """
-    known, given = np.isfinite(first), UNSEEN_WEIGHT * (weight > 0)
+    known, is_read = np.isfinite(first), np.isfinite(own).any(axis=2).any(axis=1, keepdims=True)
+    given = np.where(is_read, np.minimum(weight, UNSEEN_WEIGHT), weight)
     scale = float(np.median(first[known]))
     across, per_node = AcrossSight.of(rays), own.shape[2]
     places = (np.arange(per_node) + 0.5) / per_node - 0.5

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,8 @@ def chain(occluded: slice = slice(0, 0)) -> Chain:
     x = np.linspace(-200, 200, SEGMENTS + 1) / CAMERA.fx * RANGE
     hidden = np.zeros(SEGMENTS, dtype=bool)
     hidden[occluded] = True
-    return Chain(np.column_stack((x, np.zeros_like(x), np.full_like(x, RANGE))), float(x[1] - x[0]), RADIUS, occluded=hidden)
+    joints, filled = np.column_stack((x, np.zeros_like(x), np.full_like(x, RANGE))), np.arange(SEGMENTS) % 8 == 0
+    return Chain(joints, float(x[1] - x[0]), RADIUS, occluded=hidden, depth_filled=filled | hidden)
 
 
 def foreground(**changes: object) -> Foreground:
@@ -80,5 +83,10 @@ def test_a_chain_that_no_camera_saw_has_no_readings(missing: str) -> None:
 
 def test_a_chain_that_leaves_the_image_is_read_inside() -> None:
     given = chain()
-    out = Chain(given.joints + np.array([0.3, 0.0, 0.0]), given.segment_length, RADIUS)
+    out = replace(given, joints=given.joints + np.array([0.3, 0.0, 0.0]))
     assert np.isnan(readings_along(out, foreground(), (True, True))[0, -1]).all()
+
+
+def test_a_chain_whose_depth_was_measured_needs_no_readings() -> None:
+    measured = replace(chain(), depth_filled=np.arange(SEGMENTS) < SEGMENTS // 10)
+    assert readings_along(measured, foreground(), (True, True)) is None
