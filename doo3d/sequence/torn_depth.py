@@ -91,12 +91,13 @@ def _agreed(own: Floats, first: Floats, inverse: Floats, weight: Floats, rays: F
     first : (T, K), first estimate, NaN where there is none. inverse, weight : (T, K), what frames say by themselves, which counts
     UNSEEN_WEIGHT in those with readings.
     """
-    known, is_read = np.isfinite(first), np.isfinite(own).any(axis=2).any(axis=1, keepdims=True)
-    given = np.where(is_read, np.minimum(weight, UNSEEN_WEIGHT), weight)
+    known, has = np.isfinite(first), np.isfinite(own)
+    is_read = np.asarray(has.any(axis=(1, 2)))
+    given = np.where(is_read[:, None], np.minimum(weight, UNSEEN_WEIGHT), weight)
     scale = float(np.median(first[known]))
     across, per_node = AcrossSight.of(rays), own.shape[2]
     places = (np.arange(per_node) + 0.5) / per_node - 0.5
-    has, values, by_frame = np.isfinite(own), np.nan_to_num(own) / scale, inverse / scale
+    values, by_frame = np.nan_to_num(own) / scale, inverse / scale
     start = np.where(known, np.nan_to_num(first) / scale, by_frame)
     smooth = across.smoothed(start, np.where(known, 1.0, given), OFF**2)
     allowed = OFF
