@@ -1,6 +1,7 @@
 """Smooth the inverse range of places along an object over time and along the object together.
 
-What is noise, how fast an object moves and bends across the line of sight tells: there the image measures well.
+How fast an object moves and bends across the line of sight, where the image measures well, tells how much of the change in depth
+is noise.
 """
 
 from __future__ import annotations

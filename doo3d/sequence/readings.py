@@ -1,7 +1,7 @@
-"""Read the depth along the chains of a frame as the sensor gave it.
+"""Read the depth along the chains of a frame as the sensor measured it.
 
-A frame by itself has to decide which readings are those of the strand; where most of them are of what lies behind, it decides
-wrongly. A sequence decides better, since what is right agrees with other frames: so it gets all readings.
+One frame has to decide which readings belong to the strand, and decides wrongly where most belong to the background. A sequence
+decides better, since right readings agree with other frames: so a frame with torn depth leaves all its readings to it.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ ACROSS_RADII = np.array([-0.5, 0.0, 0.5])
 """Radii to the side of the axis at which depth is read."""
 
 NEARER_SHARE, BEHIND_SHARE = 0.35, 0.75
-"""Share of the readings across a strand that are nearer than the one taken for it, since what is wrong mostly lies behind; and of
-those beside it that are nearer than the one taken for what lies behind: a stereo camera reads the strand there, too."""
+"""Quantiles, from the nearest on: of the readings across a strand, since wrong ones mostly lie behind; and of those beside it for
+the background, since a stereo camera measures the strand there, too."""
 
 TORN_SHARE = 0.1
-"""Share of the visible segments without depth from which on what depth there is may be wrong."""
+"""Share of visible segments without measured depth above which depth is torn, and the rest may be wrong, too."""
 
 
 def torn_share(chain: Chain) -> float:
-    """Return the share of the segments of a chain that are visible, and whose depth was not measured."""
+    """Return the share of the segments of a chain that are visible without measured depth."""
     return np.count_nonzero(chain.depth_filled & ~chain.occluded) / len(chain.occluded)
 
 
 def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]) -> Array | None:
-    """Return the inverse range of the axis of an open chain, and of what is seen beside it, at places even in the image.
+    """Return the inverse range along an open chain and of the background beside it, evenly spaced in the image.
 
-    Where something hides the chain a stereo camera reads that up to 14 px beside it, too: such readings are left out.
+    A stereo camera measures an occluder up to 14 px beyond its edges: such readings are left out.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     foreground
         the mask, the depth and the camera of the frame.
     tips
-        whether its first and its last end are tips of the object; others are hidden.
+        whether the first and the last end are tips of the object; an end that is no tip is hidden.
 
     Returns
     -------
-    (2, NODES, PER_NODE) float32 1/m; NaN where the sensor read nothing. None if no camera saw the chain, or its depth was
-    measured nearly everywhere.
+    (2, NODES, PER_NODE) float32 1/m, of the axis and of the background; NaN without a reading. None if no camera saw the chain,
+    or its depth is not torn.
     """
     camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
     if camera is None or depth is None or mask is None or chain.closed or torn_share(chain) <= TORN_SHARE:
@@ -76,9 +76,9 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
 
 
 def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float) -> Floats:
-    """Return the reading across a line in the image than which a share of the others are nearer: (N,) m, NaN for none.
+    """Return a quantile of the readings across a line in the image, from the nearest on: (N,) m, NaN for none.
 
-    on_object : whether pixels of the mask are read, or the others.
+    on_object : True to read pixels of the mask, False for the others. share : the quantile, 0 to 1.
     """
     height, width = depth.shape
     u, v = np.moveaxis(np.rint(pixels[:, None] + across[:, None] * offsets[:, None]).astype(np.int64), 2, 0)
@@ -91,9 +91,9 @@ def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: B
 
 
 def _beside_hidden(hidden: Bools, tips: tuple[bool, bool], length: float) -> Bools:
-    """Tell which of N places are hidden, or as near to hidden ones in the image as what hides them is read.
+    """Tell which of N places are hidden, or so near to a hidden one that the occluder is measured there.
 
-    hidden : (N,). tips : whether the ends are tips; what lies beyond other ends is hidden. length : of the chain, px.
+    hidden : (N,). tips : whether the ends are tips. length : of the chain, px.
     """
     reach = int(np.ceil(BESIDE_PX[-1] / max(length, 1.0) * len(hidden)))
     flags = np.concatenate(([not tips[0]], hidden, [not tips[1]])).astype(np.uint8)

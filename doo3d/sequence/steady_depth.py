@@ -26,7 +26,7 @@ from .lengths import vote_length
 from .observations import Observation, ObservedStrand
 from .readings import NODES, PER_NODE, TORN_SHARE, torn_share
 from .topology import vote_pattern
-from .torn_depth import put_right
+from .torn_depth import correct_torn_depth
 from .tracking import reversed_chain
 from .tracks import MIN_FRAMES, WINDOW, Track
 
@@ -92,7 +92,7 @@ class _Stretch(NamedTuple):
 
     @property
     def is_torn(self) -> bool:
-        """Whether so much depth is missing where the object is visible that what there is may be wrong."""
+        """Whether so many visible segments have no measured depth that the rest may be wrong."""
         if all(each is None for each in self.readings):
             return False
         return bool(np.mean([torn_share(chain) for chain in self.chains]) > TORN_SHARE)
@@ -149,7 +149,7 @@ def steady_chains(
         the chains, each the whole object or nearly so, in one direction and in the camera's frame. Fewer than MIN_FRAMES (3) are
         returned as they are, and so is a chain that is shorter or longer in the image than those around it.
     readings
-        for each chain the depth along it, as of `readings_along`, by which wrong depth is put right; None for depth as it is.
+        for each chain the depth along it, as of `readings_along`, to correct torn depth by; None to leave depth as detected.
     longest
         m, length of the object.
 
@@ -199,7 +199,7 @@ def _steady_lines(
     right = inverse
     if readings is not None:
         radius = float(np.median([chain.radius for chain in chains]))
-        right, weight = put_right(inverse, weight, rays, readings, radius, longest)
+        right, weight = correct_torn_depth(inverse, weight, rays, readings, radius, longest)
     smooth = smooth_in_time(right, weight, rays, longest)
     places, lines = np.linspace(0.0, 1.0, NODES), []
     for row, arc, distance, chain in zip(at.tolist(), arcs, distances, chains, strict=True):

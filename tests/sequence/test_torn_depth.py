@@ -14,7 +14,7 @@ from doo3d.sequence.observations import Observation
 from doo3d.sequence.readings import NODES, PER_NODE
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.steady_depth import steadied
-from doo3d.sequence.torn_depth import put_right
+from doo3d.sequence.torn_depth import correct_torn_depth
 from doo3d.sequence.tracking import reversed_chain
 from doo3d.types import Chain, Detection
 
@@ -63,12 +63,12 @@ def chain_of(line: np.ndarray, filled: np.ndarray) -> Chain:
 
 
 @pytest.mark.parametrize("still", [False, True])
-def test_frames_that_took_something_else_for_the_object_are_put_right(still: bool) -> None:
+def test_frames_that_took_something_else_for_the_object_are_correct_torn_depth(still: bool) -> None:
     points = lines(still)
     ranges, rays = np.linalg.norm(points, axis=2), unit(points)
     length = float(np.linalg.norm(np.diff(points[0], axis=0), axis=1).sum())
     inverse, weight = wrong_by_frame(ranges)
-    right, weights = put_right(inverse, weight, rays, readings_of(ranges, 0.35), RADIUS, length)
+    right, weights = correct_torn_depth(inverse, weight, rays, readings_of(ranges, 0.35), RADIUS, length)
     assert np.abs(1 / inverse - ranges)[8:15].mean() > 0.1
     off = np.abs(1 / right - ranges)
     assert off[8:15].mean() < 0.02
@@ -80,7 +80,9 @@ def test_nothing_is_put_right_where_no_reading_is_known() -> None:
     ranges = np.linalg.norm(lines(), axis=2)
     inverse, weight = wrong_by_frame(ranges)
     unknown = np.full((2, FRAMES, NODES, PER_NODE), np.nan)
-    for given, kept in zip((inverse, weight), put_right(inverse, weight, unit(lines()), unknown, RADIUS, 1.0), strict=True):
+    for given, kept in zip(
+        (inverse, weight), correct_torn_depth(inverse, weight, unit(lines()), unknown, RADIUS, 1.0), strict=True
+    ):
         np.testing.assert_array_equal(kept, given)
 
 
@@ -90,7 +92,7 @@ def test_an_object_that_lies_on_what_is_behind_it_keeps_its_readings() -> None:
     inverse, weight = wrong_by_frame(ranges)
     own = readings_of(ranges, 1.0)[0]
     readings = np.stack((own, 1 / (1 / own + 2 * RADIUS)))
-    right, _ = put_right(inverse, weight, rays, readings, RADIUS, np.inf)
+    right, _ = correct_torn_depth(inverse, weight, rays, readings, RADIUS, np.inf)
     assert np.abs(1 / right - ranges).max() < 0.02
 
 

@@ -68,7 +68,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
         f"{_PLACE}.objects:steadied": _first,
         f"{_PLACE}.detect_sequence:steadied": _first,
     },
-    "torn depth put right by all readings": {f"{_PLACE}.steady_depth:TORN_SHARE": math.inf},
+    "torn depth corrected by all readings": {f"{_PLACE}.steady_depth:TORN_SHARE": math.inf},
     "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},
     "hidden parts behind what hides them": {f"{_PLACE}.smoothing:behind_occluders": _first},
