@@ -17,8 +17,8 @@ from .depth_in_time import OUTLIER_DEVIATIONS, UNSEEN_WEIGHT, AcrossSight, agree
 
 MAX_DEPTH_ERROR = 0.08
 """Error of depth, as a share of the range, at which a reading weighs a quarter in the first round, half as much in each next one;
-and from which on the depth of a frame is replaced: several times the waves of a stereo camera. Of 1,200 frames before one, 0.06 and
-0.1 make as many right, by 3."""
+and from which on the depth of a frame is replaced: several times the waves of a stereo camera. Of 1,200 frames before one, 0.06
+and 0.1 make as many right, by 3."""
 
 ROUNDS = 6
 """Rounds of weighing: after 6 the error that is allowed is the noise."""
