@@ -14,8 +14,9 @@ import numpy as np
 from ..geometry.polyline import arc_length, resample
 from ..kernels import strand_cuts
 from ..types import Bools, Floats
-from .observations import CUT_OFF, LENGTH_ERROR, ObservedStrand, part_of
+from .observations import LENGTH_ERROR, ObservedStrand, part_of
 from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, as_seen
+from .tips import CUT_OFF
 
 MISJOINED = 0.0013
 """Share of neighboring points of a strand that a frame joined wrongly without bridging anything: 254 of 195 thousand in sequences

@@ -9,8 +9,8 @@ from ..geometry.curves import runs
 from ..kernels import fit_joints
 from ..types import Bools, Floats
 from .background import BackgroundView
-from .observations import occluder_margin
 from .registration import PLACE_WEIGHT, TOLERANCE_SHARE, TURN_WEIGHT, to_lengths
+from .tips import occluder_margin
 
 
 def behind_occluders(joints: Floats, seen: Bools, view: BackgroundView, length: float, radius: float) -> Floats:

@@ -9,18 +9,14 @@ import numpy as np
 
 from ..config import Config
 from ..geometry.curves import runs
-from ..geometry.polyline import unit
 from ..pipeline import Stages
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
-from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Foreground, Ints
-from ..visibility import OCCLUDER_MARGIN_RADII
+from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
 from .background import BackgroundView
 from .readings import readings_along
-
-MIN_STRAND_RADII = 6.0
-"""Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
+from .tips import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
 """Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less
@@ -36,18 +32,8 @@ LENGTH_ERROR = 0.02
 given length may differ as much, a strand may overhang as much, and a tip lies half as far off: lengths are measured to about
 1 %."""
 
-LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
-"""Distances beyond an end, in radii, at which the mask and the depth are read to tell whether the object ends there."""
-
-MIN_OCCLUDER_MARGIN = 0.005
-"""Smallest distance in depth, m, of an occluder in front of a continuation: above the noise of depth on the table."""
-
 JUNCTION_SEGMENTS = 1
 """Segments next to a junction that may be unseen in a strand that ends at the junction."""
-
-TIP, UNKNOWN, CUT_OFF = 1.0, 0.18, 0.0
-"""How much it counts if an end of a strand is not at a tip of its object: the end is in plain view; depth is missing around it;
-the end is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: 17 of 228 were no tips."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +177,11 @@ def _strands(
         center = None if context.foreground.camera is None else np.zeros(3)
         shown, sight = visible_joints(chain, first, end, low, high, center)
         line = chain.joints[low : high + 1]
-        tips = TIP if ends_there[0] else _is_tip(line[::-1], context), TIP if ends_there[1] else _is_tip(line, context)
+        foreground, radius = context.foreground, context.radius
+        tips = (
+            TIP if ends_there[0] else tip_confidence(line[::-1], foreground, radius),
+            TIP if ends_there[1] else tip_confidence(line, foreground, radius),
+        )
         arcs = (shown - low) * chain.segment_length
         yield ObservedStrand(chain.joints[shown], arcs, length, tips, number, sight, _joined(chain, shown))
 
@@ -236,50 +226,6 @@ def _bounds(chosen: Bools, first: int, end: int) -> Bools:
     segments = first + np.flatnonzero(chosen[first:end])
     joints[segments] = joints[segments + 1] = True
     return joints
-
-
-def _is_tip(line: Floats, context: FrameContext) -> float:
-    """Return how surely a line (K, 3) m of joints ends at a tip of the object."""
-    foreground, radius = context.foreground, context.radius
-    end = line[-2:]
-    direction = unit(end[-1] - line[max(0, len(line) - 4)])
-    ahead = end[-1] + radius * np.array(LOOKAHEAD_RADII)[:, None] * direction
-    to_side = unit(direction[[1, 2, 0]] * end[-1, [2, 0, 1]] - direction[[2, 0, 1]] * end[-1, [1, 2, 0]])  # across the ray
-    aside = MIN_STRAND_RADII * radius * to_side
-    return _tip_in_view(ahead, np.concatenate((end - aside, end + aside)), foreground, radius)
-
-
-def _tip_in_view(ahead: Floats, beside: Floats, foreground: Foreground, radius: float) -> float:
-    """Return how surely positions (K, 3) m beyond an end are empty, given some (N, 3) m beside it, MIN_STRAND_RADII away.
-
-    What is nearer than the end hides the object. The depth of a thin end may be wrong by as much as the background is behind
-    it: so what stands out before that as the end does may hide it, too.
-    """
-    if foreground.camera is None or foreground.depth is None or foreground.mask is None:
-        return UNKNOWN
-    count, (height, width) = len(ahead), foreground.mask.shape
-    pixels = np.rint(foreground.camera.project(np.concatenate((ahead, beside)))).astype(np.int64)
-    inside = np.asarray(((pixels >= 0) & (pixels < (width, height))).all(axis=1))
-    if not inside[:count].all():
-        return CUT_OFF
-    u, v = pixels[inside].T
-    reading, masked = foreground.depth[v, u], foreground.mask[v, u]
-    is_known = (reading > 0) & ~masked  # the object's own surface hides nothing
-    around = reading[count:][is_known[count:]]
-    behind = float(np.sort(around)[(len(around) - 1) // 2]) if len(around) else 0.0
-    before_end, before_background = ahead[:, 2] - occluder_margin(radius), behind - MIN_STRAND_RADII * radius
-    nearest = np.maximum(before_end, np.minimum(before_background, (ahead[:, 2] + behind) / 2))
-    if (is_known[:count] & (reading[:count] < nearest)).any() or masked[1:count].all():
-        return CUT_OFF
-    return TIP if is_known[:count].any() else UNKNOWN
-
-
-def occluder_margin(radius: float) -> float:
-    """Return how much nearer to the camera than a part of an object, m, something must be to hide it.
-
-    radius : of the object, m; NaN if unknown.
-    """
-    return float(np.fmax(OCCLUDER_MARGIN_RADII * radius, MIN_OCCLUDER_MARGIN))
 
 
 def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:

@@ -15,8 +15,9 @@ import numpy as np
 from ..config import TrackingConfig
 from ..geometry.equal_segments import close_ring
 from ..types import Bools, Chain, Floats
-from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation, ObservedStrand
+from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation, ObservedStrand
 from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, bend, place_strands
+from .tips import CUT_OFF
 from .tracking import Tracker
 
 

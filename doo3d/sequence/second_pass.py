@@ -22,11 +22,12 @@ from ..geometry.curves import runs
 from ..types import Chain, Floats
 from .cutting import cut_misjoined
 from .objects import Anchor, SequenceObject
-from .observations import LENGTH_ERROR, MIN_STRAND_RADII, Observation, ObservedStrand, cut_strands, visible_joints
+from .observations import LENGTH_ERROR, Observation, ObservedStrand, cut_strands, visible_joints
 from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, bend, place_strands, to_lengths
 from .rings import bend_ring, closed_lengths, place_on_ring, ring_joints
 from .shape import Shape
 from .smoothing import smoothed
+from .tips import MIN_STRAND_RADII
 from .tracking import MIN_MOTION_RADII
 from .tracks import FILLED_ERROR
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..config import TrackingConfig
 from ..types import Chain, Floats
-from .observations import CUT_OFF, LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
+from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
+from .tips import CUT_OFF
 from .topology import OPEN, ChainInFrame, Pattern, pattern_of
 from .tracking import FRAME_RATE, MAX_AGE, paired, reversed_chain
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from doo3d.sequence.cutting import cut_misjoined
-from doo3d.sequence.observations import CUT_OFF, TIP, ObservedStrand
+from doo3d.sequence.observations import ObservedStrand
+from doo3d.sequence.tips import CUT_OFF, TIP
 
 SEGMENT = 0.01
 

@@ -16,8 +16,9 @@ from doo3d.sequence.given_length import length_notes
 from doo3d.sequence.lengths import vote_length
 from doo3d.sequence.moving_camera import in_world
 from doo3d.sequence.objects import steady_objects
-from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
+from doo3d.sequence.observations import Observation, ObservedStrand
 from doo3d.sequence.registration import exact_lengths
+from doo3d.sequence.tips import CUT_OFF, TIP
 from doo3d.sequence.tracks import without_leaps
 from doo3d.types import Chain, Detection
 

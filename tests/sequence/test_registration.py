@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.sequence.observations import CUT_OFF, TIP, ObservedStrand
+from doo3d.sequence.observations import ObservedStrand
 from doo3d.sequence.registration import bend, exact_lengths, place_strands, to_lengths
+from doo3d.sequence.tips import CUT_OFF, TIP
 
 SEGMENT = 0.01
 

@@ -15,8 +15,9 @@ from doo3d.outputs.run_reader import open_results
 from doo3d.outputs.sequence_files import SequenceFile, read_objects, write_objects
 from doo3d.sequence.detect_sequence import combine, detect_sequence
 from doo3d.sequence.objects import steady_objects
-from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
+from doo3d.sequence.observations import Observation, ObservedStrand
 from doo3d.sequence.rings import bend_ring, closed_lengths, place_on_ring
+from doo3d.sequence.tips import CUT_OFF, TIP
 from doo3d.types import Chain, Detection
 
 COUNT, SEGMENT, RADIUS = 60, 0.01, 0.003

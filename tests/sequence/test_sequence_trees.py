@@ -15,7 +15,8 @@ from doo3d.outputs.sequence_files import SequenceFile, read_objects, summary, wr
 from doo3d.sequence import detect_sequence as module
 from doo3d.sequence.detect_sequence import combine, detect_sequence
 from doo3d.sequence.objects import steady_objects
-from doo3d.sequence.observations import CUT_OFF, TIP, Observation, ObservedStrand
+from doo3d.sequence.observations import Observation, ObservedStrand
+from doo3d.sequence.tips import CUT_OFF, TIP
 from doo3d.sequence.topology import OPEN, trees_of, vote_pattern
 from doo3d.types import Chain, ChainEnd, Detection, Junction, LinearObject
 

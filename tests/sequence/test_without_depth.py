@@ -13,9 +13,10 @@ from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, densify, unit
 from doo3d.sequence import without_depth
 from doo3d.sequence.detect_sequence import detect_sequence, observe_frame
-from doo3d.sequence.observations import CUT_OFF, TIP, UNKNOWN, ObservedStrand
+from doo3d.sequence.observations import ObservedStrand
 from doo3d.sequence.registration import bend, place_strands
 from doo3d.sequence.rings import place_on_ring
+from doo3d.sequence.tips import CUT_OFF, TIP, UNKNOWN
 from doo3d.sequence.without_depth import strands_in_image
 
 CONFIG = load_config("default", {"sequence.chains": 1})

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from doo3d.sequence.observations import CUT_OFF, TIP, UNKNOWN, _strands, _tip_in_view
+from doo3d.sequence.observations import _strands
+from doo3d.sequence.tips import CUT_OFF, TIP, UNKNOWN, _in_view
 from doo3d.types import Camera, Chain
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=80.0, cy=60.0, width=160, height=120)
@@ -22,7 +23,7 @@ def tip(depth, masked_up_to, ahead=AHEAD):
     mask = np.zeros((120, 160), dtype=bool)
     mask[55:66, : masked_up_to + 1] = True
     foreground = SimpleNamespace(camera=CAMERA, depth=np.broadcast_to(depth, mask.shape), mask=mask)
-    return _tip_in_view(ahead, BESIDE, foreground, RADIUS)
+    return _in_view(ahead, BESIDE, foreground, RADIUS)
 
 
 @pytest.mark.parametrize("table", [DEPTH + RADIUS, DEPTH - 0.003, DEPTH + 0.2])
