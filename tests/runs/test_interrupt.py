@@ -6,7 +6,6 @@ import os
 import shlex
 import signal
 import sys
-import time
 
 import pytest
 from builders.runs import files_of, finished_frames, started, wait_for
@@ -81,7 +80,7 @@ def test_one_line_from_a_terminal(frames, expected, tmp_path, workers, moment):
     out = tmp_path / "out"
     command = ("doo3d", "detect", frames, "-o", out, "--workers", workers, "--quiet")
     process = started(*command, start_new_session=True)
-    time.sleep(0.9) if moment == "start" else wait_for(lambda: finished_frames(out) >= 2)
+    wait_for(out.exists if moment == "start" else lambda: finished_frames(out) >= 2)
     os.killpg(process.pid, signal.SIGINT)
     output, _ = process.communicate(timeout=60)
     assert process.returncode == 130, output
