@@ -42,14 +42,16 @@ class AcrossSight:
     ----------
     rays
         (T, K, 3) unit, direction from the camera to each place; NaN where it is not known.
-    moved, bent, bends_moved
-        robust variances of second differences across the line of sight: over time, along the object, and over time of those.
+    moved, bends_moved
+        robust variances of second differences across the line of sight: over time, and over time of those along the object.
+    stiffness
+        lower bands of the penalties on second differences, for noise of variance 1.
     """
 
     rays: Floats
     moved: float
-    bent: float
     bends_moved: float
+    stiffness: Floats
 
     @staticmethod
     def of(rays: Floats) -> AcrossSight:
@@ -60,12 +62,8 @@ class AcrossSight:
         moved = variance((over_time * across[1:-1]).sum(axis=2))
         bent = variance((along * across[:, 1:-1]).sum(axis=2))
         bends_moved = variance((np.diff(along, 2, axis=0) * across[1:-1, 1:-1]).sum(axis=2))
-        return AcrossSight(rays, moved, bent, bends_moved)
-
-    def noise(self, values: Floats) -> float:
-        """Return the variance of the noise of values (T, K), NaN where unknown: how much more they vary than these changes."""
-        bends = bends_changed(values) / 36  # a second difference has 6 times the variance
-        return max(bends, (variance(np.diff(values, 2, axis=0)) - self.moved) / 6, LEAST_VARIANCE)
+        stiffness = _stiffness(rays.shape[:2], 1 / bends_moved, BEND_SHARE / bent, BEND_SHARE / moved)
+        return AcrossSight(rays, moved, bends_moved, stiffness)
 
     def smoothed(
         self, values: Floats, weight: Floats, noise: float, last: Floats | None = None, longest: float = np.inf
@@ -75,9 +73,8 @@ class AcrossSight:
         values, weight : (T, K). noise : variance of values of weight 1. last, longest : (T, K), an earlier result; where an
         object is longer in it than `longest`, in the unit of 1 / last, it is drawn towards that length, which is known to 1 %.
         """
-        share = BEND_SHARE * noise
-        bands = _stiffness(weight.shape, noise / self.bends_moved, share / self.bent, share / self.moved)
-        bands[0] += weight.ravel()
+        bands = noise * self.stiffness
+        bands[0] += weight.ravel() + LEAST_VARIANCE
         pull = weight * values
         if last is not None and np.isfinite(longest):
             pull += self._shortened(bands, noise, last, longest)
@@ -102,11 +99,6 @@ class AcrossSight:
         by_place[:, :, :nodes] += (weight[:, None] * gradient)[:, :, None] * following
         wanted = longest - np.nan_to_num(length) + (gradient * at).sum(axis=1)
         return np.asarray((weight * wanted)[:, None] * gradient)
-
-
-def bends_changed(values: Floats) -> float:
-    """Return the robust variance of the changes over time of the bends of values (T, K), NaN where unknown."""
-    return variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
 
 
 def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float = np.inf) -> Floats:
@@ -138,9 +130,12 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float
     scale = float(np.median(inverse[known]))
     values = np.where(known, inverse / scale, np.nan)
     across = AcrossSight.of(rays)
-    if bends_changed(values) <= across.bends_moved:
+    changed = variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
+    if changed <= across.bends_moved:
         return inverse
-    noise = across.noise(values)
+    noise = max(
+        changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6
+    )  # second differences vary 6 times as much
     values = np.where(known, values, 0.0)
     smooth = across.smoothed(values, weight, noise)
     for _ in range(1, ROUNDS):
@@ -179,7 +174,6 @@ def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: flo
             if not farther:
                 weight += over_time * time[later][:, None]
             bands[:, :, later * nodes + farther] = weight
-    bands[:, :, 0] += LEAST_VARIANCE
     return np.asarray(bands.reshape(frames * nodes, 2 * nodes + 3).T)  # columns in one piece, as LAPACK reads them
 
 

@@ -57,12 +57,10 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
     for track in image_tracks(observations, tracking).values():
         stretches = [_Stretch.of(items, track, observations) for items in _stretches(track.items)]
         steady = [steady_chains(stretch.frames, stretch.chains) for stretch in stretches]
-        if any(stretch.is_torn for stretch in stretches):
-            longest = _length(track, stretches, steady)
-            steady = [
-                steady_chains(each.frames, each.chains, each.readings, longest) if each.is_torn else before
-                for each, before in zip(stretches, steady, strict=True)
-            ]
+        torn = [k for k, stretch in enumerate(stretches) if stretch.is_torn]
+        longest = _length(track, stretches, steady) if torn else np.inf
+        for k in torn:
+            steady[k] = steady_chains(stretches[k].frames, stretches[k].chains, stretches[k].readings, longest)
         for stretch, chains in zip(stretches, steady, strict=True):
             for frame, number, chain in zip(stretch.frames, stretch.numbers, chains, strict=True):
                 own = reversed_chain(chain, track.backwards[frame])[0]

@@ -10,6 +10,7 @@ import numpy as np
 from ..config import TrackingConfig
 from ..types import Chain, Floats
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
+from .readings import torn_share
 from .tips import CUT_OFF
 from .topology import OPEN, ChainInFrame, Pattern, pattern_of
 from .tracking import FRAME_RATE, MAX_AGE, paired, reversed_chain
@@ -83,8 +84,8 @@ class Track:
         if self.patterns[frame] != self.pattern or not _shows_both_ends(chain, self.pattern):
             return False
         slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
-        torn = np.count_nonzero(chain.depth_filled & ~chain.occluded) * chain.segment_length
-        return bool(abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, FILLED_ERROR * torn) + slack)
+        torn = FILLED_ERROR * torn_share(chain) * chain.length
+        return bool(abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, torn) + slack)
 
     @property
     def tracked(self) -> list[ChainInFrame]:
