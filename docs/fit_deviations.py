@@ -41,6 +41,7 @@ from doo3d.geometry.depth_support import depth_support
 from doo3d.pipeline import run_with_stages
 from doo3d.sequence import detect_sequence
 from doo3d.sequence.deviations import WEIGHTS, deviation_terms
+from doo3d.sequence.first_pass import observe_frame
 from doo3d.stages.confidence.deviations import FRAME_WEIGHTS, IN_CLOUD, IN_FRAME, deviations_of
 
 SEEDS = {"stereo": (0, 1, 2), "d435": (0, 1, 2), "zivid": (0, 2), "coarse": (0, 2), "d455": (2,)}
@@ -106,7 +107,7 @@ def collect_sequences(seeds: tuple[int, ...]) -> Iterator[Joints]:
     detect_sequence.with_deviations = lambda *given: kept.append(deviation_terms(*given)) or of_window(*given)
     for sensor, motion, seed in itertools.product(("d435", "stereo"), OWN_MOTIONS, seeds):
         rendered_frames = list(make_sequence(motion, seed, frames=60).frames(sensor))
-        observations = [detect_sequence.observe_frame(each.frame, config, each.mask) for each in rendered_frames]
+        observations = [observe_frame(each.frame, config, each.mask) for each in rendered_frames]
         kept.clear()
         detections = list(detect_sequence.combine(observations, config))
         for k, (detection, each) in enumerate(zip(detections, rendered_frames, strict=True)):

@@ -72,7 +72,7 @@ def sequences(
         config_of(config, overrides),
     )
     if settings.mode == "2d":
-        from ..sequence.detect_sequence import check_mode
+        from ..sequence.first_pass import check_mode
 
         check_mode(settings)
     chosen = _sequences(effective, range(start, start + seeds), shared.parse_size(size), frames, level, motions or [])

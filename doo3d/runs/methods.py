@@ -43,7 +43,7 @@ def detect_alone(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
 def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
     """Detect in a frame of a sequence by itself, and keep its strands for the second pass."""
     from ..outputs.sequence_files import encode_strands
-    from ..sequence.detect_sequence import observe_frame
+    from ..sequence.first_pass import observe_frame
 
     assert isinstance(loaded.data, Frame | Cloud)
     observation = observe_frame(loaded.data, config, loaded.mask_for(config), loaded.pose)

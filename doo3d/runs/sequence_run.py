@@ -14,7 +14,8 @@ from ..inputs import Capture
 from ..outputs import MANIFEST
 from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
-from ..sequence.detect_sequence import check_mode, gap_frames, motion_of, with_poses
+from ..sequence.detect_sequence import gap_frames, motion_of, with_poses
+from ..sequence.first_pass import check_mode
 from ..sequence.given_length import length_notes
 from ..sequence.objects import steady_objects
 from .frame_record import FrameRecord

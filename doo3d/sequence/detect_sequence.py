@@ -16,37 +16,24 @@ from numpy.typing import ArrayLike
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import InputError
-from ..geometry.curves import runs
-from ..pipeline import detect_with_stages
-from ..stages.branches import Branched
-from ..stages.crossings import crossings_of_chains
-from ..types import Array, Chain, Cloud, Connection, Detection, Frame
+from ..types import Array, Cloud, Detection, Frame
 from ..types.arguments import refused
-from ..types.pose import as_pose
-from .background import BackgroundView, background_view
+from .background import BackgroundView
 from .camera_motion import CameraMotion, estimate_motion
 from .deviations import with_deviations
+from .first_pass import check_mode, observe_frame
+from .frame_result import frame_result
 from .given_length import length_notes
 from .image_tracks import is_of_camera
-from .junctions import assemble, join_shapes
 from .moving_camera import in_world, poses_of, seen_from
 from .objects import SequenceObject, steady_objects
-from .observations import Observation, first_pass_config, observe
-from .registration import exact_lengths
-from .rings import closed_lengths
+from .observations import Observation
 from .second_pass import follow
 from .shape import Shape
 from .steady_depth import steadied
 from .topology import trees_of
 from .tracking import FRAME_RATE
 from .tracks import CONTEXT, WINDOW
-from .without_depth import strands_in_image
-
-BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
-"""Note of a frame in which an object is missing between frames that show it."""
-
-NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty")
-"""Codes of errors of a frame that shows nothing in space; such a frame is filled from others. Any other error is raised."""
 
 
 def detect_sequence(
@@ -126,49 +113,6 @@ def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
         raise refused(poses, "poses", "a sequence of poses (4, 4), such as a list: one for each frame")
     yield from poses
     raise InputError("there are fewer poses than frames: give one for each", code="pose-invalid")
-
-
-def check_mode(config: Config) -> None:
-    """Raise an InputError if the config is for images."""
-    if config.mode == "2d":
-        raise InputError(
-            "a sequence is followed in space, and the config is for images (mode: 2d): use a 3-D one (-c default)",
-            code="config-mode",
-        )
-
-
-def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None, pose: ArrayLike | None = None) -> Observation:
-    """Detect in one frame by itself, and return its detection with all strands seen: the first pass.
-
-    A frame that cannot be used by itself, such as one without depth, gives an observation without chains and with a note; its
-    strands are those of its image.
-
-    frame, config, mask : as for `detect`. pose : (4, 4) m, camera to world, of a camera that may move; None if unknown.
-
-    Raises
-    ------
-    InputError : the frame cannot be used; or the pose is no rotation and shift.
-    """
-    to_world = None if pose is None else as_pose(pose)
-    config = first_pass_config(config)
-    try:
-        detection, stages = detect_with_stages(frame, config, mask)
-    except InputError as error:
-        if error.code not in NOTHING_TO_SEE:
-            raise
-        coordinates = frame.coordinates if isinstance(frame, Cloud) else "camera"
-        detection = Detection(
-            chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
-        )
-        strands = strands_in_image(frame, config, mask) if isinstance(frame, Frame) else ()
-        return Observation(detection, strands, to_world, _background(frame, mask))
-    background = _background(frame, stages.context.foreground.mask)
-    return replace(observe(detection, stages, config), pose=to_world, background=background)
-
-
-def _background(frame: Frame | Cloud, mask: Array | None) -> BackgroundView | None:
-    """Return the surroundings of the objects of a frame; None for a cloud."""
-    return None if isinstance(frame, Cloud) else background_view(frame, mask)
 
 
 def motion_of(
@@ -270,7 +214,7 @@ def combine_window(
     frames = range(start - first, min(start - first + WINDOW, len(observations)))
     is_branched = any(observation.detection.objects for observation in observations)
     return [
-        _detection(observations[k], objects, [shape[k] for shape in shapes], claimed[k], is_branched, min_confidence)
+        frame_result(observations[k], objects, [shape[k] for shape in shapes], claimed[k], is_branched, min_confidence)
         for k in frames
     ]
 
@@ -310,80 +254,3 @@ def _own(item: SequenceObject, first: int, count: int) -> list[set[int]]:
     """Return for each of `count` frames from `first` on the chain that is the whole object or a part of it, if there is one."""
     anchors = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
     return [{anchors[first + k]} if first + k in anchors else set() for k in range(count)]
-
-
-def _detection(
-    observation: Observation,
-    objects: Sequence[SequenceObject],
-    shapes: Sequence[Shape | None],
-    followed: set[int],
-    is_branched: bool,
-    min_confidence: float,
-) -> Detection:
-    """Return the detection of a frame with the chains of the sequence in place of its own ones.
-
-    Parameters
-    ----------
-    observation
-        the frame as it is seen by itself.
-    objects
-        the objects of the capture.
-    shapes
-        for each of them its shape in the frame, None where it is not there.
-    followed
-        the chains of the frame that are objects, or parts of them. Other rings are kept.
-    is_branched
-        whether branched objects are looked for.
-    min_confidence
-        confidence below which chains of the frame alone are left out.
-    """
-    single = observation.detection
-    if not objects:
-        return single.confident(min_confidence)
-    missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    rings = [
-        replace(chain, id=None)
-        for number, chain in enumerate(single.chains)
-        if chain.closed and chain.confidence >= min_confidence and number not in followed
-    ]
-    shapes = join_shapes(objects, shapes)
-    laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
-    if is_branched:
-        rings += [chain for chain in laid if chain is not None and chain.closed]
-        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in laid], rings)
-    else:
-        found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
-    crossings = crossings_of_chains(found.chains, single.coordinates) if found.chains else ()
-    return replace(
-        single,
-        chains=tuple(found.chains),
-        crossings=found.without_junctions(crossings),
-        junctions=found.junctions,
-        objects=found.objects,
-        notes=(*single.notes, *missing),
-    )
-
-
-def as_chain(item: SequenceObject, shape: Shape) -> Chain:
-    """Return an object in one frame as a chain of its number of segments."""
-    seen = shape.seen[:-1] & shape.seen[1:]
-    joints = (closed_lengths if item.closed else exact_lengths)(shape.joints, item.segment_length)
-    confidence = float(np.exp(-shape.cost))
-    hidden = runs(~seen)
-    if item.closed:  # a gap over the first joint begins before the last
-        gaps = [first for first, _ in hidden if first > 0 or (seen[-1] and not seen[0])]
-    else:
-        gaps = [first for first, end in hidden if first > 0 and end < len(seen)]  # beyond an end nothing is connected
-    return Chain(
-        joints,
-        item.segment_length,
-        item.radius,
-        occluded=~seen,
-        depth_filled=~(shape.measured[:-1] & shape.measured[1:]),
-        from_time=~seen & shape.from_time[:-1],
-        connections=tuple(Connection(gap, confidence) for gap in gaps),
-        id=item.id,
-        confidence=confidence if not seen.all() else 1.0,
-        deviations=shape.deviations,
-        closed=item.closed,
-    )

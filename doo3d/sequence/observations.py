@@ -22,11 +22,6 @@ MIN_JOINED_CONFIDENCE = 0.3
 """Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less
 certain is no whole object."""
 
-SMOOTHING_SHARE = 0.7
-"""Share of `segment.strand_smoothing_radii` over which a frame of a sequence is smoothed: waves that are left change from frame
-to frame, and are smoothed over time; bends that are smoothed away do not come back. Of nine moving cables before stereo cameras
-48 % of the frames are right, and 35 % with 1."""
-
 LENGTH_ERROR = 0.02
 """Share of an object's length by which its measured lengths, and with these the positions along it, differ from frame to frame. A
 given length may differ as much, a strand may overhang as much, and a tip lies half as far off: lengths are measured to about
@@ -100,12 +95,6 @@ class Observation:
     pose: Floats | None = None
     background: BackgroundView | None = None
     readings: tuple[Array | None, ...] = ()
-
-
-def first_pass_config(config: Config) -> Config:
-    """Return the settings with which frames of a sequence are detected by themselves: depth is smoothed less along strands."""
-    smoothing = SMOOTHING_SHARE * config.segment.strand_smoothing_radii
-    return config.model_copy(update={"segment": config.segment.model_copy(update={"strand_smoothing_radii": smoothing})})
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:

@@ -12,7 +12,8 @@ from doo3d.config import load_config
 from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, densify, unit
 from doo3d.sequence import without_depth
-from doo3d.sequence.detect_sequence import detect_sequence, observe_frame
+from doo3d.sequence.detect_sequence import detect_sequence
+from doo3d.sequence.first_pass import observe_frame
 from doo3d.sequence.observations import ObservedStrand
 from doo3d.sequence.registration import bend, place_strands
 from doo3d.sequence.rings import place_on_ring

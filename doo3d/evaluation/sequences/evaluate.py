@@ -14,9 +14,10 @@ from ...config import Config
 from ...errors import DooError
 from ...pipeline import detect_with_stages
 from ...sequence.background import background_view
-from ...sequence.detect_sequence import check_mode, combine, motion_of, with_poses
+from ...sequence.detect_sequence import combine, motion_of, with_poses
+from ...sequence.first_pass import check_mode, first_pass_config
 from ...sequence.objects import steady_objects
-from ...sequence.observations import Observation, first_pass_config, observe
+from ...sequence.observations import Observation, observe
 from ...sequence.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...config import load_config
 from ...geometry.polyline import arc_length, resample
-from ...sequence.detect_sequence import combine, observe_frame
+from ...sequence.detect_sequence import combine
+from ...sequence.first_pass import observe_frame
 from ...sequence.observations import Observation
 from ...sequence.rings import ring_joints
 from ...types import Bools, Chain, Detection, Floats, Frame

@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from ...config import Config, load_config
 from ...sequence.camera_motion import CameraMotion
-from ...sequence.detect_sequence import combine, motion_of, observe_frame, with_poses
+from ...sequence.detect_sequence import combine, motion_of, with_poses
+from ...sequence.first_pass import observe_frame
 from ...types import Bools, Detection, Floats, Frame
 from ..benchmark.fused_views import scene_in_view
 from ..metrics.record import Record
