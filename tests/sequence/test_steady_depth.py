@@ -1,5 +1,7 @@
 """Depth of an object that is smoothed over the frames that show it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -176,3 +178,24 @@ def test_a_chain_that_is_seen_end_on_stays(direction: tuple[float, float, float]
     for joints in (1, 30):
         chains = [Chain(np.outer(0.5 + 0.01 * np.arange(joints + 1), sight), 0.01, 0.004)] * 5
         assert steadied_chains(chains) == chains
+
+
+@pytest.mark.parametrize("lost", [0, 4, 20])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_chain_that_was_lost_is_smoothed_with_those_before_whichever_way_round_it_comes_back(lost: int, turned: bool) -> None:
+    """After 20 frames it is tilted so far that it bends along the line of sight alone, which the image does not tell."""
+    frames = [*range(15), *range(15 + lost, 30 + lost)]
+    chains = wavy_chains(range(30 + lost))
+    given = [reversed_if(turned and frame >= 15, chains[frame]) for frame in frames]
+    seen = dict(zip(frames, given, strict=True))
+    found = [Detection(chains=(seen[k],) if k in seen else (), coordinates="camera") for k in range(30 + lost)]
+    steady = steadied([Observation(each, ()) for each in found], TrackingConfig())
+    laid = [reversed_if(turned and frame >= 15, steady[frame].detection.chains[0]) for frame in frames]
+    before = [depth_error(chains[frame], frame) for frame in frames]
+    after = [depth_error(chain, frame) for chain, frame in zip(laid, frames, strict=True)]
+    assert np.median(after) < np.median(before) / 2
+    assert max(after) < max(before)
+
+
+def reversed_if(is_turned: bool, chain: Chain) -> Chain:
+    return replace(chain, joints=chain.joints[::-1]) if is_turned else chain
