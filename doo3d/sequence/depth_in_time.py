@@ -6,7 +6,7 @@ is noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -125,8 +125,9 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float
     n |D_t D_k x|^2 / b^2 + BEND_SHARE (n |D_k x|^2 / k^2 + n |D_t x|^2 / t^2), where D_k and D_t are second differences along
     the object and over time, b, k and t the robust standard deviations of these differences across the line of sight, and n the
     variance of the noise, from how much more D_t D_k y and D_t y vary. Weights w fall with the misfit (Geman and McClure).
-    Where x misses the values by more than the noise, the object moves or bends mainly along the line of sight, which b, k and t do
-    not tell: then n is lowered until x fits (discrepancy principle; Morozov, Soviet Math. Dokl. 1966).
+    Where x misses y by more than the noise, the object moves or bends mainly along the line of sight, which b, k and t do not
+    tell: the terms with n are lowered until x fits, before any y counts less (discrepancy principle; Morozov, Soviet Math.
+    Dokl. 1966).
     """
     known = weight > 0
     scale = float(np.median(inverse[known]))
@@ -139,13 +140,18 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float
         changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6
     )  # second differences vary 6 times as much
     values = np.where(known, values, 0.0)
-    seen, stiffness = weight > UNSEEN_WEIGHT, noise
-    smooth = across.smoothed(values, weight, stiffness)
+    seen = weight > UNSEEN_WEIGHT
+    smooth = across.smoothed(values, weight, noise)
+    for _ in range(ROUNDS):
+        left = variance((values - smooth)[seen])
+        if left <= noise:
+            break
+        across = replace(across, stiffness=noise / left * across.stiffness)
+        smooth = across.smoothed(values, weight, noise)
     for _ in range(1, ROUNDS):
         off = values - smooth
-        stiffness *= min(1.0, noise / variance(off[seen]))
         limit = OUTLIER_DEVIATIONS * float(np.sqrt(max(noise, variance(off[known]))))
-        smooth = across.smoothed(values, weight * agreement(off, limit), stiffness, smooth, longest * scale)
+        smooth = across.smoothed(values, weight * agreement(off, limit), noise, smooth, longest * scale)
     return np.asarray(smooth * scale)
 
 

@@ -163,7 +163,7 @@ def test_two_objects_keep_their_ids():
 
 def test_without_a_whole_object_frames_keep_their_chains():
     short = seen_in(0.0, [(0, 20)])
-    doubtful = replace(short, detection=replace(short.detection, chains=(replace(short.detection.chains[0], confidence=0.1),)))
+    doubtful = replace(short, detection=replace(short.detection, chains=(replace(short.detection.chains[0], confidence=0.25),)))
     detections = run([doubtful] * 4)
     assert [len(detection.chains[0].joints) for detection in detections] == [21] * 4
 
