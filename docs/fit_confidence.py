@@ -27,8 +27,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import logit
 
-from doo3d import DooError, Image, load_config
+from doo3d import Config, DooError, Image, load_config
 from doo3d.evaluation.benchmark.cases import KnownFrame, scene_cases
 from doo3d.evaluation.benchmark.evaluate import case_config
 from doo3d.evaluation.metrics.score import score
@@ -58,6 +59,9 @@ ROUNDS = 6
 
 MIN_ON_CABLE, CABLE_MARGIN_PX = 0.9, 3
 """Share of a chain's joints on the true mask, widened by so many px, from which on a chain in an image is right."""
+
+LEAST_ODDS = float(logit(Config().output.min_confidence))
+"""Log odds below which `output.min_confidence` leaves out a chain, by default."""
 
 
 @dataclass(frozen=True)
@@ -211,10 +215,10 @@ def print_likelihood(label: str, frames: list[Frame], weights: np.ndarray, kinds
     x, right = by_chain(frames, kinds)
     odds = weights[0] - x @ weights[1:]
     mean = float(-np.logaddexp(0, np.where(right, -odds, odds)).mean())
-    low = odds < np.log(0.1 / 0.9)
+    low = odds < LEAST_ODDS
     lost, kept = int((low & right).sum()), int((~low & ~right).sum())
     print(f"# {label}: {len(right)} chains, {int(right.sum())} right, mean log likelihood {mean:.3f};")
-    print(f"#   below 0.1 are {lost} right ones, above it {kept} of {int((~right).sum())} wrong ones")
+    print(f"#   below output.min_confidence are {lost} right ones, above it {kept} of {int((~right).sum())} wrong ones")
 
 
 def main() -> None:

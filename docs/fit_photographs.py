@@ -17,7 +17,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from fit_confidence import CABLE_MARGIN_PX, IMAGE_SHRINKAGE
+from fit_confidence import CABLE_MARGIN_PX, IMAGE_SHRINKAGE, LEAST_ODDS
 from scipy.optimize import minimize
 
 from doo3d import DooError, Image, load_config
@@ -134,7 +134,7 @@ def main() -> None:
     print("}")
     right = np.concatenate([each.right for each in found])
     bounds = np.cumsum([0, *(len(each.right) for each in found)])
-    low = odds < np.log(0.1 / 0.9)
+    low = odds < LEAST_ODDS
     for group in dict.fromkeys(each.group for each in found):
         of = np.concatenate([np.full(len(each.right), each.group == group) for each in found])
         shown = sum(not low[a:b].all() for a, b, each in zip(bounds[:-1], bounds[1:], found, strict=True) if each.group == group)

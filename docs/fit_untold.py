@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from fit_confidence import IMAGE_SHRINKAGE, UNTOLD_KINDS, rendered
+from fit_confidence import IMAGE_SHRINKAGE, LEAST_ODDS, UNTOLD_KINDS, rendered
 from scipy.optimize import minimize
 
 from doo3d import DooError, load_config
@@ -87,7 +87,7 @@ def print_left_out(label: str, found: list[Chains], weights: np.ndarray) -> None
         if not len(each.right):
             continue
         losses = each.evidence @ weights[1:-1]
-        low = weights[0] - losses - weights[-1] * losses.min() < np.log(0.1 / 0.9)
+        low = weights[0] - losses - weights[-1] * losses.min() < LEAST_ODDS
         shown += not each.cables and not low.all()
         if each.cables:
             lost, right = lost + (low & each.right).sum(), right + each.right.sum()

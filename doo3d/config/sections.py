@@ -139,7 +139,7 @@ class OutputConfig(Section):
     """Settings of the output: which of the chains found are given."""
 
     min_confidence: float = Field(
-        0.1,
+        0.2,
         ge=0,
         le=1,
         description="Leave out objects whose confidence is below this, if they may be clutter: found without a mask or a color, "

@@ -70,7 +70,7 @@ class SecondPass:
         from ..sequence.tracks import WINDOW
 
         start = _positions(self)[frame.name] // WINDOW * WINDOW
-        detection = _window(self, start, config.tracking)[frame.name]
+        detection = _window(self, start, config.tracking, config.sequence.length)[frame.name]
         return Found(detection if loaded.base_pose is None else detection.transformed(as_pose(loaded.base_pose)))
 
 
@@ -83,7 +83,7 @@ def _positions(method: SecondPass) -> dict[str, int]:
 
 
 @lru_cache(maxsize=2)
-def _window(method: SecondPass, start: int, tracking: TrackingConfig) -> dict[str, Detection]:
+def _window(method: SecondPass, start: int, tracking: TrackingConfig, length: float | None) -> dict[str, Detection]:
     """Return the detections of the frames of a window, by their names; kept for the frames that follow."""
     from ..outputs.sequence_files import read_objects, read_observation
     from ..sequence.camera_motion import CameraMotion
@@ -94,6 +94,6 @@ def _window(method: SecondPass, start: int, tracking: TrackingConfig) -> dict[st
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name, with_background=True) for name in known.frames[first:last]]
     observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
-    steady = steadied(observations, tracking)
+    steady = steadied(observations, tracking, length)
     detections = combine_window(observations, steady, known.objects, start, first, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

@@ -153,7 +153,7 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        steady = whole if len(window) == len(whole) else steadied(window, config.tracking)
+        steady = whole if len(window) == len(whole) else steadied(window, config.tracking, config.sequence.length)
         yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
 
 

@@ -6,11 +6,17 @@ import numpy as np
 
 from ..types import Floats
 from .observations import LENGTH_ERROR
-from .tracks import FILLED_ERROR, MIN_FRAMES
+from .topology import OPEN
+from .tracks import FILLED_ERROR, MIN_FRAMES, Track
 
 MIN_LENGTH_SHARE = 0.1
 """Share of the chains that must agree on a length, within LENGTH_ERROR: chains are too short wherever an end is hidden, hardly
 ever too long, so the object's length is the longest that enough chains have."""
+
+
+def track_length(track: Track, given: float | None) -> float:
+    """Return the length, m, of the object of a track: the given one, which is that of objects without junctions, or voted."""
+    return given if given is not None and track.pattern == OPEN else vote_length(*track.lengths)
 
 
 def vote_length(lengths: Floats, filled: Floats) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from ..config import Config
 from ..types import Chain
 from .candidates import Candidate, linked, without_shortened
-from .lengths import vote_length
+from .lengths import track_length, vote_length
 from .moving_camera import in_world
 from .observations import MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
@@ -92,7 +92,7 @@ def steady_objects(observations: Sequence[Observation], config: Config) -> tuple
 
     observations, config : as for `find_objects`; the observations in the frame of their camera.
     """
-    steady = steadied(observations, config.tracking)
+    steady = steadied(observations, config.tracking, config.sequence.length)
     return steady, find_objects(in_world(steady), config)
 
 
@@ -124,7 +124,7 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     tracks = tracks_of(observations, config.tracking, taken)
     for track in tracks.values():
         track.pattern = vote_pattern(list(track.patterns.values()), least)
-    lengths = {id: _length(track, config) for id, track in tracks.items()}
+    lengths = {id: track_length(track, config.sequence.length) for id, track in tracks.items()}
     candidates = []
     of_rings = {-1 - k: Track(list(ring.items), {}, {}) for k, ring in enumerate(rings)}  # negative: ids of no track
     ring_lengths = {id: vote_length(*lengths_of(rings[-1 - id].closed)) for id in of_rings}
@@ -142,7 +142,7 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     candidates += [candidate for candidate in unsure if len(candidate.whole) >= least][: max(0, missing)]
     cables = without_shortened(linked(candidates), config.tracking)
     for cable in cables:
-        length = _length(cable.track, config)
+        length = track_length(cable.track, config.sequence.length)
         whole = _whole(cable.track, length, config)
         if len(whole) >= least:
             cable.length, cable.whole = length, whole
@@ -152,12 +152,6 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
         if (ring := _ring(rings[-1 - id], observations, ring_lengths[id], least)) is not None
     ]
     return _numbered(cables, found, observations, config.sequence.chains, least)
-
-
-def _length(track: Track, config: Config) -> float:
-    """Return the length of the object of a track, m: given, or voted."""
-    given = config.sequence.length if track.pattern == OPEN else None
-    return given or vote_length(*track.lengths)
 
 
 def _whole(

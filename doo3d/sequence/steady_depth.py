@@ -22,7 +22,7 @@ from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
 from .depth_in_time import UNSEEN_WEIGHT, smooth_in_time
 from .image_tracks import image_tracks, is_of_camera, laid, turned_by
-from .lengths import vote_length
+from .lengths import track_length
 from .observations import Observation, ObservedStrand
 from .readings import NODES, PER_NODE, TORN_SHARE, torn_share
 from .topology import vote_pattern
@@ -39,7 +39,7 @@ AROUND, SEEN_ERROR = 4, 0.03
 tells better than depth whether an end is hidden."""
 
 
-def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> list[Observation]:
+def steadied(observations: Sequence[Observation], tracking: TrackingConfig, length: float | None = None) -> list[Observation]:
     """Return observations whose chains and strands have their depth smoothed over time, where frames show as much of an object.
 
     Chains are tracked in the image, where what depth says of their lengths is of no matter.
@@ -50,6 +50,8 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
         frames in order, of one camera, in its frame; of clouds, which have no line of sight, they are returned as they are.
     tracking
         how a chain is recognized from frame to frame.
+    length
+        m, `sequence.length`; None if it is not given: then the frames tell it.
     """
     result = list(observations)
     if not is_of_camera(observations):
@@ -58,7 +60,7 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig) -> l
         stretches = [_Stretch.of(items, track, observations) for items in _stretches(track.items)]
         steady = [steady_chains(stretch.frames, stretch.chains) for stretch in stretches]
         torn = [k for k, stretch in enumerate(stretches) if stretch.is_torn]
-        longest = _length(track, stretches, steady) if torn else np.inf
+        longest = _length(track, stretches, steady, length) if torn else np.inf
         for k in torn:
             steady[k] = steady_chains(stretches[k].frames, stretches[k].chains, stretches[k].readings, longest)
         for stretch, chains in zip(stretches, steady, strict=True):
@@ -96,12 +98,12 @@ class _Stretch(NamedTuple):
         return bool(np.mean([torn_share(chain) for chain in self.chains]) > TORN_SHARE)
 
 
-def _length(track: Track, stretches: Sequence[_Stretch], chains: Sequence[Sequence[Chain]]) -> float:
-    """Return the length, m, on which the chains of a track agree once their depth is smoothed."""
+def _length(track: Track, stretches: Sequence[_Stretch], chains: Sequence[Sequence[Chain]], given: float | None) -> float:
+    """Return the given length, m, or that on which the chains of a track agree once their depth is smoothed."""
     both = zip(stretches, chains, strict=True)
     items = [item for each, steady in both for item in zip(each.frames, each.numbers, steady, strict=True)]
     pattern = vote_pattern(list(track.patterns.values()), min(MIN_FRAMES, len(items)))
-    return vote_length(*replace(track, items=items, pattern=pattern).lengths)
+    return track_length(replace(track, items=items, pattern=pattern), given)
 
 
 def _stretches(items: Sequence[tuple[int, int, Chain]]) -> list[Sequence[tuple[int, int, Chain]]]:
