@@ -135,10 +135,10 @@ def test_a_given_length_counts_for_torn_depth() -> None:
         np.median(
             [each.detection.chains[0].length for each in steadied(torn_observations(points), TrackingConfig(), given)][8:15]
         )
-        for given in (None, length, 0.95 * length)
+        for given in (length, 0.95 * length)
     ]
-    assert abs(found[1] - length) < 0.02 * length
-    assert found[2] < found[1] - 0.01 * length
+    assert abs(found[0] - length) < 0.02 * length
+    assert found[1] < found[0] - 0.01 * length
 
 
 @pytest.mark.parametrize("backwards", [False, True])
