@@ -140,19 +140,27 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float
         changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6
     )  # second differences vary 6 times as much
     values = np.where(known, values, 0.0)
-    seen = weight > UNSEEN_WEIGHT
-    smooth = across.smoothed(values, weight, noise)
-    for _ in range(ROUNDS):
-        left = variance((values - smooth)[seen])
-        if left <= noise:
-            break
-        across = replace(across, stiffness=noise / left * across.stiffness)
-        smooth = across.smoothed(values, weight, noise)
+    across, smooth = _loosened((across, across.smoothed(values, weight, noise)), values, weight, noise)
     for _ in range(1, ROUNDS):
         off = values - smooth
         limit = OUTLIER_DEVIATIONS * float(np.sqrt(max(noise, variance(off[known]))))
         smooth = across.smoothed(values, weight * agreement(off, limit), noise, smooth, longest * scale)
     return np.asarray(smooth * scale)
+
+
+def _loosened(fit: tuple[AcrossSight, Floats], values: Floats, weight: Floats, noise: float) -> tuple[AcrossSight, Floats]:
+    """Return a fit to values, as of `AcrossSight.smoothed`, with stiffness lowered until it misses them by no more than noise.
+
+    fit : how the object moves and bends across the line of sight, and the smooth values that this gives.
+    """
+    across, smooth = fit
+    for _ in range(ROUNDS):
+        left = variance((values - smooth)[weight > UNSEEN_WEIGHT])
+        if left <= noise:
+            break
+        across = replace(across, stiffness=noise / left * across.stiffness)
+        smooth = across.smoothed(values, weight, noise)
+    return across, smooth
 
 
 def agreement(off: Floats, limit: float) -> Floats:

@@ -68,6 +68,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
         f"{_PLACE}.objects:steadied": _first,
         f"{_PLACE}.detect_sequence:steadied": _first,
     },
+    "and less where it moves along the line of sight": {f"{_PLACE}.depth_in_time:_loosened": _first},
     "torn depth corrected by all readings": {f"{_PLACE}.steady_depth:TORN_SHARE": math.inf},
     "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},
