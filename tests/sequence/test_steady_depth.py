@@ -1,7 +1,5 @@
 """Depth of an object that is smoothed over the frames that show it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,6 +9,7 @@ from doo3d.sequence.depth_in_time import _stiffness, smooth_in_time
 from doo3d.sequence.observations import Observation
 from doo3d.sequence.registration import exact_lengths
 from doo3d.sequence.steady_depth import MIN_FRAMES, steadied, steady_chains
+from doo3d.sequence.tracking import reversed_chain
 from doo3d.types import Chain, Detection
 
 SEGMENTS = 50
@@ -186,16 +185,12 @@ def test_a_chain_that_was_lost_is_smoothed_with_those_before_whichever_way_round
     """After 20 frames it is tilted so far that it bends along the line of sight alone, which the image does not tell."""
     frames = [*range(15), *range(15 + lost, 30 + lost)]
     chains = wavy_chains(range(30 + lost))
-    given = [reversed_if(turned and frame >= 15, chains[frame]) for frame in frames]
+    given = [reversed_chain(chains[frame], turned and frame >= 15)[0] for frame in frames]
     seen = dict(zip(frames, given, strict=True))
     found = [Detection(chains=(seen[k],) if k in seen else (), coordinates="camera") for k in range(30 + lost)]
     steady = steadied([Observation(each, ()) for each in found], TrackingConfig())
-    laid = [reversed_if(turned and frame >= 15, steady[frame].detection.chains[0]) for frame in frames]
+    laid = [reversed_chain(steady[frame].detection.chains[0], turned and frame >= 15)[0] for frame in frames]
     before = [depth_error(chains[frame], frame) for frame in frames]
     after = [depth_error(chain, frame) for chain, frame in zip(laid, frames, strict=True)]
     assert np.median(after) < np.median(before) / 2
     assert max(after) < max(before)
-
-
-def reversed_if(is_turned: bool, chain: Chain) -> Chain:
-    return replace(chain, joints=chain.joints[::-1]) if is_turned else chain
