@@ -9,7 +9,6 @@ import pytest
 
 import doo3d
 from doo3d.config import Config, load_config
-from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.detect_sequence import combine, detect_sequence, frame_seconds
 from doo3d.sequence.given_length import length_notes
@@ -221,27 +220,6 @@ def test_a_sequence_of_clouds():
     assert len({len(detection.chains[0].joints) for detection in detections}) == 1
 
 
-def test_images_are_refused():
-    with pytest.raises(InputError, match="followed in space"):
-        detect_sequence([], load_config("image"))
-
-
-def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused():
-    camera = doo3d.Camera(400.0, 400.0, 160.0, 120.0, 320, 240)
-    depth, mask = np.full((240, 320), 0.56), np.zeros((240, 320), dtype=bool)
-    mask[116:124, 40:280] = True
-    depth[mask] = 0.5
-    frames = [doo3d.Frame(color=None, depth=each, camera=camera) for each in (depth, depth, np.zeros_like(depth), depth)]
-    nothing = np.zeros_like(mask)
-    for masks in ([mask] * 4, [mask, mask, nothing, mask]):
-        detections = detect_sequence(frames, masks=masks)
-        assert [len(detection.chains) for detection in detections] == [1] * 4
-        assert detections[2].chains[0].depth_filled.all()
-        assert detections[2].chains[0].from_time.all() != masks[2].any()  # the image of a frame without depth counts, too
-    with pytest.raises(InputError, match="depth_scale"):
-        detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
-
-
 @pytest.mark.parametrize("given", [None, 1])
 @pytest.mark.parametrize("shown", [18, 30])
 def test_an_object_of_which_no_frame_is_sure_is_one_if_it_is_given_and_most_frames_show_it(given, shown):
@@ -313,22 +291,3 @@ def test_a_frame_that_failed_needs_no_pose():
     assert in_world(seen)[6].detection.coordinates == "world"
     seen[6] = replace(seen[6], pose=None)
     assert in_world(seen)[7].detection.coordinates == "camera"
-
-
-def test_between_two_anchors_each_pass_counts_until_it_lays_a_strand_wrongly():
-    """A pass that got lost fits well afterwards: only the frame in which that happened costs."""
-    from doo3d.sequence.second_pass import _Clues, _earlier_counts
-    from doo3d.sequence.shape import Shape
-
-    def shapes(costs):
-        nothing = np.zeros(2, dtype=bool)
-        return [Shape(np.zeros((2, 3)), nothing, np.zeros(2, dtype=int), cost, nothing, nothing) for cost in costs]
-
-    anchor, free = _Clues((), None, (), None), _Clues(None, None, (), None)
-    clues = [anchor, *[free] * 6, anchor]
-    forward = [0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # lost in frame 4
-    backward = [0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]  # lost in frame 3
-    assert _earlier_counts(clues, shapes(forward), shapes(backward))[1:7] == [True] * 3 + [False] * 3
-    assert _earlier_counts(clues, shapes([0.0] * 8), shapes(backward))[1:4] == [True] * 3
-    assert not any(_earlier_counts(clues, shapes(forward), shapes([0.0] * 8))[1:7])
-    assert not any(_earlier_counts(clues, [None] * 8, shapes(backward)))
