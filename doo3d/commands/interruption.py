@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from .exit_codes import INTERRUPTED
+from .progress_bars import remove_bars
 
 if TYPE_CHECKING:
     from .progress import Reporter
@@ -49,6 +50,7 @@ def interruptible() -> Iterator[Interruption]:
         with unmasked_interrupts():
             yield interruption
     except KeyboardInterrupt:
+        remove_bars()
         typer.echo(interruption.line(), err=True)
         raise typer.Exit(INTERRUPTED) from None
 

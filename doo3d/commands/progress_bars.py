@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_shown: list[Progress] = []  # the displays that are on the screen
+_drawn: list[Progress] = []  # the displays that are or have been on the screen
 
 _NARROW_COLUMNS = 60
 """Characters per line below which a bar shows the number of frames alone: what else it shows takes 40 of them."""
@@ -62,7 +62,7 @@ def progress_display(*texts: str) -> Iterator[Progress]:
     further = (TimeRemainingColumn(), *(TextColumn(text, table_column=Column(no_wrap=True)) for text in texts))
     columns = counted if console.width < _NARROW_COLUMNS else (*counted, *further)
     progress = Progress(*columns, console=console, auto_refresh=False, transient=True, redirect_stdout=False)
-    _shown.append(progress)
+    _drawn.append(progress)
     try:
         with uninterrupted():
             progress.start()
@@ -70,13 +70,23 @@ def progress_display(*texts: str) -> Iterator[Progress]:
     finally:
         with uninterrupted():
             progress.stop()
-        _shown.remove(progress)
 
 
 def remove_bars() -> None:
-    """Remove the bars from the screen: Ctrl-C leaves the iterators that show them before they end."""
-    for progress in _shown:
+    """Remove the bars from the screen: Ctrl-C leaves the iterators that show them before they end.
+
+    On Ctrl-C a terminal throws away what it has not shown yet, which may be the end of a bar: its line is cleared once more.
+    """
+    if not _drawn:
+        return
+    from rich.control import Control
+    from rich.segment import ControlType
+
+    for progress in _drawn:
         progress.stop()
+    console = _drawn[-1].console
+    console.control(Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2)))
+    console.show_cursor(True)
 
 
 def with_progress(items: Iterable[T], total: int | None = None) -> Iterable[T]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import shutil
 import subprocess
@@ -11,7 +12,9 @@ import pytest
 from builders.paths import SAMPLES
 from builders.photos import cross, labelled, painted, save
 from builders.runs import break_frame
-from builders.terminal import Shown, in_terminal
+from builders.terminal import Screen, Shown, in_terminal
+
+from doo3d.commands.progress_bars import remove_bars, with_progress
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
 
@@ -168,3 +171,25 @@ def test_other_commands_interrupted(products, name):
     is_clean(shown)
     assert shown.code == 130
     assert shown.screen.text.splitlines() == ["doo3d: interrupted"]
+
+
+def test_end_of_a_bar_that_the_terminal_threw_away(monkeypatch):
+    """Ctrl-C empties what a terminal holds: of a bar that has just ended it may have shown the first drawing alone."""
+
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    assert list(with_progress([1, 2, 3])) == [1, 2, 3]
+    written = terminal.getvalue()
+    remove_bars()
+    screen, first = Screen(100), re.search("0/3", written)
+    screen.write(written[: first.end()] + "^C")
+    assert screen.cursor_is_hidden
+    assert BAR in screen.text
+    screen.write(terminal.getvalue()[len(written) :])
+    assert not screen.cursor_is_hidden
+    assert screen.text.strip() == ""

@@ -7,7 +7,6 @@ import os
 import tracemalloc
 import weakref
 
-import numpy as np
 import pytest
 from builders.errors import refuses
 from builders.runs import break_frame, files_of, read_manifest
@@ -298,4 +297,4 @@ def test_what_is_held_does_not_grow_with_the_capture(capture, tmp_path, monkeypa
     batch.run(folder, tmp_path / "out", Config(), batch.RunOptions(report=report))
     tracemalloc.stop()
     assert 1 <= max(most) <= MAX_JOBS + 1
-    assert np.median(np.diff(after)) < 4000
+    assert (min(after[40:]) - min(after[10:30])) / 30 < 4000  # least, since files in flight come and go
