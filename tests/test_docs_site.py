@@ -1,9 +1,12 @@
-"""The site of the documentation: every page is in it."""
+"""The site of the documentation: every page is in it, and its tables are whole."""
 
 from __future__ import annotations
 
+import re
+from itertools import groupby
 from typing import Any
 
+import pytest
 import yaml
 from builders.paths import ROOT
 
@@ -33,3 +36,14 @@ def test_nothing_is_loaded_from_elsewhere():
 def test_every_public_name_is_documented():
     page = (PAGES / "api.md").read_text(encoding="utf-8")
     assert {name for name in doo3d.__all__ if f"::: doo3d.{name}\n" not in page + "\n"} == set()
+
+
+@pytest.mark.parametrize(
+    "page",
+    ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", *sorted(path.relative_to(ROOT).as_posix() for path in PAGES.rglob("*.md"))],
+)
+def test_every_line_of_a_table_has_as_many_cells(page):
+    lines = [re.sub("`[^`]*`", "", line) for line in (ROOT / page).read_text(encoding="utf-8").splitlines()]
+    for is_table, rows in groupby(lines, lambda line: line.startswith("|")):
+        if is_table:
+            assert len({len(re.findall(r"(?<!\\)\|", row)) for row in rows}) == 1
