@@ -251,7 +251,7 @@ def _from_half_shell(samples: Samples, foreground: Foreground) -> _Estimate:
     axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     middle, measured, count = fit_half_shell(sections, samples.curves.owner, samples.window_half)
-    samples, radii = _with_radius(samples, measured, np.isfinite(measured) & ~samples.filled)
+    samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples) & ~samples.filled)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     lateral_weight = weight * _trust(np.where(np.isfinite(measured), measured, 0.0) / samples.radius)
     moved = samples.curves.points + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
@@ -265,9 +265,8 @@ def _from_circles(samples: Samples, foreground: Foreground) -> _Estimate:
     axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     _, measured, _ = fit_circles(sections, samples.curves.owner, None, samples.window_half)
-    usable = np.isfinite(measured) & ~samples.filled & (measured < 3 * samples.radius) & (measured > samples.radius / 3)
     reach = TOUCHING_RADII
-    samples, radii = _with_radius(samples, measured, usable)
+    samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples) & ~samples.filled)
     center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     weight *= np.linalg.norm(center, axis=1) < reach * samples.radius
@@ -316,6 +315,11 @@ def _from_views(samples: Samples, foreground: Foreground) -> _Estimate:
     gap_weight = np.where(samples.filled, GAP_WEIGHT, 1.0)[:, None]
     moved = np.linalg.solve(weight + 1e-9 * np.eye(3), pull[..., None])[..., 0]
     return _Estimate(samples.curves.points + moved, gap_weight[..., None] * weight, samples.radius, radii)
+
+
+def _is_plausible(measured: Floats, samples: Samples) -> Bools:
+    """Tell which radii (S,), NaN or m, are of the object seen across its width, which points of one line of a scanner are not."""
+    return np.asarray((measured < 3 * samples.radius) & (measured > samples.radius / 3))
 
 
 def _trust(ratio: Floats) -> Floats:

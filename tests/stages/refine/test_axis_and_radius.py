@@ -54,3 +54,11 @@ def test_estimation_changes_no_samples_it_is_given():
         np.testing.assert_array_equal(getattr(given, name), values)
     with pytest.raises(FrozenInstanceError):
         given.radius = moved.radius
+
+
+def test_points_of_one_line_of_a_scanner_tell_no_radius():
+    """A strand along a line of the scanner is seen as points that have no width across the line of sight."""
+    axis = line([-0.1, 0, 0.5], [0.1, 0, 0.5])
+    given = sample_paths([Path(axis)], RADIUS, 0.01)
+    found = estimate_axis_and_radius(given, Foreground(axis, viewpoint=np.zeros(3)))
+    np.testing.assert_allclose(found.radii, RADIUS)
