@@ -1,4 +1,4 @@
-"""The tables of keys in the documentation hold every key that the files hold."""
+"""The tables in the documentation hold every key that the files hold, and the weights of the confidence."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from builders.paths import ROOT
 
 from doo3d.runs.frame_record import FrameRecord
+from doo3d.stages.confidence.evidence import TOLD, UNTOLD, UNTOLD_IMAGE, UNTOLD_NETWORK
 from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef
 
 PAGES = ROOT / "docs" / "pages"
@@ -49,3 +50,11 @@ def test_keys_of_a_chain_and_a_crossing():
 def test_keys_of_a_frame_in_the_manifest():
     record = FrameRecord("000000", "capture", None, "ok")
     assert documented("runs.md", "key of a frame") == set(record.to_dict())
+
+
+def test_weights_of_the_confidence():
+    text = (PAGES / "how-it-works.md").read_text(encoding="utf-8")
+    rows = text[text.index("| evidence | amount |") :].split("\n\n")[0].splitlines()[2:]
+    columns = zip(*(row.split("|")[3:7] for row in rows), strict=True)
+    stated = [sorted(float(cell) for cell in column if cell.strip()) for column in columns]
+    assert stated == [sorted(weights.values()) for weights in (TOLD, UNTOLD, UNTOLD_IMAGE, UNTOLD_NETWORK)]

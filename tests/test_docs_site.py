@@ -42,8 +42,10 @@ def test_every_public_name_is_documented():
     "page",
     ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", *sorted(path.relative_to(ROOT).as_posix() for path in PAGES.rglob("*.md"))],
 )
-def test_every_line_of_a_table_has_as_many_cells(page):
+def test_every_table_has_a_heading_and_as_many_cells_in_each_line(page):
     lines = [re.sub("`[^`]*`", "", line) for line in (ROOT / page).read_text(encoding="utf-8").splitlines()]
     for is_table, rows in groupby(lines, lambda line: line.startswith("|")):
         if is_table:
-            assert len({len(re.findall(r"(?<!\\)\|", row)) for row in rows}) == 1
+            table = list(rows)
+            assert set("".join(table[1:2])) == {"|", "-"}, table[0]
+            assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table}) == 1, table[0]

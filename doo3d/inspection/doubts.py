@@ -23,7 +23,7 @@ WORDS = {
     "odd": "of another width than the longest object",
     "doubted": "the network doubts it",
     "rod": "straight from end to end",
-    "unsure": "no chain of the photograph is sure",
+    "unsure": "no chain of the frame is sure",
 }
 """Kind of evidence -> what it says against a chain."""
 

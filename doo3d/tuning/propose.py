@@ -15,7 +15,7 @@ from ..geometry.mask import mask_radius
 from ..stages.segment import segment
 from ..stages.segment.methods import resolve_method
 from ..stages.segment.methods.hsv import in_ranges
-from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING
+from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING, VIEW_EDGE
 from ..types import Array, Bools, Cloud, Frame, Image
 from .hsv_range import completed_mask, fit_range
 from .thin_object import ThinObject, find_thin_object, object_at, thin_components
@@ -314,11 +314,12 @@ def _voxel_size(mask: Bools, radius: float, spacing: float, unit: str) -> tuple[
         return None, "in 2-D the pixels are the grid"
     radius_px = mask_radius(mask)
     narrow_px = float(np.min([thin_components(mask).half_width or radius_px, radius_px]))
-    by_radius, by_spacing = SIZE_OVER_RADIUS * radius, SIZE_OVER_SPACING * spacing
+    in_radii = VIEW_EDGE * SIZE_OVER_RADIUS
+    by_radius, by_spacing = in_radii * radius, VIEW_EDGE * SIZE_OVER_SPACING * spacing
     if radius_px > SIDE_BY_SIDE_RATIO * narrow_px:
         size = round(max(by_radius * narrow_px / radius_px, by_spacing), 5)
         return size, "strands lie side by side in the mask, so the width of single strands decides"
-    why = "half of the radius" if by_radius >= by_spacing else "the pixel spacing is too coarse for half of the radius"
+    why = f"{in_radii:g} radii" if by_radius >= by_spacing else f"the pixel spacing is too coarse for {in_radii:g} radii"
     return None, f"detection chooses {_length_text(max(by_radius, by_spacing), unit)} in this frame: {why}"
 
 
