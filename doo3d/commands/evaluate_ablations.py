@@ -20,7 +20,7 @@ def ablations(
         str,
         typer.Option(
             metavar="all|KIND,...",
-            help="Kinds of data: frames, stereo, ragged, untold, images, photographs, clouds, lines, harnesses.",
+            help="Kinds of data: frames, stereo, ragged, untold, images, photographs, clouds, lines, harnesses, harness clouds.",
         ),
     ] = "all",
     families: Annotated[str, typer.Option(help="Comma-separated families of scenes; harnesses are always all tried.")] = FAMILIES,

@@ -93,7 +93,7 @@ def _confidence_without(kind: str) -> Ablation:
 
 
 DEPTH = ("stereo", "ragged")
-BRANCHED = ("harnesses",)
+BRANCHED = ("harnesses", "harness clouds")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
         places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, *_: (mask, None)},
@@ -193,7 +193,7 @@ ABLATIONS: dict[str, Ablation] = {
     "branching ends are not linked": Ablation(
         places={f"{_STAGES}.links.terms.branching:BRANCH_COST": np.inf},
         modules=("stages.links.terms.branching",),
-        made_for=BRANCHED,
+        made_for=("harness clouds",),
     ),
     "bodies": Ablation(
         places={f"{_STAGES}.branches.branches:body_meetings": _nothing}, modules=("stages.branches.bodies",), made_for=BRANCHED
@@ -202,7 +202,9 @@ ABLATIONS: dict[str, Ablation] = {
         places={f"{_STAGES}.branches.attachments:NECK_COST": 0.0}, modules=("stages.branches.necks",), made_for=BRANCHED
     ),
     "joins across gaps of a branched cloud": Ablation(
-        places={f"{_STAGES}.branches.branches:end_joins": _nothing}, modules=("stages.branches.clouds",), made_for=BRANCHED
+        places={f"{_STAGES}.branches.branches:end_joins": _nothing},
+        modules=("stages.branches.clouds",),
+        made_for=("harness clouds",),
     ),
     **{f"confidence by {kind}": _confidence_without(kind) for kind in TOLD if kind != "base"},
 }

@@ -80,7 +80,7 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
     kinds
         keys of KINDS.
     families
-        families of scenes; for `harnesses` all families of branched objects are taken instead.
+        families of scenes; for `harnesses` and `harness clouds` all families of branched objects are taken instead.
     seeds
         integers, 0 or more.
     size
@@ -88,7 +88,7 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
     """
     seeds = list(seeds)
     for kind in kinds:
-        for family in TREES if kind == "harnesses" else families:
+        for family in TREES if kind.startswith("harness") else families:
             for seed in seeds:
                 yield Trial(kind, f"{family.rpartition('/')[2]}_{seed:03d}", partial(KINDS[kind], family, seed, size))
 
@@ -126,14 +126,9 @@ def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     known = _known(family, seed, size, "d435")
     assert isinstance(known.data, Frame)
     assert known.mask is not None
-    frame = known.data
-    v, u = np.nonzero(known.mask & (frame.depth > 0))
-    if sparse:
-        u, v = u[v % 12 == 0], v[v % 12 == 0]
-    chosen = np.sort(family_rng(f"{family}/cloud", seed).permutation(len(u))[:CLOUD_POINTS])
-    points = frame.camera.unproject(np.column_stack((u, v))[chosen], frame.depth[v, u][chosen].astype(float))
-    cloud = Cloud(points, viewpoint=np.zeros(3), segmented=True)
-    chains = len(known.truths)
+    frame, chains = known.data, len(known.truths)
+    rows = np.arange(frame.depth.shape[0])[:, None] % 12 == 0 if sparse else True
+    cloud = _points_of(frame, known.mask & rows, family, seed)
 
     def run(settings: dict[str, object]) -> Outcome:
         config = load_config("default", {"merge.chains": chains, **settings})
@@ -142,13 +137,23 @@ def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     return run
 
 
-def _harness(family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in a rendered frame of branched objects, with the true mask."""
+def _points_of(frame: Frame, mask: Bools, family: str, seed: int) -> Cloud:
+    """Return at most CLOUD_POINTS of the points that a frame shows in a mask (H, W)."""
+    v, u = np.nonzero(mask & (frame.depth > 0))
+    chosen = np.sort(family_rng(f"{family}/cloud", seed).permutation(len(u))[:CLOUD_POINTS])
+    points = frame.camera.unproject(np.column_stack((u, v))[chosen], frame.depth[v, u][chosen].astype(float))
+    return Cloud(points, viewpoint=np.zeros(3), segmented=True)
+
+
+def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in a rendered frame of branched objects with the true mask, or in the points that it shows of them."""
     scene = make_scene(family, seed, size)
     rendered = render(scene, "d435")
+    data = _points_of(rendered.frame, rendered.mask, family, seed) if as_cloud else rendered.frame
 
     def run(settings: dict[str, object]) -> Outcome:
-        detection, timing = detect_safely(rendered.frame, load_config("harness", settings), rendered.mask)
+        mask = None if as_cloud else rendered.mask
+        detection, timing = detect_safely(data, load_config("harness", settings), mask)
         found = score_trees(detection, scene)
         junctions_right = found["taken"] == found["false"] == 0
         crossings = found["crossings"], found["crossed"]
@@ -166,11 +171,12 @@ KINDS: dict[str, Callable[[str, int, tuple[int, int]], Run]] = {
     "photographs": partial(_image, False),
     "clouds": partial(_cloud, False),
     "lines": partial(_cloud, True),
-    "harnesses": _harness,
+    "harnesses": partial(_harness, False),
+    "harness clouds": partial(_harness, True),
 }
 """Kinds of data: frames of a D435 with the true mask and of a stereo camera with the number of cables given, with a ragged mask,
 or with neither; color images with a ragged mask, or with nothing given, as photographs are; clouds, and those of single lines of
-a scanner; branched objects."""
+a scanner; branched objects in frames, and their clouds."""
 
 
 def _ragged(mask: Bools | None, name: str) -> Bools:
