@@ -97,7 +97,7 @@ class Stages:
     seconds: dict[str, float] = field(default_factory=dict)
     limit_notes: tuple[str, ...] = ()
     evidence: list[Evidence] = field(default_factory=list)
-    branched: Branched | None = None
+    branched: Branched = field(default_factory=lambda: Branched([]))
 
     @property
     def paths(self) -> list[Path]:
@@ -224,33 +224,17 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     context = replace(context, segment_length=config.fit.segment_length)
     chains = lay_chains(samples, extended, context, config.refine)
     clock("lay_chains")
-    branched = None
+    branched = Branched(chains)
     if config.merge.branches:
         branched = find_branches(chains, context, config.merge)
-        chains = branched.chains
         clock("branches")
-    crossings = find_crossings(chains, context, config.crossings)
-    if branched is not None:
-        crossings = branched.without_junctions(crossings)
+    crossings = branched.without_junctions(find_crossings(branched.chains, context, config.crossings))
     dropped = sum(item.length for item in merged.dropped if item.setting == "merge.chains")
-    bodies = None if branched is None else [item.chains for item in branched.objects]
-    chains, evidence = with_confidence(chains, crossings, dropped, context, config, bodies)
+    bodies = [item.chains for item in branched.objects]
+    chains, evidence = with_confidence(branched.chains, crossings, dropped, context, config, bodies)
     clock("crossings")
-    return Stages(
-        segmentation,
-        context,
-        skeleton,
-        traversal,
-        fitted,
-        pruned,
-        merged,
-        filled,
-        chains,
-        crossings,
-        clock.seconds,
-        evidence=evidence,
-        branched=branched,
-    )
+    products = segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings
+    return Stages(*products, clock.seconds, evidence=evidence, branched=branched)
 
 
 def _fitted_length(paths: list[Path], context: FrameContext) -> float:
@@ -337,13 +321,13 @@ def detect_with_stages(
             *stages.traversal.notes,
             *stages.merged.notes,
             *stages.limit_notes,
-            *(() if stages.branched is None else stages.branched.notes),
+            *stages.branched.notes,
             *frame_notes(data, stages.chains),
         ),
         crossings=stages.crossings,
         plane=stages.context.foreground.plane,
-        junctions=() if stages.branched is None else stages.branched.junctions,
-        objects=() if stages.branched is None else stages.branched.objects,
+        junctions=stages.branched.junctions,
+        objects=stages.branched.objects,
     )
     return detection, stages
 

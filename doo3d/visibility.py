@@ -9,6 +9,7 @@ import numpy as np
 
 from .config import VisibilityConfig
 from .evidence.depth_model import DepthModel, MultiViewDepthModel, PointVisibility
+from .evidence.support import Support
 from .geometry.curves import Curves
 from .geometry.polyline import unit
 from .geometry.radii import STEP_RADII
@@ -49,10 +50,14 @@ class Visibility:
     def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> Visibility:
         """Return a copy that tells bare surface from holes in the mask, as measured beside chains; itself where none is seen.
 
-        chains, radius, foreground : as for `DepthModel.with_support`.
+        chains : the joints of chains, m (px in 2-D). radius : of the object, m. foreground : the one of the model.
+
+        In 2-D and in a fused cloud, of which no single depth image shows the surface beside the chains, it is the same.
         """
-        model = self.model.with_support(chains, radius, foreground)
-        return self if model is self.model else Visibility(model)
+        support = Support.beside(chains, radius, foreground)
+        if support is None or not isinstance(self.model, DepthModel):
+            return self
+        return Visibility(replace(self.model, support=support))
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
         """Tell which chain ends would be outside the image if they went straight on by `reach`: cut off there, and not `tips`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 from typing import NamedTuple
@@ -13,7 +13,6 @@ import numpy as np
 
 from ..config import VisibilityConfig
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..geometry.curves import Curves
 from ..kernels import classify_positions
 from ..types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 from .support import Support
@@ -243,14 +242,6 @@ class DepthModel:
         beside[inside] = shown
         return beside
 
-    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> DepthModel:
-        """Return a copy that tells bare surface from holes in the mask, as measured beside chains; itself in 2-D.
-
-        chains : the joints of chains, m (px in 2-D). radius : of the object, m. foreground : the one of the model.
-        """
-        support = Support.beside(chains, radius, foreground)
-        return self if support is None else replace(self, support=support)
-
 
 @dataclass(frozen=True)
 class MultiViewDepthModel:
@@ -314,10 +305,6 @@ class MultiViewDepthModel:
     def is_beside(self, points: Floats, clearance: float) -> Bools:
         """Tell at which positions more views look past the object than see it: (N, 3) m in the cloud's frame -> (N,) bool."""
         return np.asarray(self.classify(points) == PointVisibility.FREE)
-
-    def with_support(self, chains: Curves, radius: float, foreground: Foreground) -> MultiViewDepthModel:
-        """Return the model itself: of a fused cloud no single depth image shows the surface beside its chains."""
-        return self
 
     def contradicted_by_views(self, points: Floats) -> Bools:
         """Tell which points are probably empty space, although they are in the cloud.

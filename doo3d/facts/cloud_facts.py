@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ..geometry.mask import mask_radius
 from ..kernels import CloudFacts, neighborhood_spreads, values_at_ranks
 from ..types import Floats, Foreground, Ints
+from .frame_facts import facts_of
 
 SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
 """Points of a cloud, and seeds among them, on which its density is measured."""
@@ -67,9 +67,7 @@ def estimate_radius(foreground: Foreground, apart: float) -> float:
     """
     if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
         radius = foreground.mask_radius
-        if radius is None:
-            radius = mask_radius(foreground.mask, foreground.depth, foreground.camera.fx)
-        return max(radius, apart)
+        return max(facts_of(foreground).radius(foreground.camera.fx) if radius is None else radius, apart)
     number = np.zeros(0, dtype=np.int64) if foreground.cloud_facts is None else foreground.cloud_facts.strands
     return max(_cloud_radius(foreground.points, apart, number), apart)
 

@@ -101,8 +101,7 @@ def equal_ring(points: Floats, length: float) -> Floats:
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
     joints = kernels.lay_equal_chords(loop, low)[0][:count]
     centroid = joints.mean(axis=0)
-    ring = close_ring(centroid + (joints - centroid) * (length / low), length)
-    return np.concatenate((ring, ring[:1]))
+    return close_ring(centroid + (joints - centroid) * (length / low), length)
 
 
 def close_ring(joints: Floats, length: float) -> Floats:
@@ -123,4 +122,4 @@ def close_ring(joints: Floats, length: float) -> Floats:
         normal[following, np.arange(len(d))] -= shared
         share = np.linalg.solve(normal, error)[:, None] * d
         joints = joints + share - np.roll(share, 1, axis=0)
-    return joints
+    return np.concatenate((joints, joints[:1]))

@@ -29,7 +29,6 @@ def projection_of(foreground: Foreground) -> Projection:
     viewpoint = foreground.viewpoint
     if viewpoint is None:
         return Projection.parallel(np.zeros(3), FROM_ABOVE)
-    middle = np.einsum("nd->d", foreground.points) / len(
-        foreground.points
-    )  # np.mean over the first axis takes five times as long
+    # np.mean over the first axis takes five times as long
+    middle = np.einsum("nd->d", foreground.points) / len(foreground.points)
     return Projection.perspective(viewpoint, axes_along(middle - viewpoint), UNIT_CAMERA)

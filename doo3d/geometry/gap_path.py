@@ -61,16 +61,7 @@ class GapPath:
         return points
 
 
-def gap_path(
-    e1: Floats,
-    d1: Floats,
-    e2: Floats,
-    d2: Floats,
-    *,
-    inside: bool = False,
-    radius: float | None = None,
-    max_deviation: float = MAX_DEVIATION_DEG,
-) -> GapPath:
+def gap_path(e1: Floats, d1: Floats, e2: Floats, d2: Floats, *, inside: bool = False, radius: float | None = None) -> GapPath:
     """Return the smooth path across the gap from one end to another.
 
     It is an arc, a straight line and an arc, tangent to both ends. If the end lines (the straight continuations of the ends)
@@ -96,5 +87,5 @@ def gap_path(
     The path; only a straight line if there is no path with arcs.
     """
     ends = np.array((e1, d1, e2, d2), dtype=float)
-    touch, rows = kernels.solve_gap(ends, float(radius or 0.0), math.radians(max_deviation), inside)
+    touch, rows = kernels.solve_gap(ends, float(radius or 0.0), math.radians(MAX_DEVIATION_DEG), inside)
     return GapPath(ends[:1].copy() if touch else ends[:3:2].copy(), rows)

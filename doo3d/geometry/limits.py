@@ -11,3 +11,6 @@ AT_ONCE = 1 << 14
 
 MAX_BRANCHES = 3000
 """Branches of a skeleton at most that become paths, the longest; each takes 0.1 ms. A frame of an object has less than 100."""
+
+KEY_LIMIT = 2**61
+"""Keys of the cells of a sparse grid are 64-bit; the box must have fewer cells than this."""

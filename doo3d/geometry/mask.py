@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from .. import kernels
-from ..types import Array, Bools, Floats, Ints
+from ..types import Array, Bools, Floats
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
@@ -16,42 +16,6 @@ def bounding_box(mask: Bools) -> tuple[slice, slice]:
     """
     top, bottom, left, right = kernels.bounding_box(mask)
     return slice(top, bottom), slice(left, right)
-
-
-def mask_pixels(mask: Bools) -> Ints:
-    """Return the True pixels of a mask as (u, v) = (column, row), sorted by u and then v.
-
-    mask : (H, W) bool. Returns (N, 2) int64 for N True pixels; (0, 2) if there are none.
-    """
-    return kernels.mask_pixels(mask)
-
-
-def mask_radius(mask: Bools, depth: Array | None = None, focal: float = 1.0) -> float:
-    """Return the radius of the object in a mask: the median half-width along the mask's medial axis.
-
-    The median is weighted by the half-width, so that specks count for little.
-
-    Parameters
-    ----------
-    mask
-        (H, W) bool.
-    depth
-        (H, W) m, 0 = unknown; None measures in pixels.
-    focal
-        focal length in px; not used without depth.
-
-    Returns
-    -------
-    The radius in m, or in px without depth; 0 if the mask is empty or no pixel of its medial axis has a depth.
-    """
-    if not mask.any():
-        return 0.0
-    box = bounding_box(mask)
-    rows, columns, inside = kernels.medial_axis(mask[box].copy())
-    if depth is None:
-        return median_half_width(inside - 0.5)
-    scale = depth[box][rows, columns] / focal
-    return median_half_width((inside[scale > 0] - 0.5) * scale[scale > 0])
 
 
 def ridge_radius(inside: Array, scale: Array) -> float:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..config import Config, ConfigLike, as_config
+from ..facts.frame_facts import FrameFacts
 from ..geometry.curves import Curves
-from ..geometry.mask import mask_radius
 from ..geometry.polyline import steps
 from ..pipeline import Stages, run_with_stages
 from ..stages.links import TOO_MANY, Candidate, DroppedChain, MergeDecision
@@ -228,7 +228,7 @@ def _segment(segmentation: Segmentation) -> Account:
     made, unit = f"{len(foreground.points)} points by the method {segmentation.method}", "points"
     if foreground.mask is not None:
         unit = "pixels"
-        made = f"{int(foreground.mask.sum())} pixels, {2 * mask_radius(foreground.mask):.1f} px wide; {made}"
+        made = f"{int(foreground.mask.sum())} pixels, {2 * FrameFacts(foreground.mask).radius():.1f} px wide; {made}"
     dropped = [*foreground.notes, *_selection(segmentation, unit)]
     if segmentation.repaired:
         dropped.append(f"{segmentation.repaired} pixels of the mask changed, so that it ends where the colors of the image do")
@@ -329,7 +329,7 @@ def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
 
 def _refine(stages: Stages, in_words: _Lengths) -> Account:
     # chains are cut at junctions, so that their number does not say how many were dropped
-    dropped = len(stages.filled) - len(stages.chains) if stages.branched is None else 0
+    dropped = len(stages.filled) - len(stages.chains) if not stages.context.branches else 0
     reason = "shorter than half a segment, or thin beside the thickest (refine.min_radius_ratio)"
     return Account(
         "refine",
@@ -341,7 +341,7 @@ def _refine(stages: Stages, in_words: _Lengths) -> Account:
 def _branches(stages: Stages) -> list[Account]:
     """Return what became of the places where strands meet; nothing if branched objects were not looked for."""
     found = stages.branched
-    if found is None:
+    if not stages.context.branches:
         return []
     junctions = [
         f"chains {', '.join(str(end.chain) for end in each.ends)} (confidence {each.confidence:.2f})" for each in found.junctions

@@ -46,7 +46,7 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
 def _chains(stages: Stages) -> Product:
     """Return the chains, with white points numbered "J0" at junctions."""
     product = _lines("8-chains", [chain.joints for chain in stages.chains])
-    if stages.branched is None or not stages.branched.junctions:
+    if not stages.branched.junctions:
         return product
     at = np.array([junction.position for junction in stages.branched.junctions])
     first = len(product.points)

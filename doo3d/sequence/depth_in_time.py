@@ -136,9 +136,8 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float
     changed = variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
     if changed <= across.bends_moved:
         return inverse
-    noise = max(
-        changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6
-    )  # second differences vary 6 times as much
+    # second differences vary 6 times as much
+    noise = max(changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6)
     values = np.where(known, values, 0.0)
     across, smooth = _loosened((across, across.smoothed(values, weight, noise)), values, weight, noise)
     for _ in range(1, ROUNDS):

@@ -33,16 +33,15 @@ MAX_VIEWS = 24
 
 @dataclass
 class _ViewSampler:
-    """Views spread evenly over all frames, at most `max_views`: every frame, then every second, every fourth, ..."""
+    """Views spread evenly over all frames, at most MAX_VIEWS (24): every frame, then every second, every fourth, ..."""
 
-    max_views: int
     step: int = 1
     count: int = 0
     views: list[CameraView] = field(default_factory=list)
 
     def add(self, view: CameraView) -> None:
         if self.count % self.step == 0:
-            if len(self.views) == self.max_views:
+            if len(self.views) == MAX_VIEWS:
                 self.views, self.step = self.views[::2], 2 * self.step
             if self.count % self.step == 0:
                 self.views.append(view)
@@ -69,7 +68,7 @@ class _Accumulation:
 
     fine: VoxelSums | None = None
     coarse: VoxelSums | None = None
-    sampler: _ViewSampler = field(default_factory=lambda: _ViewSampler(MAX_VIEWS))
+    sampler: _ViewSampler = field(default_factory=_ViewSampler)
     poses: list[Floats] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     codes: set[str] = field(default_factory=set)

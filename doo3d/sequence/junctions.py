@@ -103,16 +103,12 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
         at if targets[0] is not None else np.full(count, count), at[::-1] if targets[1] is not None else np.full(count, count)
     )
     held = seen & (from_ends >= min(blend, count // 2))
-    known, shifts = list(at[held]), [np.zeros(3)] * int(held.sum())
+    fixed, shifts = held.copy(), np.zeros((count, 3))
     for index, target in ((0, targets[0]), (count - 1, targets[1])):
         if target is not None:
-            known.append(index)
-            shifts.append(target - shape.joints[index])
-    order = np.argsort(known)
-    moved = np.column_stack([np.interp(at, np.array(known)[order], column) for column in np.array(shifts)[order].T])
-    fixed = held.copy()
-    for index, target in ((0, targets[0]), (count - 1, targets[1])):
-        fixed[index] |= target is not None
+            fixed[index], shifts[index] = True, target - shape.joints[index]
+    known = np.flatnonzero(fixed)
+    moved = np.column_stack([np.interp(at, known, column) for column in shifts[known].T])
     joints = to_lengths(shape.joints + moved, item.segment_length, fixed)
     return replace(shape, joints=exact_lengths(joints, item.segment_length))
 

@@ -151,7 +151,7 @@ def _strands(
         edges += list(gap)
     edges.append(count)
     for first, end in zip(edges[::2], edges[1::2], strict=True):
-        seen = _bounds(~chain.depth_filled, first, end)
+        seen = bounds(~chain.depth_filled, first, end)
         if not seen.any():
             continue
         low, high = int(np.flatnonzero(seen)[0]), int(np.flatnonzero(seen)[-1])
@@ -199,7 +199,7 @@ def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, cent
     center
         (3,) m, place of the camera; None if no camera saw the chain, or several did: only measured joints are visible then.
     """
-    measured, visible = _bounds(~chain.depth_filled, first, end), _bounds(~chain.occluded, first, end)
+    measured, visible = bounds(~chain.depth_filled, first, end), bounds(~chain.occluded, first, end)
     at = np.flatnonzero(measured if center is None else measured | visible)
     at = at[(at >= low) & (at <= high)]
     if center is None or measured[at].all():
@@ -209,7 +209,7 @@ def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, cent
     return at, np.where(measured[at, None], 0.0, rays)
 
 
-def _bounds(chosen: Bools, first: int, end: int) -> Bools:
+def bounds(chosen: Bools, first: int = 0, end: int | None = None) -> Bools:
     """Tell which joints bound one of the chosen segments (N,) from `first` to before `end`: (N + 1,) bool."""
     joints = np.zeros(len(chosen) + 1, dtype=bool)
     segments = first + np.flatnonzero(chosen[first:end])

@@ -220,5 +220,4 @@ def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tupl
 
 def closed_lengths(joints: Floats, segment: float) -> Floats:
     """Return the joints (M + 1, 3) m of a ring with segments of exactly `segment` m; the last joint becomes the first."""
-    ring = close_ring(joints[:-1], segment)
-    return np.concatenate((ring, ring[:1]))
+    return close_ring(joints[:-1], segment)

@@ -45,7 +45,6 @@ class _Clues:
     own: tuple[Placed, ...] | None
     whole: Floats | None
     strands: tuple[int, ...]
-    center: Floats | None
 
 
 def follow(
@@ -149,7 +148,7 @@ def _clues(
             own = (_own_place(chain, anchor, item, center),)
             whole = _resampled(chain, anchor, item)
         free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
-        result.append(_Clues(own, whole, free, center))
+        result.append(_Clues(own, whole, free))
     return result
 
 
@@ -183,12 +182,9 @@ def _pass(item: SequenceObject, observations: Sequence[Observation], clues: Sequ
     motion: Floats = np.zeros(3)
     for frame in order:
         clue = clues[frame]
-        if last is None:
-            if clue.whole is None:
-                continue
-            expected = clue.whole
-        else:
-            expected = last.joints + SPEED_SHARE * motion
+        expected = clue.whole if last is None else last.joints + SPEED_SHARE * motion
+        if expected is None:
+            continue
         shape = _fitted(item, observations[frame], clue, expected, last)
         motion = np.zeros(3) if last is None else _motion(last, shape)
         shapes[frame] = last = shape

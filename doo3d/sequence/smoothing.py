@@ -10,9 +10,9 @@ from scipy.ndimage import distance_transform_cdt
 
 from ..geometry.curves import runs
 from ..geometry.polyline import whittaker_smooth
+from ..kernels import carry_hidden
 from ..types import Bools, Floats
 from .background import BackgroundView
-from .carried import carried
 from .hiding import behind_occluders
 from .moving_camera import in_frame_of, seen_from
 from .objects import SequenceObject
@@ -53,7 +53,7 @@ def _smooth_run(
     measured = np.array([shape.measured for shape in shapes])
     if not item.closed:
         far = 1 - _certainty(seen, False)[:, :, None]
-        joints += far * (carried(joints, seen, item.segment_length) - joints)
+        joints += far * (carry_hidden(joints, seen, item.segment_length) - joints)
         if poses is not None:
             joints = np.array([_hidden(item, *each) for each in zip(joints, seen, poses, views, strict=True)])
     weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))

@@ -23,7 +23,7 @@ from ..types import Bools, Chain, Floats, Ints
 from .depth_in_time import UNSEEN_WEIGHT, smooth_in_time
 from .image_tracks import image_tracks, is_of_camera, laid, turned_by
 from .lengths import track_length
-from .observations import Observation, ObservedStrand
+from .observations import Observation, ObservedStrand, bounds
 from .readings import NODES, PER_NODE, TORN_SHARE, torn_share
 from .topology import vote_pattern
 from .torn_depth import correct_torn_depth
@@ -192,7 +192,7 @@ def _steady_lines(
     readings, longest : (2, T, NODES, PER_NODE), and as of `steady_chains`.
     """
     distances = [np.linalg.norm(chain.joints, axis=1) for chain in chains]
-    weights = [np.where(_is_seen(chain), 1.0, UNSEEN_WEIGHT) for chain in chains]
+    weights = [np.where(bounds(~chain.depth_filled), 1.0, UNSEEN_WEIGHT) for chain in chains]
     known = [np.column_stack((1 / distance, weight)) for distance, weight in zip(distances, weights, strict=True)]
     rays = _at_places(at, arcs, [unit(chain.joints) for chain in chains])  # tell how they bend across the line of sight
     inverse, weight = np.moveaxis(np.nan_to_num(_at_places(at, arcs, known)), 2, 0)
@@ -221,11 +221,6 @@ def _at_places(at: Ints, arcs: Sequence[Floats], values: Sequence[Floats]) -> Fl
         slope = (each[low + 1] - each[low]) / (share[low + 1] - share[low])[:, None]
         result[row] = slope * (places - share[low])[:, None] + each[low]
     return result
-
-
-def _is_seen(chain: Chain) -> Bools:
-    """Tell which joints of a chain bound a segment whose depth was measured: (M + 1,)."""
-    return np.asarray(np.append(~chain.depth_filled, False) | np.append(False, ~chain.depth_filled))
 
 
 def steady_shapes(joints: Floats, seen: Bools) -> Floats:

@@ -126,10 +126,7 @@ def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
         for node in pair:
             if node is not None:
                 objects.join(owners.setdefault(node.junction, item), item)
-    trees: dict[int, list[int]] = {}
-    for item, number in enumerate(objects.group.tolist()):
-        trees.setdefault(number, []).append(item)
-    return list(trees.values())
+    return [np.flatnonzero(objects.group == number).tolist() for number in dict.fromkeys(objects.group.tolist())]
 
 
 def vote_trunk(

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
-from ..geometry.sparse_grid import sorted_unique
 from ..types import Floats, Ints
 
 GRID_HALF_VOXELS = 1 << 20
@@ -66,7 +65,7 @@ class VoxelSums:
         InputError : a point is more than 2^20 voxels from the origin along an axis.
         """
         keys = self.keys_of(points)
-        merged = sorted_unique(np.concatenate((self.keys, keys)))
+        merged = _sorted_unique(np.concatenate((self.keys, keys)))
         old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
         sums: Floats = np.column_stack([np.bincount(new, weights=column, minlength=len(merged)) for column in values.T])
         frames: Ints = (np.bincount(new, minlength=len(merged)) > 0).astype(np.int64)
@@ -74,3 +73,9 @@ class VoxelSums:
             sums[old] += self.sums
             frames[old] += self.frames
         self.keys, self.sums, self.frames = merged, sums, frames
+
+
+def _sorted_unique(keys: Ints) -> Ints:
+    """Return the distinct values (K,) of keys (M,) in ascending order: np.unique takes 20 times as long for 50,000."""
+    keys = np.sort(keys)
+    return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys

@@ -12,9 +12,8 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..geometry.limits import MAX_CELLS
+from ..geometry.limits import KEY_LIMIT, MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
-from ..geometry.sparse_grid import KEY_LIMIT
 from ..kernels import VoxelCells
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..config import Config, HsvRange, SegmentConfig
 from ..errors import InputError
-from ..geometry.mask import mask_radius
+from ..facts.frame_facts import FrameFacts
 from ..stages.segment import segment
 from ..stages.segment.methods import resolve_method
 from ..stages.segment.methods.hsv import in_ranges
@@ -238,7 +238,7 @@ def _propose_lengths(
     """
     object_mask = np.logical_or.reduce(objects) if objects else None
     if object_mask is not None and isinstance(data, Frame):
-        object_width = 2 * mask_radius(object_mask, data.depth, data.camera.fx)
+        object_width = 2 * FrameFacts(object_mask, data.depth).radius(data.camera.fx)
         if object_width and object_width > MAX_WIDTH_MARGIN * segmentation.max_width:
             segmentation = segmentation.model_copy(update={"max_width": round(2 * object_width, 3)})
             reasons["segment.max_width"] = f"the object is {1000 * object_width:.0f} mm wide"
@@ -247,10 +247,10 @@ def _propose_lengths(
         raise InputError(f"segment: nothing is left of the object: {OTHER_METHODS}", code="object-missing")
     mask = foreground.mask
     if isinstance(data, Frame):
-        radius = mask_radius(mask, data.depth, data.camera.fx)
+        radius = FrameFacts(mask, data.depth).radius(data.camera.fx)
         unit, spacing = "m", float(np.median(foreground.points[:, 2])) / data.camera.fx
     else:
-        radius, unit, spacing = mask_radius(mask), "px", 1.0
+        radius, unit, spacing = FrameFacts(mask).radius(), "px", 1.0
     length = segment_length(radius, spacing)
     reasons["fit.segment_length"] = f"{length / radius:.1f} radii of an object {_length_text(2 * radius, unit)} wide"
     size, reasons["voxelize.size"] = _voxel_size(mask, radius, spacing, unit)
@@ -263,7 +263,7 @@ def _propose_lengths(
     )
     recall = float(np.mean(mask[object_mask])) if object_mask is not None else None
     precision = float(np.mean(object_mask[mask])) if object_mask is not None else None
-    width_px = 2 * mask_radius(mask)
+    width_px = 2 * FrameFacts(mask).radius()
     advice = _advice(data, mask, width_px, recall, precision)
     width_m = 2 * radius if unit == "m" else None
     return Tuned(proposed, mask, object_mask, recall, precision, width_px, width_m, reasons, advice)
@@ -312,7 +312,7 @@ def _voxel_size(mask: Bools, radius: float, spacing: float, unit: str) -> tuple[
     """
     if unit == "px":
         return None, "in 2-D the pixels are the grid"
-    radius_px = mask_radius(mask)
+    radius_px = FrameFacts(mask).radius()
     narrow_px = float(np.min([thin_components(mask).half_width or radius_px, radius_px]))
     in_radii = VIEW_EDGE * SIZE_OVER_RADIUS
     by_radius, by_spacing = in_radii * radius, VIEW_EDGE * SIZE_OVER_SPACING * spacing

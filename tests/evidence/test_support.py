@@ -107,7 +107,7 @@ def classified(frame, mask, points):
     foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
     model = DepthModel.of(foreground, VisibilityConfig(), RADIUS)
     ends = [np.linspace((a, 0, SEEN), (b, 0, SEEN), 20) for a, b in ((-0.15, -0.05), (0.05, 0.15))]
-    return model.with_support(Curves.of(ends), RADIUS, foreground).classify(points)
+    return Visibility(model).with_support(Curves.of(ends), RADIUS, foreground).model.classify(points)
 
 
 @with_and_without_color
@@ -176,7 +176,8 @@ def test_nothing_is_bare_without_an_image_of_depth():
     assert Support.beside(Curves.of([points]), RADIUS, Foreground(points)) is None
     flat = Foreground(np.zeros((3, 2)), mask=np.ones((5, 5), bool))
     model = DepthModel.of(flat, VisibilityConfig(), 2.0)
-    assert model.with_support(Curves.of([np.zeros((3, 2))]), 2.0, flat) is model
+    seen = Visibility(model)
+    assert seen.with_support(Curves.of([np.zeros((3, 2))]), 2.0, flat) is seen
     assert Support.beside(Curves.of([]), RADIUS, flat) is None
 
 

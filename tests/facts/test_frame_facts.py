@@ -8,7 +8,7 @@ import pytest
 
 from doo3d import kernels
 from doo3d.facts.frame_facts import FrameFacts, facts_of
-from doo3d.geometry.mask import mask_radius
+from doo3d.geometry.mask import median_half_width
 from doo3d.types import Foreground
 
 
@@ -56,8 +56,10 @@ def test_the_radius_of_the_facts_is_that_of_the_mask():
     mask = noisy_mask(0)
     depth = np.random.default_rng(0).uniform(0.4, 0.6, mask.shape).astype(np.float32)
     depth[::3] = 0
-    assert FrameFacts(mask).radius() == mask_radius(mask)
-    assert FrameFacts(mask, depth).radius(500.0) == mask_radius(mask, depth, 500.0)
+    rows, columns, inside = kernels.medial_axis(mask)
+    assert FrameFacts(mask).radius() == median_half_width(inside - 0.5)
+    scale = depth[rows, columns] / 500.0
+    assert FrameFacts(mask, depth).radius(500.0) == median_half_width((inside[scale > 0] - 0.5) * scale[scale > 0])
 
 
 def test_nothing_follows_from_an_empty_mask():

@@ -323,14 +323,15 @@ def test_a_radius_too_large_becomes_about_the_largest():
 
 @pytest.mark.parametrize("limit", [5.0, 20.0, 60.0])
 @pytest.mark.parametrize("seed", range(6))
-def test_the_line_keeps_its_direction(seed, limit):
+def test_the_line_keeps_its_direction(monkeypatch, seed, limit):
     """With the radius left free the line deviates by at most so much from the straight way across."""
     random = np.random.default_rng(seed)
     e1, e2 = np.zeros(3), np.array([1.0, 0.0, 0.0])
     d1, d2 = unit(random.normal(size=3) * [-1, 1, 1]), unit(random.normal(size=3))
     if meet_ahead(e1, d1, e2, d2):
         d2 = -d2
-    edges = np.diff(tangent_path(e1, d1, e2, d2, SPACING, max_deviation=limit), axis=0)
+    monkeypatch.setattr("doo3d.geometry.gap_path.MAX_DEVIATION_DEG", limit)
+    edges = np.diff(tangent_path(e1, d1, e2, d2, SPACING), axis=0)
     bend = angle(edges[1:], edges[:-1])
     straight = edges[1:][bend < 1e-7]
     if len(straight):

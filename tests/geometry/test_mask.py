@@ -6,7 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.geometry.mask import bounding_box, mask_pixels, mask_radius, ridge_radius
+from doo3d.facts.frame_facts import FrameFacts
+from doo3d.geometry.mask import bounding_box, ridge_radius
+from doo3d.kernels import mask_pixels
+
+
+def of_facts(mask, depth=None, focal=1.0):
+    return FrameFacts(mask, None if depth is None else depth.astype(np.float32)).radius(focal)
 
 
 @pytest.mark.parametrize("pixels", [[(0, 0)], [(29, 39)], [(3, 7), (10, 5)], [(0, 39), (29, 0)]])
@@ -34,7 +40,7 @@ def from_distances(mask, depth=None, focal=1.0):
     return ridge_radius(inside, np.ones(mask.shape) if depth is None else depth / focal)
 
 
-both = pytest.mark.parametrize("radius", [mask_radius, from_distances])
+both = pytest.mark.parametrize("radius", [of_facts, from_distances])
 
 
 @both
@@ -69,4 +75,4 @@ def test_width_in_metres_where_the_depth_is_known(radius):
 @pytest.mark.parametrize("seed", range(5))
 def test_both_ways_to_the_radius_agree(seed):
     mask = cv2.GaussianBlur(np.random.default_rng(seed).random((80, 90)), (0, 0), 1 + seed) > 0.5
-    assert mask_radius(mask) == pytest.approx(from_distances(mask), abs=1e-3)
+    assert of_facts(mask) == pytest.approx(from_distances(mask), abs=1e-3)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from doo3d.sequence.carried import carried
+from doo3d.kernels import carry_hidden as carried
 from doo3d.types import Bools, Floats
 
 SEGMENT = 0.01

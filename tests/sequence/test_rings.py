@@ -31,14 +31,14 @@ def ring(time):
     bent = 1 + 0.25 * np.cos(2 * angles) + (0.12 + 0.04 * np.sin(time)) * np.cos(3 * angles + 1)
     flat = 0.09 * bent[:, None] * np.column_stack((np.cos(angles), np.sin(angles), 0.2 * np.cos(2 * angles)))
     turned = Rotation.from_rotvec((0.1 * time, 0, 0.2 * time)).apply(flat)
-    return close_ring(turned + np.array([0.05 * time, -0.03 * time, 0.6]), SEGMENT)
+    return close_ring(turned + np.array([0.05 * time, -0.03 * time, 0.6]), SEGMENT)[:-1]
 
 
 def closed_in(time, start=0, backwards=False, hidden=()):
     """A frame that shows the ring closed, its chain from another joint on."""
     joints = np.roll(ring(time)[:: -1 if backwards else 1], -start, axis=0)
     rng = np.random.default_rng([int(100 * time), start])
-    joints = close_ring(joints + rng.normal(0, 2e-4, joints.shape), SEGMENT)
+    joints = close_ring(joints + rng.normal(0, 2e-4, joints.shape), SEGMENT)[:-1]
     occluded = np.isin(np.arange(COUNT), hidden)
     chain = Chain(np.concatenate((joints, joints[:1])), SEGMENT, RADIUS, occluded=occluded, closed=True, confidence=1.0)
     return Observation(Detection((chain,), timestamp=time), ())

@@ -15,7 +15,7 @@ def test_between_two_anchors_each_pass_counts_until_it_lays_a_strand_wrongly():
         nothing = np.zeros(2, dtype=bool)
         return [Shape(np.zeros((2, 3)), nothing, np.zeros(2, dtype=int), cost, nothing, nothing) for cost in costs]
 
-    anchor, free = _Clues((), None, (), None), _Clues(None, None, (), None)
+    anchor, free = _Clues((), None, ()), _Clues(None, None, ())
     clues = [anchor, *[free] * 6, anchor]
     forward = [0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # lost in frame 4
     backward = [0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]  # lost in frame 3

@@ -11,7 +11,8 @@ from builders.drawn_masks import CAMERA, frame_of, line, wave
 
 import doo3d
 from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
-from doo3d.stages.confidence import TOLD, UNTOLD, UNTOLD_CLOUD, UNTOLD_IMAGE, UNTOLD_NETWORK, Evidence, with_confidence
+from doo3d.stages.confidence import Evidence, with_confidence
+from doo3d.stages.confidence.evidence import TOLD, UNTOLD, UNTOLD_CLOUD, UNTOLD_IMAGE, UNTOLD_NETWORK
 from doo3d.stages.confidence.looks import _straightness
 from doo3d.stages.segment import segment
 from doo3d.types import Connection, Crossing, SegmentRef

@@ -173,7 +173,7 @@ ABLATIONS: dict[str, Ablation] = {
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
-        places={"doo3d.evidence.depth_model:Support": _NoSupport},
+        places={"doo3d.visibility:Support": _NoSupport},
         modules=("evidence.support",),
         made_for=("stereo", "ragged", "images"),
     ),

@@ -71,7 +71,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "and less where it moves along the line of sight": {f"{_PLACE}.depth_in_time:_loosened": _first},
     "torn depth corrected by all readings": {f"{_PLACE}.steady_depth:TORN_SHARE": math.inf},
     "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
-    "hidden parts carried": {f"{_PLACE}.smoothing:carried": _first},
+    "hidden parts carried": {f"{_PLACE}.smoothing:carry_hidden": _first},
     "hidden parts behind what hides them": {f"{_PLACE}.smoothing:behind_occluders": _first},
     "places smoothed over time": {f"{_PLACE}.smoothing:whittaker_smooth": _first},
     "depth of the object smoothed over time": {f"{_PLACE}.smoothing:steady_shapes": _first},

@@ -1,19 +1,7 @@
 """The confidence of chains: the odds that each is right, from every kind of evidence against it."""
 
 from .confidence import with_confidence
-from .evidence import TOLD, UNTOLD, UNTOLD_CLOUD, UNTOLD_IMAGE, UNTOLD_NETWORK, Evidence
+from .evidence import Evidence
 from .interpretations import USUAL, Interpretation, most_probable, other_interpretations
 
-__all__ = [
-    "TOLD",
-    "UNTOLD",
-    "UNTOLD_CLOUD",
-    "UNTOLD_IMAGE",
-    "UNTOLD_NETWORK",
-    "USUAL",
-    "Evidence",
-    "Interpretation",
-    "most_probable",
-    "other_interpretations",
-    "with_confidence",
-]
+__all__ = ["USUAL", "Evidence", "Interpretation", "most_probable", "other_interpretations", "with_confidence"]

@@ -140,6 +140,11 @@ class Candidates:
         seen = ({}, ()) if config.strategy == "greedy" else seen_gaps(points, measured[0], chains, context)
         return cls(points, *measured, closed, context.radius, config, *unit_and_turn, chains, *seen)
 
+    @cached_property
+    def window(self) -> float:
+        """Length along an end from which its tangent is taken, m (px in 2-D); ends nearer to each other than this are near."""
+        return self.config.tangent_window_radii * self.radius
+
     @property
     def unit_cost(self) -> float:
         """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
@@ -161,8 +166,7 @@ class Candidates:
         return self._pairs(self.bending.curvature_persistence)
 
     def _pairs(self, kept: float) -> tuple[Floats, Floats, Floats]:
-        window = self.config.tangent_window_radii * self.radius
-        return end_pairs(self.points, self.tangents, self.curvatures, self.radius, window, kept)
+        return end_pairs(self.points, self.tangents, self.curvatures, self.radius, self.window, kept)
 
     @property
     def distance(self) -> Floats:

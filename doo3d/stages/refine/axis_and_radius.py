@@ -27,9 +27,8 @@ from .cross_sections import (
     section_axes,
     thinned,
 )
-from .multiview import measure_in_view, median_radius
+from .multiview import MIN_SCALE, PROJECTION_STEP, mask_sample, measure_in_view, median_radius
 from .samples import Samples
-from .silhouette import MIN_SCALE, PROJECTION_STEP, MaskSample
 
 SMOOTHING_RADII = 1.2
 """Radii; details of the axis shorter than about 2 pi times this are smoothed."""
@@ -82,8 +81,7 @@ def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
     samples
         samples along the paths on the seen surface, m.
     """
-    sparse = foreground.sampling is not None and foreground.sampling.is_sparse
-    if sparse or foreground.viewpoint is not None or foreground.points.shape[1] == 2:
+    if foreground.sampling is not None and foreground.sampling.is_sparse:
         return foreground
     axes = section_axes(samples.curves.points, samples.curves.tangents, None)
     reach = TOUCHING_RADII * samples.radius
@@ -172,7 +170,7 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         samples.filled,
         samples.radius,
         samples.window_half,
-        *MaskSample.of(facts_of(foreground)),
+        *mask_sample(facts_of(foreground)),
         foreground.points[:0] if camera is None else thinned(foreground.points),
         np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
         np.ascontiguousarray(depth, dtype=np.float32),
@@ -189,16 +187,8 @@ def numbers_in_mask() -> Floats:
     """Return the numbers of this module as `kernels.axes_in_mask` takes them."""
     return np.array(
         (
-            *(
-                TOUCHING_RADII,
-                GAP_WEIGHT,
-                RADIUS_TOLERANCE,
-                PATH_WEIGHT,
-                SMOOTHING_RADII,
-                MAX_STRENGTH,
-                LEAST_WEIGHT,
-                DEPTH_WEIGHT,
-            ),
+            *(TOUCHING_RADII, GAP_WEIGHT, RADIUS_TOLERANCE, PATH_WEIGHT),
+            *(SMOOTHING_RADII, MAX_STRENGTH, LEAST_WEIGHT, DEPTH_WEIGHT),
             *(NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
             *(OWN_RADII, MAX_SUNK_RADII, RING_OVERLAP),
         )
@@ -265,11 +255,10 @@ def _from_circles(samples: Samples, foreground: Foreground) -> _Estimate:
     axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
     sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, TOUCHING_RADII * samples.radius)
     _, measured, _ = fit_circles(sections, samples.curves.owner, None, samples.window_half)
-    reach = TOUCHING_RADII
     samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples) & ~samples.filled)
     center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
-    weight *= np.linalg.norm(center, axis=1) < reach * samples.radius
+    weight *= np.linalg.norm(center, axis=1) < TOUCHING_RADII * samples.radius
     offset = center[:, :1] * axes.lateral + center[:, 1:] * axes.depth
     target = samples.curves.points + np.where(weight[:, None] > 0, offset, 0.0)
     return _Estimate(target, _diagonal_weight(axes, weight, weight), samples.radius, radii)
@@ -303,7 +292,7 @@ def _from_views(samples: Samples, foreground: Foreground) -> _Estimate:
     reach = TOUCHING_RADII * samples.radius
     sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, reach)
     center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
-    believed = DEPTH_WEIGHT * np.minimum(1.0, count / _median_count(count)) * (count >= MIN_POINTS)
+    believed = DEPTH_WEIGHT * _count_weight(count)
     believed *= np.linalg.norm(center, axis=1) < reach
     across = np.einsum("si,sj->sij", axes.lateral, axes.lateral) + np.einsum("si,sj->sij", axes.depth, axes.depth)
     weight = believed[:, None, None] * across

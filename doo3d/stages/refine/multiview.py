@@ -6,13 +6,67 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.constants import golden
 
+from ... import kernels
 from ...facts.frame_facts import FrameFacts
+from ...geometry.noise import SURFACE_SAMPLES
 from ...geometry.polyline import unit
-from ...types import CameraView, Floats, Ints
-from .cross_sections import section_axes
+from ...types import Camera, CameraView, Floats, Ints
+from .cross_sections import SectionAxes, section_axes
 from .samples import Samples
-from .silhouette import MaskSample, measure_silhouette
+
+PROJECTION_STEP = 1e-4
+"""m; step along an axis whose projection tells its direction and scale in the image."""
+
+MIN_SCALE = 1e-6
+"""px per m; a lateral axis along the ray has no scale in the image."""
+
+
+def mask_sample(facts: FrameFacts) -> tuple[Floats, float]:
+    """Return about SURFACE_SAMPLES (20,000) pixels of a mask, evenly distributed, and how many pixels each stands for.
+
+    Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
+    section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
+
+    Returns (K, 2) px, (u, v), sorted by u and then v; all pixels of a mask that has not more.
+    """
+    return facts.lattice_pixels(SURFACE_SAMPLES, golden)
+
+
+def measure_silhouette(
+    positions: Floats, axes: SectionAxes, path: Ints, facts: FrameFacts, camera: Camera, reach: Floats, window_half: int
+) -> tuple[Floats, Floats]:
+    """Measure the middle and half the width of the object's mask at samples, across the object.
+
+    Every pixel of the mask is assigned to the nearest sample in the image. The number of pixels of a sample, divided by the
+    length of path in the image around the sample, is the width; the mean of their lateral offsets is the middle.
+
+    Parameters
+    ----------
+    positions
+        (S, 3) m in the camera's optical frame: the positions of S samples.
+    axes
+        the axes of the cross-section at each sample.
+    path
+        (S,) int, index of the path that each sample lies on; the samples of one path are consecutive.
+    facts
+        the mask.
+    camera
+        the intrinsics.
+    reach
+        (S,) m, one per sample; pixels farther than this from their sample are left out.
+    window_half
+        number of samples on either side, on the same path, whose pixels are pooled with those of a sample.
+
+    Returns
+    -------
+    (S,) m, from each sample to the middle of the mask, positive along the lateral axis, and (S,) m, half the width; both 0 if no
+    mask is near the sample.
+    """
+    intrinsics, limits = np.array((camera.fx, camera.fy, camera.cx, camera.cy)), (PROJECTION_STEP, MIN_SCALE)
+    sample = mask_sample(facts)
+    return kernels.silhouette(positions, axes.tangent, axes.lateral, path, *sample, intrinsics, reach, window_half, *limits)
 
 
 @dataclass(frozen=True)
@@ -68,10 +122,9 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
     local, along = local[index], unit(tangent[index] @ turn)
     axes = section_axes(local, along, np.zeros(3))
     limit = reach * samples.radius[index]
-    seen = measure_silhouette(
-        local, axes, path, MaskSample.of(FrameFacts(np.ascontiguousarray(view.mask))), camera, limit, samples.window_half
-    )
-    return ViewMeasurement(index, axes.lateral @ turn.T, seen.offset, seen.radius)
+    facts = FrameFacts(np.ascontiguousarray(view.mask))
+    seen = measure_silhouette(local, axes, path, facts, camera, limit, samples.window_half)
+    return ViewMeasurement(index, axes.lateral @ turn.T, *seen)
 
 
 def median_radius(measurements: Sequence[ViewMeasurement], count: int) -> Floats:

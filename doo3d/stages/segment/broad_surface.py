@@ -27,7 +27,9 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     False for data without readings.
     """
     if isinstance(data, Frame):
-        return _is_broad_frame(data, config)
+        size = DEPTH_STRIDE_PX / data.camera.fx
+        wide, readings = wide_readings(data.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)
+        return wide > MIN_BROAD_FRACTION * readings
     points = sampled(data.points)
     seeds = seeds_of(points)
     size = NEIGHBORHOOD_CELL_SPACINGS * cloud_facts(points).spacing
@@ -41,9 +43,3 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
     is_filled = fill_cells(points, seeds, config.max_width, counts, means, axes, size, filled)[some]
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
-
-
-def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
-    size = DEPTH_STRIDE_PX / frame.camera.fx
-    wide, readings = wide_readings(frame.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)
-    return wide > MIN_BROAD_FRACTION * readings

@@ -168,9 +168,9 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         is_clean=is_told or made.is_certain or method == "network",
     )
     without_depth = pixels - split.removed - measured - outliers
-    record = _record(foreground, method, cleaned, without_depth, len(readings.pixels) - measured, outliers)
     repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
-    return replace(record, repaired=repaired, split=split.removed, smoothed=smoothed, plane=plane)
+    record = replace(_record(foreground, method, cleaned, split), without_depth=without_depth, outliers=outliers)
+    return replace(record, inpainted=len(readings.pixels) - measured, repaired=repaired, smoothed=smoothed, plane=plane)
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -204,7 +204,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         notes=_notes(method, note, len(pixels) > 0),
         is_told=is_told,
     )
-    return replace(_record(foreground, method, cleaned), split=split.removed)
+    return _record(foreground, method, cleaned, split)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -236,7 +236,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         views=cloud.views,
         is_told=is_told,
     )
-    return Segmentation(foreground, method, len(chosen), 0, 0, 0, 0, outliers, limits=limits, plane=plane)
+    return Segmentation(foreground, method, len(chosen), outliers=outliers, limits=limits, plane=plane)
 
 
 def _select(
@@ -271,20 +271,9 @@ def _notes(method: str, note: str, found: bool) -> tuple[str, ...]:
     return tuple(sentence for sentence in (note, "" if found else _nothing_note(method)) if sentence)
 
 
-def _record(
-    foreground: Foreground, method: str, cleaned: CleanedMask, without_depth: int = 0, inpainted: int = 0, outliers: int = 0
-) -> Segmentation:
-    return Segmentation(
-        foreground=foreground,
-        method=method,
-        selected=cleaned.selected,
-        removed_small=cleaned.removed_small,
-        removed_wide=cleaned.removed_wide,
-        without_depth=without_depth,
-        inpainted=inpainted,
-        outliers=outliers,
-        closed_holes=cleaned.closed_holes,
-    )
+def _record(foreground: Foreground, method: str, cleaned: CleanedMask, split: SplitMask) -> Segmentation:
+    counts = cleaned.selected, cleaned.removed_small, cleaned.removed_wide
+    return Segmentation(foreground, method, *counts, closed_holes=cleaned.closed_holes, split=split.removed)
 
 
 def _nothing_note(method: str) -> str:

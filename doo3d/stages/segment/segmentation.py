@@ -62,11 +62,11 @@ class Segmentation:
     foreground: Foreground
     method: str
     selected: int
-    removed_small: int
-    removed_wide: int
-    without_depth: int
-    inpainted: int
-    outliers: int
+    removed_small: int = 0
+    removed_wide: int = 0
+    without_depth: int = 0
+    inpainted: int = 0
+    outliers: int = 0
     closed_holes: int = 0
     repaired: int = 0
     smoothed: int = 0

@@ -6,6 +6,8 @@ followed instead, as Keipour et al. (RA-L 2022, section III-C) do.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...config import TraverseConfig
@@ -17,7 +19,6 @@ from ...kernels import neighbor_table, skeleton_paths
 from ...types import Array, Floats, Path, Skeleton
 from .. import FrameContext
 from .contours import trace_contours
-from .traversal import Traversal
 
 SMOOTHING_RADII = 1.0
 """Radii; half-width of the moving mean that takes the voxel steps out of a path."""
@@ -40,6 +41,34 @@ TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION = 0.2, 0.4
 NOTE = (
     "traverse: the skeleton has {} branches, of which the {} longest are used; {} short ones are left out; segment more narrowly"
 )
+
+
+@dataclass(frozen=True)
+class Traversal:
+    """The polylines along the skeleton of one frame, and the lengths of skeleton that are in none of them.
+
+    Lengths are totals in m (px in 2-D). With the method `contours` only `spur_length` is measured.
+
+    Attributes
+    ----------
+    paths
+        one polyline per branch between tips and junctions, a loop as a closed polyline; with `contours` one per contour.
+    spur_length
+        length of the spurs removed: branches with a free end, shorter than `traverse.min_branch` radii. With `contours` the
+        number of pixels in the spurs.
+    loop_length
+        length of the small loops removed, which run around holes in the surface.
+    trimmed_length
+        length cut off the ends of branches: at tips, and where strands touch at junctions.
+    notes
+        messages to the user, one sentence each: that there were too many branches.
+    """
+
+    paths: list[Path]
+    spur_length: float = 0.0
+    loop_length: float = 0.0
+    trimmed_length: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:

@@ -10,7 +10,7 @@ from doo3d.facts.frame_facts import FrameFacts
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import densify, perpendicular, unit
 from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
-from doo3d.stages.refine.silhouette import MaskSample, measure_silhouette
+from doo3d.stages.refine.multiview import measure_silhouette
 
 RADIUS = 0.006
 AXIS = densify(line([-0.1, 0.03, 0.5], [0.12, -0.02, 0.6]), 0.002)
@@ -142,12 +142,12 @@ def test_the_mask_tells_the_middle_and_the_width(aside):
     _, which = depth_of([AXIS], [RADIUS])
     found = frames()
     places = AXIS + aside * RADIUS * found.lateral
-    seen = measure_silhouette(places, found, PATH, MaskSample.of(FrameFacts(which >= 0)), CAMERA, REACH, 3)
-    np.testing.assert_allclose(seen.radius[INNER], RADIUS, rtol=0.05)
-    np.testing.assert_allclose(seen.offset[INNER], -aside * RADIUS, atol=0.08 * RADIUS)
-    assert np.median(seen.radius[INNER]) == pytest.approx(RADIUS, rel=0.02)
+    seen = measure_silhouette(places, found, PATH, FrameFacts(which >= 0), CAMERA, REACH, 3)
+    np.testing.assert_allclose(seen[1][INNER], RADIUS, rtol=0.05)
+    np.testing.assert_allclose(seen[0][INNER], -aside * RADIUS, atol=0.08 * RADIUS)
+    assert np.median(seen[1][INNER]) == pytest.approx(RADIUS, rel=0.02)
 
 
 def test_an_empty_mask_tells_nothing():
-    seen = measure_silhouette(AXIS, frames(), PATH, MaskSample.of(FrameFacts(np.zeros((4, 4), bool))), CAMERA, REACH, 3)
-    assert not seen.radius.any()
+    seen = measure_silhouette(AXIS, frames(), PATH, FrameFacts(np.zeros((4, 4), bool)), CAMERA, REACH, 3)
+    assert not seen[1].any()

@@ -19,6 +19,6 @@ def appearance(candidates: Candidates, evidence: FrameContext) -> Floats | None:
     if colors is None:
         return None
     lines = candidates.chains if camera is None else candidates.chains.with_points(camera.project(candidates.chains.points))
-    window = math.ceil(candidates.config.tangent_window_radii * candidates.radius / evidence.segment_length) + 1
+    window = math.ceil(candidates.window / evidence.segment_length) + 1
     unlike = unlike_ends(colors, list(lines), window)
     return candidates.bending.direction_weight * unlike

@@ -56,15 +56,11 @@ def branching(candidates: Candidates, evidence: FrameContext) -> Floats | None:
     return np.where(apart, np.clip(candidates.config.max_cost - costs[:, chain] - costs[:, chain].T, 0, None), 0.0)
 
 
-def _reach(candidates: Candidates) -> float:
-    return candidates.config.tangent_window_radii * candidates.radius
-
-
 def _strands(candidates: Candidates, surface: _Surface) -> tuple[Curves, list[tuple[int, int]]]:
     """Return samples along all chains and across gaps that points fill, and for each of these the two chains it is part of."""
     points, chains = candidates.points, candidates.chains
     lines, owners = list(chains), [(k, k) for k in range(len(chains))]
-    facing = (candidates.distance < _reach(candidates)) & (candidates.turns < np.pi / 2)
+    facing = (candidates.distance < candidates.window) & (candidates.turns < np.pi / 2)
     for a, b in np.argwhere(np.triu(facing, 1)).tolist():
         if a // 2 != b // 2 and surface.covers(points[a], points[b]):
             lines.append(points[[a, b]])
@@ -85,7 +81,7 @@ def _places(
     distance = np.linalg.norm(offset, axis=1)
     miss = np.linalg.norm(offset - np.clip(offset @ tangent, 0, None)[:, None] * tangent, axis=1) / (2 * candidates.radius)
     cost = BRANCH_COST + NEARNESS_COST * candidates.unit_cost * distance + MISS_COST * miss
-    near = np.flatnonzero(distance < _reach(candidates))
+    near = np.flatnonzero(distance < candidates.window)
     near = near[np.argsort(cost[near], kind="stable")]
     best = near[np.sort(np.unique(strands.owner[near], return_index=True)[1])]
     tips = strands.tips[: len(candidates.points)]

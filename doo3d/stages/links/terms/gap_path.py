@@ -138,7 +138,7 @@ class GapPaths:
     def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
         """Return the costs of gap paths; a short gap costs nothing if its straight connection meets no free space."""
         first, second = np.array([(a.row, b.row) for a, b in pairs]).T.copy()
-        ends, is_near = self.ends.points, self.ends.distance[first, second] < self._near
+        ends, is_near = self.ends.points, self.ends.distance[first, second] < self.ends.window
         costly = ~is_near
         if self.visibility is not None and is_near.any():
             samples = straight_gaps(ends, first[is_near], second[is_near], CONNECTION_SHARES)
@@ -151,11 +151,6 @@ class GapPaths:
             weights = (self.ends.config.free_space_weight, self.ends.config.unknown_weight, self.ends.config.free_space_weight)
             cost[costly] = self.ends.unit_cost * self._lengths(paths) * weights
         return [GapCost(*row) for row in cost.tolist()]
-
-    @property
-    def _near(self) -> float:
-        """The distance below which ends are near: a gap so short costs nothing unless it is open, m (px in 2-D)."""
-        return self.ends.config.tangent_window_radii * self.ends.radius
 
     def _lengths(self, paths: list[Floats]) -> Floats:
         """Return the length of each path in free space, in unknown space and over bare surface, (K, 3) m (px in 2-D)."""
@@ -195,4 +190,4 @@ class GapPaths:
         if self.visibility is not None:
             classes = self.visibility.model.classify(straight_gaps(points, first, second, CONNECTION_SAMPLES))
         weights = config.free_space_weight, config.unknown_weight
-        return straight_gap_costs(points, first, second, classes, self._near, self.ends.unit_cost, *weights)
+        return straight_gap_costs(points, first, second, classes, self.ends.window, self.ends.unit_cost, *weights)
