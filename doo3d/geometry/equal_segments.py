@@ -82,7 +82,7 @@ def equal_ring(points: Floats, length: float) -> Floats:
     Returns
     -------
     (N + 1, D), joints of N >= 3 segments, the last joint equal to the first, in the unit of the points; (0, D) if fewer than
-    three segments fit.
+    three segments fit, or none do, as around a polyline that folds back and forth.
 
     Notes
     -----
@@ -101,7 +101,9 @@ def equal_ring(points: Floats, length: float) -> Floats:
         low, high = (chord, high) if len(joints) - 1 >= count else (low, chord)
     joints = kernels.lay_equal_chords(loop, low)[0][:count]
     centroid = joints.mean(axis=0)
-    return close_ring(centroid + (joints - centroid) * (length / low), length)
+    ring = close_ring(centroid + (joints - centroid) * (length / low), length)
+    is_even = np.allclose(np.linalg.norm(np.diff(ring, axis=0), axis=1), length, rtol=1e-6, atol=0)
+    return ring if is_even else points[:0]
 
 
 def close_ring(joints: Floats, length: float) -> Floats:

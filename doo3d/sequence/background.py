@@ -62,7 +62,7 @@ def background_view(frame: Frame, mask: Bools | None) -> BackgroundView:
     with those beside them; None if unknown.
     """
     height, width = frame.depth.shape
-    factor = -(-max(height, width) // VIEW_PIXELS)
+    factor = min(-(-max(height, width) // VIEW_PIXELS), height, width)
     rows, columns = height // factor, width // factor
     within, size = (slice(0, rows * factor), slice(0, columns * factor)), (columns, rows)
     if frame.color is None:

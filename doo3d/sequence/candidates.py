@@ -12,6 +12,7 @@ from ..config import TrackingConfig
 from ..types import Chain
 from .observations import LENGTH_ERROR
 from .topology import OPEN
+from .tracking import reversed_chain
 from .tracks import CONTEXT, LEAP_NODES, Track
 
 
@@ -101,6 +102,11 @@ def _is_shortened(shorter: Candidate, longer: Candidate, tracking: TrackingConfi
     return frames <= CONTEXT and float(away) <= frames * tracking.max_motion_lengths * longer.length
 
 
+def _turned(items: list[tuple[int, int, Chain]]) -> list[tuple[int, int, Chain]]:
+    """Return the chains of frames in the opposite direction."""
+    return [(frame, number, reversed_chain(chain, True)[0]) for frame, number, chain in items]
+
+
 def _distance(former: Candidate, later: Candidate) -> float:
     """Return how far apart the middles of two candidates are, where one was lost and the other comes, m."""
     return float(np.linalg.norm(former.whole[-1][2].joints.mean(axis=0) - later.whole[0][2].joints.mean(axis=0)))
@@ -119,6 +125,7 @@ def _append(former: Candidate, later: Candidate) -> None:
     if is_nearer_backwards if pattern[0] == pattern[1] else pattern != former.track.pattern:
         later.track.backwards = {frame: not value for frame, value in later.track.backwards.items()}
         later.track.patterns = {frame: value[::-1] for frame, value in later.track.patterns.items()}
+        later.track.items, later.whole = _turned(later.track.items), _turned(later.whole)
     kept = {item[0]: (item, former.track) for item in former.track.items}
     for item in later.track.items:
         if item[0] not in kept or item[2].length > kept[item[0]][0][2].length:

@@ -20,7 +20,7 @@ SMOOTHING_SHARE = 0.7
 to frame, and are smoothed over time; bends that are smoothed away do not come back. Of nine moving cables before stereo cameras
 48 % of the frames are right, and 35 % with 1."""
 
-NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty")
+NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty", "cloud-without-extent")
 """Codes of errors of a frame that shows nothing in space; such a frame is filled from others. Any other error is raised."""
 
 

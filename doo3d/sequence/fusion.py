@@ -16,6 +16,7 @@ from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
 from ..types.arguments import refused
 from ..types.display import counted
+from ..types.pose import as_pose
 from .voxel_sums import VoxelSums
 
 FUSED_NAME = "static"
@@ -175,7 +176,7 @@ def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
             if loaded.pose is None:
                 gathered.without_pose += 1
                 continue
-            pose = _checked_pose(loaded.pose)
+            pose = as_pose(loaded.pose, "its pose")
             foreground = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).foreground
             if not len(foreground.points):
                 raise InputError("the object is not in it", code="object-missing")
@@ -246,14 +247,6 @@ def _central_viewpoint(poses: Floats) -> Floats:
     return np.asarray(positions[np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()])
 
 
-def _checked_pose(pose: Floats) -> Floats:
-    """Return a pose (4, 4) as floats, checked to be a rotation and a translation."""
-    pose = np.asarray(pose, dtype=float)
-    if pose.shape != (4, 4) or not np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-3):
-        raise InputError("its pose is no rotation and shift, 4 x 4", code="pose-invalid")
-    return pose
-
-
 def _require_depth(loaded: FrameData) -> Frame | Cloud:
     """Return the data of a frame with depth; images are refused."""
     if isinstance(loaded.data, Image):
@@ -291,7 +284,7 @@ def _consistent_points(
     """
     mean = fine.sums[:, 1:] / fine.sums[:, :1]
     points, colors = mean[:, :3], mean[:, 3:]
-    kept = coarse.frames[np.searchsorted(coarse.keys, coarse.keys_of(points))] >= min_views
+    kept = coarse.frames[np.searchsorted(coarse.keys, coarse.keys_of(fine.centers()))] >= min_views
     if views and not kept.all():
         kept[~kept] = ~MultiViewDepthModel.of_views(views, margin, True).contradicted_by_views(points[~kept])
     points, colors = points[kept], colors[kept]

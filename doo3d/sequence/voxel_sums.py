@@ -55,6 +55,11 @@ class VoxelSums:
             )
         return np.asarray((coords[:, 0] * 2 * GRID_HALF_VOXELS + coords[:, 1]) * 2 * GRID_HALF_VOXELS + coords[:, 2])
 
+    def centers(self) -> Floats:
+        """Return the middles of the occupied voxels, (M, 3) m."""
+        coords = np.stack((self.keys // (4 * GRID_HALF_VOXELS**2), self.keys // (2 * GRID_HALF_VOXELS), self.keys), axis=1)
+        return np.asarray((coords % (2 * GRID_HALF_VOXELS) - GRID_HALF_VOXELS + 0.5) * self.size)
+
     def add_frame(self, points: Floats, values: Floats) -> None:
         """Add the points of one frame to their voxels: their values to `sums`, and 1 to `frames` of each voxel that holds any.
 

@@ -42,3 +42,9 @@ def test_a_curve_curled_up_within_a_segment_has_no_joints_in_place_of_a_single_o
     assert 0 in counts
     assert 1 not in counts
     assert max(counts) > 2
+
+
+def test_around_a_loop_that_folds_back_there_is_no_chain():
+    """Newton's method does not find segments of the length there."""
+    folded = np.random.default_rng(45).uniform(0, 3 * LENGTH, (6, 3))
+    assert len(equal_ring(folded, LENGTH)) == 0

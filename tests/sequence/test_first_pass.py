@@ -30,3 +30,22 @@ def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused(
         assert detections[2].chains[0].from_time.all() != masks[2].any()  # the image of a frame without depth counts, too
     with pytest.raises(InputError, match="depth_scale"):
         detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
+
+
+def test_a_cloud_without_points_is_filled():
+    along = np.linspace(-0.2, 0.2, 4000)
+    around = np.random.default_rng(0).uniform(0, np.pi, 4000)
+    points = np.column_stack((along, 0.004 * np.cos(around), 0.6 - 0.004 * np.sin(around)))
+    clouds = [doo3d.Cloud(each, segmented=True) for each in (points, points, points[:0], points)]
+    detections = detect_sequence(clouds)
+    assert [len(detection.chains) for detection in detections] == [1] * 4
+    assert detections[2].chains[0].from_time.all()
+
+
+@pytest.mark.parametrize("color", [None, np.zeros((3, 640, 3), dtype=np.uint8)], ids=["no color", "color"])
+def test_frames_of_a_few_rows(color):
+    """Of which a small view of the surroundings would have none."""
+    frame = doo3d.Frame(color, np.full((3, 640), 0.5, dtype=np.float32), doo3d.Camera(500.0, 500.0, 320.0, 1.0, 640, 3))
+    mask = np.zeros((3, 640), dtype=bool)
+    mask[1, 100:500] = True
+    assert len(detect_sequence([frame] * 2, masks=[mask] * 2)) == 2

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ...config import SegmentConfig
@@ -24,8 +26,10 @@ DEPTH_STRIDE_PX = 4
 def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     """Tell whether more than half of the readings or points lie on surfaces wider than `config.max_width`, such as a table.
 
-    False for data without readings.
+    False for data without readings, and if objects of any width are looked for.
     """
+    if not math.isfinite(config.max_width):
+        return False
     if isinstance(data, Frame):
         size = DEPTH_STRIDE_PX / data.camera.fx
         wide, readings = wide_readings(data.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)

@@ -65,3 +65,8 @@ def test_a_trunk_that_was_not_measured_is_found_between_its_branches():
     branches = [tube((side * 0.05, 0, 0), (x, y, 0), seed=k) for k, (side, x, y) in enumerate(ENDS)]
     whole = np.concatenate((tube((-0.05, 0, 0), (0.05, 0, 0), seed=4), *branches))
     assert shape(outside(whole, (0, 0, 0), 0.14)) == (1, 2, 5)
+
+
+def test_connections_may_cost_anything():
+    detection = detect(Cloud(t_piece()), {"merge.branches": True, "merge.max_cost": np.inf})
+    assert len(detection.junctions) == 1

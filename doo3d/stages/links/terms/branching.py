@@ -53,7 +53,9 @@ def branching(candidates: Candidates, evidence: FrameContext) -> Floats | None:
             if own not in hosts and is_open.any() and surface.covers(points[row], place):
                 costs[row, is_open], places[row, is_open] = cost, place
     apart = np.linalg.norm(places[:, chain] - places[:, chain].swapaxes(0, 1), axis=2) > MIN_APART * candidates.distance
-    return np.where(apart, np.clip(candidates.config.max_cost - costs[:, chain] - costs[:, chain].T, 0, None), 0.0)
+    both = costs[:, chain] + costs[:, chain].T
+    less = np.subtract(candidates.config.max_cost, both, out=np.zeros_like(both), where=apart & np.isfinite(both))
+    return np.asarray(np.maximum(less, 0.0))
 
 
 def _strands(candidates: Candidates, surface: _Surface) -> tuple[Curves, list[tuple[int, int]]]:
