@@ -37,9 +37,12 @@ class SourceSize(NamedTuple):
         return SourceSize(self.lines + other[0], self.numbers + other[1])
 
 
-def method_files() -> list[Path]:
-    """Return the source files of the method, Python in order of their paths, then C++ if the sources are at hand."""
-    root = _root()
+def method_files(root: Path | None = None) -> list[Path]:
+    """Return the source files of the method, Python in order of their paths, then C++ if the sources are at hand.
+
+    root : the package; None for that which is installed, mostly without C++.
+    """
+    root = root or _root()
     python = [file for file in sorted(root.rglob("*.py")) if file.relative_to(root).parts[0] in METHOD]
     return python + sorted(file for ending in ("*.cpp", "*.h") for file in (root / "kernels" / "src").glob(ending))
 
