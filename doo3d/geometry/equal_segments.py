@@ -110,7 +110,8 @@ def close_ring(joints: Floats, length: float) -> Floats:
     """Move the joints (N, D) of a ring by the least that makes all of its N segments exactly `length` long.
 
     Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d: the last of the chords around a rough polyline may end short
-    of the ring's first joint, or beside it.
+    of the ring's first joint, or beside it. Returns (N + 1, D), the last joint equal to the first; if there is no such ring, with
+    segments of other lengths.
     """
     for _ in range(MAX_ITERATIONS):
         d = np.roll(joints, -1, axis=0) - joints

@@ -177,6 +177,12 @@ void lay(Index first, Index end, const Segment* segments, double* places) {
     }
 }
 
+// Return the joints (T, M, 3) m of an open object in successive frames with those that are hidden carried from other frames.
+// A hidden joint between seen ones is where it was seen last, moved and turned since as the seen joints beside it; the same from when
+// it is seen next, and both averaged by how near they are in time. An error of one place stays there. A hidden part that goes on to
+// an end is laid along its segments, whose directions are averaged instead: that keeps its length, which averaged places do not.
+// Joints that are never seen keep their shape, and all joints of a frame that shows nothing. segment: m, distance of neighboring
+// joints; a straight part does not turn round itself, as if points that far off it had not turned.
 auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment) {
     const Index count = joints.shape(0), size = joints.shape(1);
     require(joints.shape(2) == 3, "joints do not have three coordinates");
