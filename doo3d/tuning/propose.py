@@ -246,14 +246,15 @@ def _propose_lengths(
     if foreground.mask is None or not foreground.mask.any():
         raise InputError(f"segment: nothing is left of the object: {OTHER_METHODS}", code="object-missing")
     mask = foreground.mask
+    radius_px = FrameFacts(mask).radius()
     if isinstance(data, Frame):
         radius = FrameFacts(mask, data.depth).radius(data.camera.fx)
         unit, spacing = "m", float(np.median(foreground.points[:, 2])) / data.camera.fx
     else:
-        radius, unit, spacing = FrameFacts(mask).radius(), "px", 1.0
+        radius, unit, spacing = radius_px, "px", 1.0
     length = segment_length(radius, spacing)
     reasons["fit.segment_length"] = f"{length / radius:.1f} radii of an object {_length_text(2 * radius, unit)} wide"
-    size, reasons["voxelize.size"] = _voxel_size(mask, radius, spacing, unit)
+    size, reasons["voxelize.size"] = _voxel_size(mask, radius, radius_px, spacing, unit)
     proposed = config.model_copy(
         update={
             "segment": segmentation,
@@ -263,7 +264,7 @@ def _propose_lengths(
     )
     recall = float(np.mean(mask[object_mask])) if object_mask is not None else None
     precision = float(np.mean(object_mask[mask])) if object_mask is not None else None
-    width_px = 2 * FrameFacts(mask).radius()
+    width_px = 2 * radius_px
     advice = _advice(data, mask, width_px, recall, precision)
     width_m = 2 * radius if unit == "m" else None
     return Tuned(proposed, mask, object_mask, recall, precision, width_px, width_m, reasons, advice)
@@ -296,15 +297,15 @@ def _length_text(length: float, unit: str) -> str:
     return f"{1000 * length:.1f} mm" if unit == "m" else f"{length:.1f} px"
 
 
-def _voxel_size(mask: Bools, radius: float, spacing: float, unit: str) -> tuple[float | None, str]:
+def _voxel_size(mask: Bools, radius: float, radius_px: float, spacing: float, unit: str) -> tuple[float | None, str]:
     """Return the edge of a voxel, m, and the reason; None if the default of detection suits.
 
     Parameters
     ----------
     mask
         (H, W) bool.
-    radius
-        of the object, in the unit.
+    radius, radius_px
+        of the object, in the unit and in px.
     spacing
         of neighboring pixels, in the unit.
     unit
@@ -312,7 +313,6 @@ def _voxel_size(mask: Bools, radius: float, spacing: float, unit: str) -> tuple[
     """
     if unit == "px":
         return None, "in 2-D the pixels are the grid"
-    radius_px = FrameFacts(mask).radius()
     narrow_px = float(np.min([thin_components(mask).half_width or radius_px, radius_px]))
     in_radii = VIEW_EDGE * SIZE_OVER_RADIUS
     by_radius, by_spacing = in_radii * radius, VIEW_EDGE * SIZE_OVER_SPACING * spacing

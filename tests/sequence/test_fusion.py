@@ -150,12 +150,15 @@ def test_frames_that_cannot_be_used_are_named():
         frame_ref(shot_of(views()[0], pose=None), "lost"),
     ]
     some.append(frame_ref(shot_of(views()[0], pose=2 * np.eye(4)), "odd"))
+    some.append(frame_ref(shot_of(views()[0], pose=np.diag([1.0, 1.0, -1.0, 1.0])), "mirrored"))
+    some.append(frame_ref(shot_of(views()[0], pose=np.where(np.eye(4), 1.0, np.nan)), "nowhere"))
     some.append(frame_ref(FrameData(Image(np.zeros((4, 4, 3), np.uint8)), pose=np.eye(4)), "flat"))
     notes = fuse(some, CONFIG).notes
     assert notes[0] == "4 frames are fused"
     assert "broken is left out: broken.png: is cut off" in notes
     assert "1 frames without a pose are left out" in notes
-    assert any(note.startswith("odd is left out: its pose") for note in notes)
+    for name in ("odd", "mirrored", "nowhere"):
+        assert any(note.startswith(f"{name} is left out: its pose") for note in notes)
     assert any(note.startswith("flat is left out: it is an image without depth") for note in notes)
 
 

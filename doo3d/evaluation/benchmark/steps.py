@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import logit
 
 from ...stages.confidence.evidence import TOLD
+from .trials import BRANCHED
 
 _STAGES = "doo3d.stages"
 
@@ -93,7 +94,6 @@ def _confidence_without(kind: str) -> Ablation:
 
 
 DEPTH = ("stereo", "ragged")
-BRANCHED = ("harnesses", "harness clouds")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
         places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, *_: (mask, None)},

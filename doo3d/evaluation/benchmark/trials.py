@@ -20,6 +20,9 @@ from ..scenes.registry import TREES, family_rng, make_scene
 from .cases import KnownFrame, known_frame
 from .evaluate import Masking, detect_safely
 
+BRANCHED = ("harnesses", "harness clouds")
+"""The kinds of data that show branched objects."""
+
 CLOUD_POINTS = 9_000
 """Points that are drawn from the object in a frame to make a cloud of it."""
 
@@ -80,7 +83,7 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
     kinds
         keys of KINDS.
     families
-        families of scenes; for `harnesses` and `harness clouds` all families of branched objects are taken instead.
+        families of scenes; for the kinds of BRANCHED all families of branched objects are taken instead.
     seeds
         integers, 0 or more.
     size
@@ -88,7 +91,7 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
     """
     seeds = list(seeds)
     for kind in kinds:
-        for family in TREES if kind.startswith("harness") else families:
+        for family in TREES if kind in BRANCHED else families:
             for seed in seeds:
                 yield Trial(kind, f"{family.rpartition('/')[2]}_{seed:03d}", partial(KINDS[kind], family, seed, size))
 
@@ -150,9 +153,9 @@ def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> R
     scene = make_scene(family, seed, size)
     rendered = render(scene, "d435")
     data = _points_of(rendered.frame, rendered.mask, family, seed) if as_cloud else rendered.frame
+    mask = None if as_cloud else rendered.mask
 
     def run(settings: dict[str, object]) -> Outcome:
-        mask = None if as_cloud else rendered.mask
         detection, timing = detect_safely(data, load_config("harness", settings), mask)
         found = score_trees(detection, scene)
         junctions_right = found["taken"] == found["false"] == 0

@@ -11,8 +11,6 @@ from doo3d.types import Camera, Cloud, Frame
 
 TABLE = np.random.default_rng(0).uniform((-0.3, -0.3, 0.6), (0.3, 0.3, 0.601), (5000, 3))
 CAMERA = Camera(300.0, 300.0, 160.0, 120.0, 320, 240)
-
-
 FRAME = Frame(None, np.full((240, 320), 0.6, dtype=np.float32), CAMERA)
 
 
