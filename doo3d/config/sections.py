@@ -77,14 +77,19 @@ class FitConfig(Section):
     )
 
 
+MAX_CUBOID_WIDTH = 100.0
+"""m (px in 2-D): more than ten times the 9 px of the paper, and more than any room. Beyond, all segments are near each other."""
+
+
 class PruneConfig(Section):
     """Settings of pruning: of two segments that overlap, the one in the shorter chain is removed."""
 
     width: float | None = expert(
         None,
-        "Width of the cuboids around the segments that are tested for overlap. m (px in 2-D), over 0; null takes 1.5 "
-        "voxels. Set it only to reproduce the results of Keipour et al. (RA-L 2022).",
+        "Width of the cuboids around the segments that are tested for overlap. m (px in 2-D), over 0, at most 100; null "
+        "takes 1.5 voxels. Set it only to reproduce the results of Keipour et al. (RA-L 2022).",
         gt=0,
+        le=MAX_CUBOID_WIDTH,
     )
 
 

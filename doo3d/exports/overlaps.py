@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.distance import cdist
 
-from ..types import Chain, ChainEnd, Floats
+from ..errors import require
+from ..types import Chain, ChainEnd
+from .link_frames import link_frames
 
 CONTACT_FREE_RADII = 3.0
 """Radii along the chain or from a junction: closer capsules touch at every bend, so contacts between them are excluded."""
-
-SAMPLES, MARGIN = 9, 1.02
-"""Samples along each of two segments between which their distance is measured, and the factor by which that makes it too long."""
 
 
 class Body(NamedTuple):
@@ -29,8 +27,8 @@ def overlapping_bodies(
 ) -> list[tuple[Body, Body]]:
     """Return the pairs of bodies of different chains that meet at junctions.
 
-    These are all pairs within three radii of a junction, and from there on the pairs that overlap in the detected shape, such as
-    along a branch that leaves at an acute angle.
+    These are all pairs within three radii of a junction, and from there on the pairs whose capsules intersect in the detected
+    shape, as FCL decides (package python-fcl), such as along a branch that leaves at an acute angle.
 
     Parameters
     ----------
@@ -45,6 +43,10 @@ def overlapping_bodies(
     -------
     Pairs in ascending order, the smaller reference first.
     """
+    if not junctions:
+        return []
+    fcl = require("fcl")
+    capsules = [_capsules(fcl, chain, radius) for chain, radius in zip(chains, radii, strict=True)]
     joined = {end: number for number, ends in enumerate(junctions) for end in ends}
     pairs: set[tuple[Body, Body]] = set()
     for number, ends in enumerate(junctions):
@@ -60,7 +62,7 @@ def overlapping_bodies(
             pair = (one, other) if one < other else (other, one)
             if one.chain == other.chain or pair in pairs:
                 continue
-            if _distance(chains, *pair) < MARGIN * (radii[one.chain] + radii[other.chain]):
+            if fcl.collide(*(capsules[body.chain][body.segment] for body in pair)):
                 pairs.add(pair)
                 waiting.append(pair)
     return sorted(pairs)
@@ -103,10 +105,7 @@ def _neighbors(
     return result
 
 
-def _distance(chains: Sequence[Chain], first: Body, second: Body) -> float:
-    """Return the distance between the axes of two bodies, m."""
-    return float(cdist(_samples(chains[first.chain], first.segment), _samples(chains[second.chain], second.segment)).min())
-
-
-def _samples(chain: Chain, segment: int) -> Floats:
-    return np.linspace(chain.joints[segment], chain.joints[segment + 1], SAMPLES)
+def _capsules(fcl: Any, chain: Chain, radius: float) -> list[Any]:
+    """Return the bodies of a chain as collision objects of FCL: capsules from joint to joint."""
+    capsule, middles = fcl.Capsule(radius, chain.segment_length), (chain.joints[1:] + chain.joints[:-1]) / 2
+    return [fcl.CollisionObject(capsule, fcl.Transform(*pose)) for pose in zip(link_frames(chain.joints), middles, strict=True)]

@@ -1373,7 +1373,7 @@ def joint_deviations(
     """
 
 def keep_segments(
-    points: Floats, bounds: Ints, closed: Bools, pairs: Ints, certain: Bools, overlap: Callable[[int, int], bool]
+    points: Floats, bounds: Ints, closed: Bools, pairs: Ints
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64]]:
     """Remove one of each two overlapping segments, that of the chain with fewer segments left, and return the rest as chains.
 
@@ -1388,11 +1388,7 @@ def keep_segments(
     closed
         (C,) bool, True for a ring
     pairs
-        (K, 2) int64, segments i < j that may overlap, in the order in which they are judged
-    certain
-        (K,) bool, the pairs that overlap for certain
-    overlap
-        tells whether the segments i and j of another pair overlap; called only if both are left
+        (K, 2) int64, segments i < j that overlap, in the order in which one of them is removed; pairs that lost one are skipped
 
     Returns
     -------
@@ -1590,31 +1586,6 @@ def medial_axis(mask: Bools) -> tuple[NDArray[np.int64], NDArray[np.int64], NDAr
 
 def middle_medians(values: Floats) -> NDArray[np.float64]:
     """Return the medians (A, C) of finite values (A, B, C) over the second axis, of at least one value, as NumPy takes them."""
-
-def near_cuboids(starts: Floats, ends: Floats, chain: Ints, width: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the pairs of segments that may intersect, each taken as a cuboid with a square cross-section.
-
-    A pair is left out if there is a gap between the two along one of the axes of either cuboid. Consecutive segments of a chain,
-    which share a joint, are left out too. In 2-D the cuboids lie in the plane z = 0.
-
-    Parameters
-    ----------
-    starts, ends
-        (S, D) float64, the two joints of each of S segments, D = 2 or 3
-    chain
-        (S,) int64, number of the chain of each segment
-    width
-        edge of the cross-section, in the unit of the joints
-
-    Returns
-    -------
-    pairs : (K, 2) int64, indices (i, j) with i < j, in lexicographic order.
-    overlap : (K,) bool, the pairs that intersect for certain: by more than rounding along each axis that could part them.
-
-    Notes
-    -----
-    One axis of a cuboid's cross-section is perpendicular to the coordinate axis that the segment is least along.
-    """
 
 def near_mask(mask: Bools, reach: float, inclusive: bool) -> NDArray[np.bool_]:
     """Return the pixels of an image that are nearer than `reach` px to a pixel of a mask, or as near.

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..config import PruneConfig
 from ..errors import require
 from ..geometry.curves import Curves
 from ..geometry.polyline import unit
-from ..kernels import keep_segments, near_cuboids
+from ..kernels import keep_segments
 from ..types import Bools, Floats, Ints
 from . import FrameContext
 
@@ -41,8 +40,8 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 
     The rule is that of Keipour et al. (RA-L 2022), section III-E. A segment counts as a cuboid with a square cross-section;
-    segments overlap if their cuboids intersect. Neighbors in a chain, which share a joint, do not count. Of chains of equal
-    length the later one loses its segment. A chain that loses an inner segment is split in two, a ring is opened.
+    segments overlap if FCL finds that their cuboids intersect. Neighbors in a chain, which share a joint, do not count. Of
+    chains of equal length the later one loses its segment. A chain that loses an inner segment is split in two, a ring is opened.
 
     Parameters
     ----------
@@ -60,51 +59,62 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     if not len(chains):
         return Pruned(chains, np.zeros((0, 2, context.grid.centroids.shape[1])))
     width = config.width or WIDTH_VOXELS * context.voxel
-    cuboids = Cuboids(chains.points[chains.segments], chains.points[chains.segments + 1], width)
-    near = cuboids.near_pairs(chains.owner[chains.segments])
-    points, bounds, closed, removed = keep_segments(chains.points, chains.bounds, chains.closed, *near, cuboids.overlap)
+    starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
+    pairs = near_pairs(starts, ends, chains.owner[chains.segments], width)
+    overlapping = pairs[cuboids_intersect(starts, ends, pairs, width)]
+    points, bounds, closed, removed = keep_segments(chains.points, chains.bounds, chains.closed, overlapping)
     return Pruned(Curves(points, bounds, closed) if len(removed) else chains, removed)
 
 
-class Cuboids:
-    """Segments as cuboids with a square cross-section; in 2-D they lie in the plane z = 0.
+def near_pairs(starts: Floats, ends: Floats, owner: Ints, width: float) -> Ints:
+    """Return the pairs of segments whose cuboids may intersect, since the spheres around the cuboids do.
 
     Parameters
     ----------
     starts, ends
-        (S, D) m, D = 3 (in 2-D: px, D = 2), the two joints of each of S segments, at least one.
+        (S, D) m, D = 3 (in 2-D: px, D = 2), the two joints of each of S segments.
+    owner
+        (S,), chain of each segment. Consecutive segments of a chain, which share a joint, are left out.
     width
-        edge of the cross-section, m (px in 2-D).
+        edge of the cuboids' square cross-section, m (px in 2-D).
+
+    Returns
+    -------
+    (K, 2) indices (i, j) with i < j, in lexicographic order.
     """
+    diameter = np.sqrt(np.sum((ends - starts) ** 2, axis=1).max(initial=0) + 2 * width**2)  # of the largest sphere
+    pairs = cKDTree((starts + ends) / 2).query_pairs(diameter, output_type="ndarray")
+    first, second = pairs.T
+    pairs = pairs[(second > first + 1) | (owner[first] != owner[second])]
+    return pairs[np.lexsort(pairs.T[::-1])]
 
-    def __init__(self, starts: Floats, ends: Floats, width: float) -> None:
-        self.starts, self.ends, self.width = starts, ends, width
 
-    def near_pairs(self, owner: Ints) -> tuple[Ints, Bools]:
-        """Return the pairs (i, j), i < j, that may intersect, in order: (K, 2), and those that do for certain, (K,).
+def cuboids_intersect(starts: Floats, ends: Floats, pairs: Ints, width: float) -> Bools:
+    """Test pairs of segments, taken as cuboids, for intersection: the box-box test of FCL (package python-fcl).
 
-        owner : (S,), chain of each segment. Consecutive segments of a chain are left out.
-        """
-        return near_cuboids(self.starts, self.ends, owner, self.width)
+    Parameters
+    ----------
+    starts, ends, width
+        as for `near_pairs`. In 2-D the cuboids lie in the plane z = 0.
+    pairs
+        (K, 2), the segments to be tested.
 
-    def overlap(self, i: int, j: int) -> bool:
-        """Tell whether the cuboids of two segments intersect, by the box-box test of FCL (package python-fcl)."""
-        fcl, request = self._fcl
-        return bool(fcl.collide(self._object(i), self._object(j), request, fcl.CollisionResult()))
-
-    def _object(self, i: int) -> Any:
-        fcl, (lengths, rotations, middles) = self._fcl[0], self._boxes
-        return fcl.CollisionObject(fcl.Box(lengths[i], self.width, self.width), fcl.Transform(rotations[i], middles[i]))
-
-    @cached_property
-    def _fcl(self) -> tuple[Any, Any]:
-        fcl = require("fcl")
-        return fcl, fcl.CollisionRequest()
-
-    @cached_property
-    def _boxes(self) -> tuple[list[float], Floats, Floats]:
-        level = ((0, 0), (0, 3 - self.starts.shape[1]))
-        return _boxes_of(np.pad(self.starts, level), np.pad(self.ends, level))
+    Returns
+    -------
+    (K,) whether the two cuboids of each pair intersect.
+    """
+    if not len(pairs):
+        return np.zeros(0, dtype=bool)
+    fcl = require("fcl")
+    request = fcl.CollisionRequest()
+    level = ((0, 0), (0, 3 - starts.shape[1]))
+    lengths, rotations, middles = _boxes_of(np.pad(starts, level), np.pad(ends, level))
+    boxes = {
+        k: fcl.CollisionObject(fcl.Box(lengths[k], width, width), fcl.Transform(rotations[k], middles[k]))
+        for k in np.unique(pairs).tolist()
+    }
+    # each test has a result of its own: one that is used again stays "colliding"
+    return np.array([fcl.collide(boxes[i], boxes[j], request, fcl.CollisionResult()) > 0 for i, j in pairs.tolist()])
 
 
 def _boxes_of(starts: Floats, ends: Floats) -> tuple[list[float], Floats, Floats]:

@@ -84,9 +84,7 @@ CALLS = {
     "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
     "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
-    "keep_segments": (
-        POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.array([False]), lambda i, j: True,
-    ),
+    "keep_segments": (POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]])),
     "least_near": (POINTS, POINTS[:2, :2].copy(), 0.02, 3),
     "lay_equal_chords": (POINTS, 0.01),
     "limit_pairs": (
@@ -100,7 +98,6 @@ CALLS = {
     "match_by_blossoms": (np.zeros((2, 2)),),
     "medial_axis": (np.ones((3, 3), bool),),
     "middle_medians": (np.ones((2, 3, 2)),),
-    "near_cuboids": (POINTS, POINTS + 0.01, np.zeros(6, int), 0.01),
     "near_mask": (np.ones((3, 3), bool), 1.0, True),
     "near_pixels": (np.arange(4), np.arange(2), (3, 3), 1, 1),
     "nearest": (POINTS, POINTS, 0.1, False),

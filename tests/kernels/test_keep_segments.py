@@ -1,7 +1,6 @@
 """The segments that pruning keeps, against a plain loop over the pairs and runs of the flags."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -9,15 +8,15 @@ from doo3d.geometry.curves import Curves, runs
 from doo3d.kernels import keep_segments
 
 
-def slow_kept(owner, closed, pairs, overlaps):
+def slow_kept(owner, closed, pairs):
     size = np.bincount(owner)
     last = np.cumsum(size) - 1
     first = last - size + 1
     kept = np.ones(len(owner), dtype=bool)
-    for (i, j), overlap in zip(pairs, overlaps, strict=True):
+    for i, j in pairs:
         a, b = owner[i], owner[j]
         is_joint = a == b and closed[a] and (i, j) == (first[a], last[a])
-        if kept[i] and kept[j] and not is_joint and overlap:
+        if kept[i] and kept[j] and not is_joint:
             loser = j if size[b] <= size[a] else i
             kept[loser] = False
             size[owner[loser]] -= 1
@@ -30,13 +29,9 @@ def test_segments_are_kept_as_by_a_plain_loop(seed, counts, dim):
     chains = Curves.of([random.normal(size=(count, dim)) for count in counts], random.random(len(counts)) < 0.5)
     segments = len(chains.segments)
     pairs = np.array([(i, j) for i in range(segments) for j in range(i + 1, segments) if random.random() < 0.3]).reshape(-1, 2)
-    overlaps, certain = random.random((2, len(pairs))) < 0.5
-    open_pairs = {tuple(pair): bool(overlap) for pair, overlap in zip(pairs.tolist(), overlaps, strict=True)}
-    kept = slow_kept(chains.owner[chains.segments], chains.closed, map(tuple, pairs.tolist()), overlaps | certain)
+    kept = slow_kept(chains.owner[chains.segments], chains.closed, map(tuple, pairs.tolist()))
 
-    *found, removed = keep_segments(
-        chains.points, chains.bounds, chains.closed, pairs.astype(int), certain, lambda i, j: open_pairs[i, j]
-    )
+    *found, removed = keep_segments(chains.points, chains.bounds, chains.closed, pairs.astype(int))
 
     lines, closed = [], []
     for line, own, is_ring in zip(chains, np.split(kept, chains.segment_bounds[1:-1]), chains.closed, strict=True):
@@ -47,11 +42,3 @@ def test_segments_are_kept_as_by_a_plain_loop(seed, counts, dim):
     assert left.closed.tolist() == closed
     starts = chains.segments[~kept]
     np.testing.assert_array_equal(removed, np.stack((chains.points[starts], chains.points[starts + 1]), axis=1))
-
-
-def test_an_error_of_the_judge_is_passed_on():
-    def judge(i, j):
-        raise ArithmeticError(f"{i} and {j}")
-
-    with pytest.raises(ArithmeticError, match="0 and 2"):
-        keep_segments(np.zeros((6, 2)), np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]]), np.zeros(1, bool), judge)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import sys
+from importlib import import_module
+from pathlib import Path
+
 import numpy as np
 import pytest
 from builders.contexts import context_of
 
+import doo3d
 from doo3d.config import PruneConfig
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import perpendicular, unit
-from doo3d.stages.prune import Cuboids, prune
+from doo3d.inputs import open_capture
+from doo3d.stages.prune import cuboids_intersect, near_pairs, prune
 
 dims = pytest.mark.parametrize("dim", [2, 3])
 WIDTH = 0.3
+SAMPLES = Path(__file__).parents[2] / "sample_clouds"
 
 
 def chain(start, direction, count, dim=3):
@@ -51,11 +58,19 @@ def slow_margin(one, other):
 
 def overlaps(starts, ends, width, owner=None):
     """Pairs of segments whose cuboids intersect, without consecutive ones of a chain."""
-    cuboids = Cuboids(starts, ends, width)
-    owner = np.arange(len(starts)) if owner is None else owner
-    pairs, certain = cuboids.near_pairs(owner)
-    assert all(cuboids.overlap(i, j) for i, j in pairs[certain].tolist())
-    return [(i, j) for i, j in pairs.tolist() if cuboids.overlap(i, j)]
+    pairs = near_pairs(starts, ends, np.arange(len(starts)) if owner is None else owner, width)
+    return list(map(tuple, pairs[cuboids_intersect(starts, ends, pairs, width)].tolist()))
+
+
+@dims
+@pytest.mark.parametrize("width", [0.1, 0.4, 1.5])
+def test_near_pairs_are_those_whose_spheres_meet(dim, width):
+    random = np.random.default_rng(0)
+    starts = random.uniform(0, 4, (40, dim))
+    ends, owner = starts + unit(random.normal(size=(40, dim))), np.repeat(np.arange(4), 10)
+    distance = np.linalg.norm((starts + ends)[:, None] - (starts + ends), axis=2) / 2
+    near = np.triu(distance <= np.sqrt(1 + 2 * width**2), 1) & ~(np.eye(40, k=1, dtype=bool) & (owner[:, None] == owner))
+    assert near_pairs(starts, ends, owner, width).tolist() == np.argwhere(near).tolist()
 
 
 @dims
@@ -190,3 +205,55 @@ def test_removed_segments_are_recorded(dim):
     crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
     pruned = prune(Curves.of([crossing, crossed]), context_of(), PruneConfig(width=WIDTH))
     np.testing.assert_array_equal(pruned.removed, [crossed[2:4]])
+
+
+@pytest.mark.parametrize(
+    ("preset", "capture", "overrides"),
+    [
+        ("default", "crossing", {"fit.segment_length": 0.03}),
+        ("paper_3d", "crossing", {"fit.segment_length": 0.03}),
+        ("image", "photos", {}),
+        ("paper_2d", "photos", {}),
+    ],
+)
+def test_fcl_decides_every_near_pair_of_the_samples(monkeypatch, preset, capture, overrides):
+    """In 2-D and 3-D, by every preset; with segments of 30 mm, those of the 3-D samples come near each other."""
+    import fcl
+
+    near, calls = [], []
+    module = import_module("doo3d.stages.prune")
+    monkeypatch.setattr(module, "near_pairs", lambda *args: near.append(near_pairs(*args)) or near[-1])
+    collide = fcl.collide
+    monkeypatch.setattr(fcl, "collide", lambda *args: calls.append(args) or collide(*args))
+    for frame in open_capture(SAMPLES / capture).frames:
+        loaded = frame.load()
+        doo3d.detect(loaded.data, doo3d.load_config(preset, overrides), loaded.mask)
+    assert len(calls) == sum(map(len, near)) > 0
+
+
+def test_without_fcl_the_package_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "fcl", None)
+    with pytest.raises(doo3d.errors.MissingDependency, match="fcl cannot be imported"):
+        run(chain((0, 0), (1, 0), 7), chain((3.5, -1.5), (0, 1), 3))
+
+
+def test_a_segment_is_one_object_and_a_test_does_not_depend_on_the_one_before(monkeypatch):
+    import fcl
+
+    made = []
+    box = fcl.Box
+    monkeypatch.setattr(fcl, "Box", lambda *edges: made.append(edges) or box(*edges))
+    starts = np.array([(0.0, 0, 0), (0.5, -0.5, 0), (0.5, -0.5, 0.4), (9.0, 0, 0)])
+    ends = starts + np.array([(1.0, 0, 0), (0, 1, 0), (0, 1, 0), (0, 1, 0)])
+    pairs = np.array([(0, 1), (0, 2), (1, 2), (0, 1)])
+    assert cuboids_intersect(starts, ends, pairs, WIDTH).tolist() == [True, False, False, True]
+    assert made == [(1.0, WIDTH, WIDTH)] * 3
+
+
+def test_the_width_has_an_upper_bound():
+    for width in (1e308, 100.1):
+        with pytest.raises(doo3d.ConfigError, match=r"prune\.width"):
+            doo3d.load_config("default", {"prune.width": width})
+    widest = doo3d.load_config("default", {"prune.width": 100}).prune
+    pruned = prune(Curves.of([chain((0, 0), (1, 0), 7), chain((3.5, 5), (0, 1), 3)]), context_of(), widest)
+    assert len(pruned.removed) == 3  # those of the shorter chain

@@ -4,8 +4,6 @@
 
 namespace {
 
-using Overlap = nb::typed<nb::callable, bool(Index, Index)>;
-
 struct Chains {
     std::vector<double> points;
     std::vector<Index> bounds{0};
@@ -13,7 +11,7 @@ struct Chains {
 };
 
 // Tell which segments stay: of two that overlap, that of the longer chain, of chains of equal length that of the earlier one.
-std::vector<Byte> kept_segments(Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs, Vector<bool> certain, Overlap overlap) {
+std::vector<Byte> kept_segments(Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs) {
     const Index chains = closed.shape(0), segments = bounds(chains) - chains;
     std::vector<Index> owner, size;
     for (Index c = 0; c < chains; ++c) {
@@ -27,10 +25,9 @@ std::vector<Byte> kept_segments(Vector<Index> bounds, Vector<bool> closed, Matri
     for (Index k = 0; k < Index(pairs.shape(0)); ++k) {
         const Index i = pairs(k, 0), j = pairs(k, 1);
         require(i >= 0 && i < segments && j >= 0 && j < segments, "a pair holds no segment");
-        if (!kept[i] || !kept[j]) continue;
         const Index a = owner[i], b = owner[j], first = bounds(a) - a;
         const bool is_joint = a == b && closed(a) && i == first && j == first + whole[a] - 1;  // of the first and the last of a ring
-        if (is_joint || !(certain(k) || nb::cast<bool>(overlap(i, j)))) continue;
+        if (is_joint || !kept[i] || !kept[j]) continue;
         const Index loser = size[b] <= size[a] ? j : i;
         kept[loser] = 0;
         --size[owner[loser]];
@@ -57,15 +54,13 @@ Chains runs_of(const std::vector<Byte>& kept, Matrix<double> points, Vector<Inde
     return runs;
 }
 
-auto keep_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs, Vector<bool> certain,
-                   Overlap overlap) {
+auto keep_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Matrix<Index> pairs) {
     const Index dim = points.shape(1), chains = closed.shape(0);
     require(dim > 0, "points have no coordinates");
     check_bounds(bounds, points.shape(0));
     require(Index(bounds.shape(0)) == chains + 1, "closed is not one per chain");
     require(pairs.shape(1) == 2, "pairs are not (K, 2)");
-    require(certain.shape(0) == pairs.shape(0), "certain is not one per pair");
-    const std::vector<Byte> kept = kept_segments(bounds, closed, pairs, certain, overlap);
+    const std::vector<Byte> kept = kept_segments(bounds, closed, pairs);
     Chains runs = runs_of(kept, points, bounds, closed);
     std::vector<double> removed;
     for (Index c = 0; c < chains; ++c) {
@@ -95,16 +90,11 @@ void bind_keep_segments(Module& m) {
     // closed
     //     (C,) bool, True for a ring
     // pairs
-    //     (K, 2) int64, segments i < j that may overlap, in the order in which they are judged
-    // certain
-    //     (K,) bool, the pairs that overlap for certain
-    // overlap
-    //     tells whether the segments i and j of another pair overlap; called only if both are left
+    //     (K, 2) int64, segments i < j that overlap, in the order in which one of them is removed; pairs that lost one are skipped
     //
     // Returns
     // -------
     // points, bounds, closed : the runs of segments that are left, as chains; a ring that lost a segment is open
     // removed : (S, 2, D) float64, the joints of the removed segments, in the order of the segments
-    m.def("keep_segments", &keep_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "pairs"_a.noconvert(),
-          "certain"_a.noconvert(), "overlap"_a);
+    m.def("keep_segments", &keep_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "pairs"_a.noconvert());
 }

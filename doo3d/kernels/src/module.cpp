@@ -29,7 +29,6 @@ void bind_mask_edge(Module&);
 void bind_mask_parts(Module&);
 void bind_matching(Module&);
 void bind_medians(Module&);
-void bind_near_cuboids(Module&);
 void bind_nearest(Module&);
 void bind_pinhole(Module&);
 void bind_plane(Module&);
@@ -96,7 +95,6 @@ NB_MODULE(_native, native) {
     bind_mask_parts(m);
     bind_matching(m);
     bind_medians(m);
-    bind_near_cuboids(m);
     bind_nearest(m);
     bind_pinhole(m);
     bind_plane(m);
