@@ -77,8 +77,9 @@ class FitConfig(Section):
     )
 
 
-MAX_CUBOID_WIDTH = 100.0
-"""m (px in 2-D): more than ten times the 9 px of the paper, and more than any room. Beyond, all segments are near each other."""
+MAX_CUBOID_WIDTH = 100
+"""m (px in 2-D): over ten times the 9 px of the paper, and more than any scene in metres. The number of pairs to test, and with
+it time and memory, grows with the width until every segment is near every other."""
 
 
 class PruneConfig(Section):

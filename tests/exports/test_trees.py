@@ -14,11 +14,11 @@ from builders.drawn_masks import line
 
 import doo3d
 from doo3d.config import MergeConfig
-from doo3d.exports.overlaps import overlapping_bodies
+from doo3d.exports.overlaps import CONTACT_FREE_RADII, overlapping_bodies
 from doo3d.exports.trees import grown
 from doo3d.geometry.equal_segments import equal_segments
 from doo3d.stages.branches import find_branches
-from doo3d.types import Chain, Detection
+from doo3d.types import Chain, ChainEnd, Detection
 
 STEP = 0.01
 
@@ -164,6 +164,17 @@ def test_a_urdf_tree_simulates_without_gaining_energy(harness, tmp_path, base):
     root = ElementTree.parse(tmp_path / "a.urdf").getroot()
     mass = sum(float(each.get("value")) for each in root.iter("mass"))
     assert mass == pytest.approx(1100 * sum(np.pi * each.radius**2 * each.length for each in harness.chains), rel=1e-6)
+
+
+@pytest.mark.parametrize(("degrees", "radius"), [(10, 0.0051), (20, 0.0052), (25, 0.0102)])
+def test_bodies_of_two_chains_overlap_as_far_as_their_axes_are_less_than_two_radii_apart(degrees, radius):
+    """Segments k of both are nearest where they begin, after a way of k segments."""
+    turn = np.radians(degrees)
+    chains = [chain([0, 0, 0.5], [0.3, 0, 0.5]), chain([0, 0, 0.5], [0.3 * np.cos(turn), 0.3 * np.sin(turn), 0.5])]
+    pairs = overlapping_bodies(chains, [radius, radius], [[ChainEnd(0, 0), ChainEnd(1, 0)]])
+    expected = np.ceil(radius / (STEP * np.sin(turn / 2)))
+    assert expected > 1 + CONTACT_FREE_RADII * radius / STEP
+    assert [first.segment for first, second in pairs if first.segment == second.segment] == list(range(int(expected)))
 
 
 def test_a_branch_at_an_acute_angle_does_not_collide_with_its_trunk(acute, tmp_path):
