@@ -83,7 +83,7 @@ def near_pairs(starts: Floats, ends: Floats, owner: Ints, width: float) -> Ints:
     (K, 2) indices (i, j) with i < j, in lexicographic order.
     """
     diameter = np.sqrt(np.sum((ends - starts) ** 2, axis=1).max(initial=0) + 2 * width**2)  # of the largest sphere
-    pairs = cKDTree((starts + ends) / 2).query_pairs(diameter, output_type="ndarray")
+    pairs: Ints = cKDTree((starts + ends) / 2).query_pairs(diameter, output_type="ndarray")
     first, second = pairs.T
     pairs = pairs[(second > first + 1) | (owner[first] != owner[second])]
     return pairs[np.lexsort(pairs.T[::-1])]
