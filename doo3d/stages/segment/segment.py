@@ -14,6 +14,7 @@ from ...geometry.noise import SAMPLES
 from ...types import Array, Cloud, CloudSampling, Floats, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
+from .end_plugs import remove_plugs
 from .mask_cleanup import CleanedMask, clean_mask
 from .mask_image import object_in_mask_image
 from .mask_repair import repair_mask
@@ -136,6 +137,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         selected = repair_mask(given, frame.color, method in ("network", "strands"))[0]
     cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx, made.hued)
     facts, pixels = cleaned.facts, cleaned.facts.count
+    if frame.color is not None and not is_told and not cleaned.removed_wide:  # what is left of a gripper is no plug
+        facts = remove_plugs(facts, frame.color)
     if pixels:
         _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
     split = SplitMask(facts.mask, 0, None)
@@ -187,7 +190,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     _check_size(int(np.count_nonzero(selected)))
     cleaned = clean_mask(selected, config, mask is None)
-    facts = cleaned.facts
+    facts = cleaned.facts if is_told else remove_plugs(cleaned.facts, image.color)
     holes = selected if cleaned.closed_holes else None
     split = split_strands(facts, holes, color, None, config.equal_widths, is_told and config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
