@@ -17,7 +17,15 @@ from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
 from .stages.branches import Branched, find_branches
-from .stages.confidence import USUAL, Evidence, Interpretation, most_probable, other_interpretations, with_confidence
+from .stages.confidence import (
+    USUAL,
+    Evidence,
+    Interpretation,
+    most_probable,
+    most_probable_chains,
+    other_interpretations,
+    with_confidence,
+)
 from .stages.crossings import find_crossings
 from .stages.extend_mask import extend_mask
 from .stages.fill import fill
@@ -31,6 +39,7 @@ from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
 from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton, as_pose
 from .types.arguments import array
+from .types.results import kept_crossings
 from .visibility import Visibility
 
 MASK_EXTENSIONS = 3
@@ -82,6 +91,8 @@ class Stages:
         for each chain, what speaks against it; its confidence comes from that.
     branched
         junctions and trees of chains; None without `merge.branches`.
+    unchosen
+        chains that were found besides the wanted number (`merge.chains`) of most probable ones.
     """
 
     segmentation: Segmentation
@@ -98,6 +109,7 @@ class Stages:
     limit_notes: tuple[str, ...] = ()
     evidence: list[Evidence] = field(default_factory=list)
     branched: Branched = field(default_factory=lambda: Branched([]))
+    unchosen: tuple[Chain, ...] = ()
 
     @property
     def paths(self) -> list[Path]:
@@ -234,7 +246,30 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     chains, evidence = with_confidence(branched.chains, crossings, dropped, context, config, bodies)
     clock("crossings")
     products = segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings
-    return Stages(*products, clock.seconds, evidence=evidence, branched=branched)
+    stages = Stages(*products, clock.seconds, evidence=evidence, branched=branched)
+    return stages if config.merge.chains is None or not context.ranks_by_confidence else _chosen(stages, config.merge.chains)
+
+
+def _chosen(stages: Stages, count: int) -> Stages:
+    """Return the stages with the wanted number of most probable chains, and the others as `unchosen`."""
+    place = {k: i for i, k in enumerate(most_probable_chains(stages.chains, count))}
+    chains = [stages.chains[k] for k in place]
+    return replace(
+        stages,
+        chains=chains,
+        crossings=kept_crossings(stages.crossings, place),
+        evidence=[stages.evidence[k] for k in place],
+        branched=Branched(chains),
+        unchosen=tuple(chain for k, chain in enumerate(stages.chains) if k not in place),
+    )
+
+
+def object_given(stages: Stages, config: Config) -> bool:
+    """Tell whether the user said what the object is, or how many there are: no chain is left out for its confidence then.
+
+    stages : the products of a frame: by a mask, a color or other settings of the segmentation. config : `merge.chains` is used.
+    """
+    return stages.context.foreground.is_told or config.merge.chains is not None
 
 
 def _fitted_length(paths: list[Path], context: FrameContext) -> float:
@@ -273,10 +308,10 @@ def detect(
 
     Returns
     -------
-    Detection with the chains, longest first, without those that may be clutter and whose confidence is below
-    `output.min_confidence`. Joints are in m, in the camera's optical frame (x right, y down, z forward) or in the frame of the
-    cloud, or in the base frame of `pose`; in 2-D in px. If nothing is found, there are no chains, and `notes` say where the
-    object was lost.
+    Detection with the chains, longest first. If neither the object (by a mask, a color) nor the number of chains is given, those
+    whose confidence is below `output.min_confidence` are not among them: `doubtful` has those that may be cables. Joints are in
+    m, in the camera's optical frame (x right, y down, z forward) or in the frame of the cloud, or in the base frame of `pose`; in
+    2-D in px. If nothing is found, there are no chains, and `notes` say where the object was lost.
 
     Raises
     ------
@@ -287,8 +322,8 @@ def detect(
     base_pose = None if pose is None else as_pose(pose)
     config = as_config(config)
     detection, stages = detect_with_stages(data, config, mask)
-    clutter = {k for k, evidence in enumerate(stages.evidence) if evidence.may_be_clutter}
-    detection = detection.confident(config.output.min_confidence, clutter)
+    if not object_given(stages, config):
+        detection = detection.confident(config.output.min_confidence)
     return detection if base_pose is None else detection.transformed(base_pose)
 
 

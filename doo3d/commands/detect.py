@@ -84,7 +84,7 @@ def detect(
         str,
         typer.Option(
             metavar="all|failed|none|every:N",
-            help="Frames that get a picture. failed: those without a chain, with one whose confidence is below 0.5, or with a "
+            help="Frames that get a picture. failed: those without a chain, with a doubtful one or one below 0.5, or with a "
             "note; every:10: the first and every tenth after it. Missing pictures of finished frames are drawn from the results.",
         ),
     ] = "all",
@@ -184,7 +184,7 @@ def detect(
     for sentence in () if quiet else summary.notes:
         typer.echo(f"note: {sentence}", err=True)
     if not quiet:
-        typer.echo(closing_line(len(names), summary.failed, summary.counts()["chains"], str(out)))
+        typer.echo(closing_line(len(names), summary.failed, summary.counts()["chains"], str(out), summary.doubtful))
     write_debug_frames(out, debugged, effective)
     if summary.failed:
         raise typer.Exit(SOME_FAILED)

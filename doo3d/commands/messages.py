@@ -15,11 +15,13 @@ def frame_line(
     seconds: float,
     column: int = 0,
     trees: tuple[int, int] | None = None,
+    doubtful: Sequence[tuple[float, float]] = (),
 ) -> str:
     """Return the line printed for a frame.
 
     For example "000012   1 chain   0.832 m   radius 4.2 mm   12 % occluded   confidence 0.97   48 ms". With branched objects it
-    begins like "000012   1 object, 5 chains, 2 junctions".
+    begins like "000012   1 object, 5 chains, 2 junctions", with a doubtful chain like
+    "000012   0 chains, 1 doubtful (0.82 m, 0.13)".
 
     Parameters
     ----------
@@ -37,12 +39,18 @@ def frame_line(
         number of characters to which the name is padded with blanks.
     trees
         number of objects and of junctions; None if branched objects were not looked for.
+    doubtful
+        length, m (px in 2-D), and confidence of each doubtful chain.
     """
     count = "1 chain" if len(lengths) == 1 else f"{len(lengths)} chains"
     if trees is not None:
         from ..types.display import tree_text
 
         count = tree_text(trees[0], len(lengths), trees[1])
+    if doubtful:
+        from ..types.display import doubtful_text
+
+        count += f", {doubtful_text(doubtful, units == 'px')}"
     parts = [name.ljust(column), count]
     if lengths:
         factor, unit = (1000, "mm") if units == "m" else (1, "px")
@@ -63,8 +71,8 @@ def failure_line(name: str, error: str, column: int = 0) -> str:
     return f"{name.ljust(column)}   failed: {error}"
 
 
-def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
-    """Return the last line printed by a run, such as "2 of 3 frames, 2 chains -> out".
+def closing_line(frames: int, failed: int, chains: int, out: str, doubtful: int = 0) -> str:
+    """Return the last line printed by a run, such as "2 of 3 frames, 2 chains, 1 doubtful -> out".
 
     Parameters
     ----------
@@ -74,6 +82,9 @@ def closing_line(frames: int, failed: int, chains: int, out: str) -> str:
         number of chains in all frames.
     out
         folder of the results, as text.
+    doubtful
+        number of doubtful chains in all frames.
     """
     number = f"{frames - failed} of {frames} frames" if failed else "1 frame" if frames == 1 else f"{frames} frames"
-    return f"{number}, {chains} chain{'' if chains == 1 else 's'} -> {out}"
+    doubted = f", {doubtful} doubtful" if doubtful else ""
+    return f"{number}, {chains} chain{'' if chains == 1 else 's'}{doubted} -> {out}"

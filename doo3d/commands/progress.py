@@ -85,7 +85,7 @@ class Reporter:
         elif not self.quiet:
             values = (record.lengths, record.radii, record.confidences, record.occluded, record.units, record.seconds)
             trees = None if record.objects is None else (record.objects, record.junctions or 0)
-            line = frame_line(record.name, *values, self.column, trees)
+            line = frame_line(record.name, *values, self.column, trees, record.doubtful)
             self._echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in self._unsaid(record.notes))]))
 
     def _remedy(self, code: str | None) -> str:

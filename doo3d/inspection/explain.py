@@ -12,11 +12,11 @@ from ..config import Config, ConfigLike, as_config
 from ..facts.frame_facts import FrameFacts
 from ..geometry.curves import Curves
 from ..geometry.polyline import steps
-from ..pipeline import Stages, run_with_stages
+from ..pipeline import Stages, object_given, run_with_stages
 from ..stages.links import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Cloud, Floats, Frame, Image
-from ..types.display import counted, tree_text
+from ..types.display import counted, length_text, tree_text
 from .doubts import doubts
 
 SCHEMA = "doo3d/explanation/1"
@@ -329,11 +329,12 @@ def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
 
 def _refine(stages: Stages, in_words: _Lengths) -> Account:
     # chains are cut at junctions, so that their number does not say how many were dropped
-    dropped = len(stages.filled) - len(stages.chains) if not stages.context.branches else 0
+    dropped = len(stages.filled) - len(stages.chains) - len(stages.unchosen) if not stages.context.branches else 0
+    refined = (*stages.chains, *stages.unchosen)
     reason = "shorter than half a segment, or thin beside the thickest (refine.min_radius_ratio)"
     return Account(
         "refine",
-        f"{counted(len(stages.chains), 'chain')}: {', '.join(in_words(chain.length) for chain in stages.chains)}",
+        f"{counted(len(refined), 'chain')}: {', '.join(in_words(chain.length) for chain in refined)}",
         (f"{counted(dropped, 'chain')} {reason}",) * (dropped > 0),
     )
 
@@ -353,9 +354,16 @@ def _branches(stages: Stages) -> list[Account]:
 def _confidence(stages: Stages, config: Config) -> Account:
     """Return how confident the chains are, what speaks against each, and which are left out for it."""
     values, least = [chain.confidence for chain in stages.chains], config.output.min_confidence
-    low = sum(value < least and evidence.may_be_clutter for value, evidence in zip(values, stages.evidence, strict=True))
+    low = 0 if object_given(stages, config) else sum(value < least for value in values)
     made = "; ".join([", ".join(f"{value:.2f}" for value in values) or "no chains", *doubts(stages)])
-    return Account("confidence", made, (f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
+    unchosen = [
+        f"a chain of {length_text(chain.length, chain.joints.shape[1] == 2)}, confidence {chain.confidence:.2f}: "
+        f"chains wanted: {config.merge.chains} (merge.chains)"
+        for chain in stages.unchosen
+    ]
+    return Account(
+        "confidence", made, (*unchosen, *(f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
+    )
 
 
 def _segments(chains: Curves) -> str:

@@ -20,7 +20,7 @@ from ..types.display import objects_text
 from ..viz import draw
 from ..viz.encoding import encode_image
 from ..viz.overlay import caption_lines
-from ..viz.palette import chain_style
+from ..viz.palette import all_chains
 from ..viz.stage_products import Product
 from .explain import explain_stages
 from .local_viewer import LocalViewer, start_viewer
@@ -176,8 +176,7 @@ class RerunRecording:
         Segments whose depth was filled in are darker, and paler if other frames filled them in. Doubtful chains are thin, gray.
         """
         rr, planar = self.rr, detection.mode == "2d"
-        for i, chain in enumerate(detection.chains):
-            style = chain_style(chain, i if chain.id is None else chain.id)
+        for i, (chain, style, number) in enumerate(all_chains(detection)):
             color = np.array(style.color)
             dimmed = np.where(chain.depth_filled[:, None], 3 * color // 4, color)
             colors = np.where(chain.occluded[:, None], color // 2, dimmed)
@@ -185,7 +184,9 @@ class RerunRecording:
             radius = style.width * chain.radius if np.isfinite(chain.radius) else 0.0
             pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)
             strips = (rr.LineStrips2D if planar else rr.LineStrips3D)(pairs, colors=colors, radii=radius)
-            self.recording.log(f"{'image' if planar else 'world'}/chains/{i}", strips)
+            self.recording.log(
+                f"{'image' if planar else 'world'}/{f'chains/{i}' if number else f'doubtful/{i - len(detection.chains)}'}", strips
+            )
         if detection.junctions:
             at = np.array([junction.position for junction in detection.junctions])
             radii = np.array([2 * np.nanmax([0.0, *junction.radii]) for junction in detection.junctions])

@@ -112,6 +112,8 @@ def is_frame_line(values: dict[str, Any]) -> bool:
         and values.get("seconds") is not None
         and values.get("picture") in (None, *PICTURES)
         and all(isinstance(values.get(key), list) and all(map(_is_number, values[key])) for key in ("lengths", "radii"))
+        and isinstance(values.get("doubtful", []), list)
+        and all(isinstance(each, list) and len(each) == 2 and all(map(_is_number, each)) for each in values.get("doubtful", []))
         and isinstance(values.get("notes"), list)
         and all(isinstance(note, str) for note in values["notes"])
         and isinstance(values.get("stages"), dict)

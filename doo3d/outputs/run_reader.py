@@ -147,6 +147,7 @@ def _detection(values: dict[str, Any]) -> Detection:
         pose=None if values.get("pose") is None else _finite_array(values["pose"], (4, 4)),
         junctions=tuple(_junction(junction, dim) for junction in values.get("junctions", ())),
         objects=tuple(_object(item) for item in values.get("objects", ())),
+        doubtful=tuple(_chain(chain, dim) for chain in values.get("doubtful", ())),
     )
 
 

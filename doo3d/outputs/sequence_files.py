@@ -72,6 +72,7 @@ def encode_strands(observation: Observation) -> bytes:
     background = None if view is None else view.to_dict()
     readings = [None if each is None else _encoded(each) for each in observation.readings]
     values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background, "readings": readings}
+    values |= {"is_given": observation.is_given}
     return dumps(values).encode("utf-8")
 
 
@@ -118,7 +119,7 @@ def read_observation(folder: Path, frame: str, with_background: bool = False) ->
         readings = tuple(_readings(item) for item in values["readings"])
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, background, readings)
+    return Observation(read_detection(file), strands, pose, background, readings, values.get("is_given") is True)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:

@@ -162,6 +162,7 @@ def _with_chains(record: FrameRecord, detection: Detection) -> FrameRecord:
         lengths=tuple(chain.length for chain in chains),
         radii=tuple(chain.radius for chain in chains),
         confidences=tuple(chain.confidence for chain in chains),
+        doubtful=tuple((chain.length, chain.confidence) for chain in detection.doubtful),
         occluded=sum(int(chain.occluded.sum()) for chain in chains) / segments if segments else None,
         objects=len(detection.objects) if detection.objects else None,
         junctions=len(detection.junctions) if detection.objects else None,

@@ -31,6 +31,8 @@ class FrameRecord:
         length and radius of each chain, longest chain first, m (px in 2-D); a radius is NaN if unknown.
     confidences
         confidence of each chain, 0 to 1; empty if the journal is of an early version.
+    doubtful
+        length, m (px in 2-D), and confidence of each doubtful chain, which the other fields do not count, longest first.
     occluded
         fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
     objects, junctions
@@ -60,6 +62,7 @@ class FrameRecord:
     lengths: tuple[float, ...] = ()
     radii: tuple[float, ...] = ()
     confidences: tuple[float, ...] = ()
+    doubtful: tuple[tuple[float, float], ...] = ()
     occluded: float | None = None
     objects: int | None = None
     junctions: int | None = None
@@ -79,8 +82,8 @@ class FrameRecord:
     def to_dict(self) -> dict[str, Any]:
         """Return the frame's entry in `manifest.json`, as plain values.
 
-        The entry has the number of chains, but neither the notes nor the times that the steps took, so that equal runs write
-        equal manifests.
+        The entry has the numbers of chains and of doubtful ones, but neither the notes nor the times that the steps took, so that
+        equal runs write equal manifests.
         """
         trees = {} if self.objects is None else {"objects": self.objects, "junctions": self.junctions}
         return {
@@ -93,6 +96,7 @@ class FrameRecord:
             "lengths": list(self.lengths),
             "radii": list(self.radii),
             "confidences": list(self.confidences),
+            "doubtful": len(self.doubtful),
             "occluded": self.occluded,
             "units": self.units,
             "picture": self.picture,
@@ -121,5 +125,6 @@ class FrameRecord:
             for key in ("lengths", "radii", "confidences")
         }
         evidence = known.get("evidence") if isinstance(known.get("evidence"), dict) else {}
-        others = {"notes": tuple(values["notes"]), "evidence": evidence, "picture": picture_kind(values)}
+        doubtful = tuple((float(length), float(confidence)) for length, confidence in values.get("doubtful", ()))
+        others = {"notes": tuple(values["notes"]), "evidence": evidence, "picture": picture_kind(values), "doubtful": doubtful}
         return FrameRecord(**known | numbers | others)

@@ -27,8 +27,8 @@ class Pictures:
     Attributes
     ----------
     frames
-        "all"; "failed": frames without a chain, with a doubtful chain (confidence below 0.5) or with a note that tells more than
-        the method of segmentation; "none"; or "every".
+        "all"; "failed": frames without a chain, with a doubtful chain, with a chain whose confidence is below 0.5, or with a note
+        that tells more than the method of segmentation; "none"; or "every".
     step
         with "every", the first frame and every so many after it.
     kind
@@ -72,7 +72,8 @@ class Pictures:
         if self.frames != FAILED:
             return self.frames == ALL
         is_noted = any(topic_of(note) != METHOD for note in record.notes)
-        return is_noted or not record.lengths or min(record.confidences, default=1.0) < DOUBTFUL_CONFIDENCE
+        is_unsure = bool(record.doubtful) or min(record.confidences, default=1.0) < DOUBTFUL_CONFIDENCE
+        return is_noted or not record.lengths or is_unsure
 
 
 ALL_PICTURES = Pictures()

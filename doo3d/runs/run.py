@@ -66,6 +66,11 @@ class RunSummary(Displayed):
         return len(self.records) - self.failed
 
     @property
+    def doubtful(self) -> int:
+        """Number of doubtful chains in all frames together, which are not among the chains."""
+        return sum(len(record.doubtful) for record in self.records)
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What is implausible about the frames taken together, a sentence each, after `remarks`.
 
@@ -77,7 +82,8 @@ class RunSummary(Displayed):
         """Return the outcome in one short line, such as "3 frames, 3 chains, 1 failed"."""
         counts = self.counts()
         failed = f", {counts[FAILED]} failed" if counts[FAILED] else ""
-        return f"{counted(counts['frames'], 'frame')}, {counted(counts['chains'], 'chain')}{failed}"
+        doubtful = f", {self.doubtful} doubtful" if self.doubtful else ""
+        return f"{counted(counts['frames'], 'frame')}, {counted(counts['chains'], 'chain')}{doubtful}{failed}"
 
     def counts(self) -> dict[str, int]:
         """Return a dict of four numbers: "frames", of these "ok" and "failed", and "chains" in all frames together."""

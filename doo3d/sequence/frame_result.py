@@ -45,16 +45,17 @@ def frame_result(
     is_branched
         whether branched objects are looked for.
     min_confidence
-        confidence below which chains of the frame alone are left out.
+        confidence below which chains of the frame alone are left out, unless the user said what the object is.
     """
     single = observation.detection
+    least = 0.0 if observation.is_given else min_confidence
     if not objects:
-        return single.confident(min_confidence)
+        return single.confident(least)
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
     rings = [
         replace(chain, id=None)
         for number, chain in enumerate(single.chains)
-        if chain.closed and chain.confidence >= min_confidence and number not in followed
+        if chain.closed and chain.confidence >= least and number not in followed
     ]
     shapes = join_shapes(objects, shapes)
     laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]

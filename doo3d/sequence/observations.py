@@ -9,7 +9,7 @@ import numpy as np
 
 from ..config import Config
 from ..geometry.curves import runs
-from ..pipeline import Stages
+from ..pipeline import Stages, object_given
 from ..stages import Assembly, FrameContext
 from ..stages.fill import fill
 from ..stages.refine import estimate_centerline, lay_chains
@@ -88,6 +88,8 @@ class Observation:
         what surrounds the objects: it tells how the camera moves, and what hides them; None for a cloud.
     readings
         for each chain of the detection the depth along it as it was read, from `readings_along`; empty if unknown.
+    is_given
+        whether the user said what the object is, or how many there are: no chain is left out for its confidence then.
     """
 
     detection: Detection
@@ -95,6 +97,7 @@ class Observation:
     pose: Floats | None = None
     background: BackgroundView | None = None
     readings: tuple[Array | None, ...] = ()
+    is_given: bool = False
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
@@ -119,9 +122,10 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
         tips = (own[0].tips[0] == TIP, own[-1].tips[1] == TIP) if own else (False, False)
         readings.append(readings_along(chain, context.foreground, tips))
         strands += own
-    for chain in _dropped_chains(stages, config):
+    for chain in (*_dropped_chains(stages, config), *stages.unchosen):
         strands += _strands(chain, -1, context)
-    return Observation(detection, tuple(strands), readings=tuple(readings))
+    is_given = config.sequence.chains is not None or object_given(stages, config)
+    return Observation(detection, tuple(strands), readings=tuple(readings), is_given=is_given)
 
 
 def _strands(

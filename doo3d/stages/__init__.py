@@ -53,6 +53,11 @@ class FrameContext:
     branches: bool = False
     clearance: float = 1.0
 
+    @property
+    def ranks_by_confidence(self) -> bool:
+        """Whether a wanted number of chains is chosen by confidence, not by length: the object is not given, and not branched."""
+        return not self.foreground.is_told and not self.branches
+
     @cached_property
     def view(self) -> Projection:
         """Return the view in which crossings and the shape of chains are judged."""

@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from .tree import LinearObject
 
-Rows = Literal["chains", "joints", "crossings", "junctions"]
+Rows = Literal["chains", "doubtful", "joints", "crossings", "junctions"]
 
 DOUBTFUL_CONFIDENCE = 0.5
-"""Confidence below which a chain is doubtful: confidences are fitted to the share of right chains, so it is more likely wrong."""
+"""Confidence below which a chain is drawn as doubtful: confidences are fitted to the share of right
+chains, so it is more likely wrong."""
 
 MAX_LISTED_OBJECTS = 3
-"""Branched objects that are described one by one."""
+"""Branched objects, and doubtful chains, that are described one by one."""
 
 
 class Displayed:
@@ -89,8 +90,20 @@ def objects_text(objects: Sequence[LinearObject]) -> str:
 
 
 def doubt_text(confidence: float) -> str:
-    """Return what pictures and tables say of a chain in doubt, such as "doubtful (confidence 0.12)"; empty without doubt."""
-    return f"doubtful (confidence {math.floor(100 * confidence) / 100:.2f})" if confidence < DOUBTFUL_CONFIDENCE else ""
+    """Return what pictures and tables say of a chain in doubt, such as "doubtful (confidence 0.12)"."""
+    return f"doubtful (confidence {math.floor(100 * confidence) / 100:.2f})"
+
+
+def doubtful_text(chains: Sequence[tuple[float, float]], planar: bool) -> str:
+    """Return what a frame shows besides its chains, such as "2 doubtful (0.82 m, 0.13; 0.41 m, 0.05)"; empty without any.
+
+    chains : length, m (px if planar), and confidence of each doubtful chain.
+    """
+    if not chains:
+        return ""
+    listed = [f"{f'{length:.0f} px' if planar else f'{length:.2f} m'}, {value:.2f}" for length, value in chains]
+    more = ["..."] * (len(listed) > MAX_LISTED_OBJECTS)
+    return f"{len(chains)} doubtful ({'; '.join([*listed[:MAX_LISTED_OBJECTS], *more])})"
 
 
 def counted(count: int, noun: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..guard.limits import current_limits
 from . import arguments, tables
 from .arrays import Bools, Floats, set_sealed
-from .display import DOUBTFUL_CONFIDENCE, Drawn, Rows, counted, length_text, radius_text, tree_text
+from .display import DOUBTFUL_CONFIDENCE, Drawn, Rows, counted, doubtful_text, length_text, radius_text, tree_text
 from .pose import Plane, as_pose
 from .tree import Junction, LinearObject, kept_trees
 
@@ -31,6 +31,10 @@ COORDINATES = {
     "world": "the world frame of the camera's poses",
 }
 
+
+DOUBTFUL_LENGTH_RADII = 60.0
+"""Length of an object in radii from which on it is doubtful, and not left out, where its confidence is below the threshold: what
+is as long as 30 of its widths is more often a cable than an edge, a finger or a tool, whatever else speaks against it."""
 
 MODES = ("3d", "2d")
 MAX_ID = 2**63
@@ -173,7 +177,7 @@ class Chain(Drawn):
         return (len(self.joints) - 1) * self.segment_length
 
     @property
-    def doubtful(self) -> bool:
+    def is_doubtful(self) -> bool:
         """Whether the chain is more likely wrong than right, by its own confidence: below 0.5. Pictures draw it thin and gray."""
         return self.confidence < DOUBTFUL_CONFIDENCE
 
@@ -239,13 +243,13 @@ class Chain(Drawn):
         }
 
 
-def _left_out_note(chains: list[Chain], min_confidence: float) -> str:
-    """Return the note on chains that were left out for their low confidence."""
+def _left_out_note(chains: Sequence[Chain], min_confidence: float) -> str:
+    """Return the note on chains that are neither given nor doubtful, for their low confidence."""
     planar = chains[0].joints.shape[1] == 2
     longest = max(chains, key=lambda chain: chain.length)
     size = f"{'the longest is ' if len(chains) > 1 else ''}{length_text(longest.length, planar)} long"
     return (
-        f"output: left out {counted(len(chains), 'doubtful chain')} ({size}, confidence {longest.confidence:.2f}), below "
+        f"output: left out {counted(len(chains), 'chain')} ({size}, confidence {longest.confidence:.2f}), below "
         f"output.min_confidence {min_confidence:g}; 0 gives all"
     )
 
@@ -298,6 +302,19 @@ class Crossing:
         return {"upper": upper, "lower": lower, "point": self.point.tolist(), "confidence": self.confidence}
 
 
+def kept_crossings(crossings: Sequence[Crossing], place: Mapping[int, int]) -> tuple[Crossing, ...]:
+    """Return the crossings whose two chains are kept; place : index of a kept chain in the detection -> its new index."""
+    return tuple(
+        replace(
+            each,
+            upper=each.upper._replace(chain=place[each.upper.chain]),
+            lower=each.lower._replace(chain=place[each.lower.chain]),
+        )
+        for each in crossings
+        if each.upper.chain in place and each.lower.chain in place
+    )
+
+
 @dataclass(frozen=True, repr=False)
 class Detection(Drawn):
     """The objects found in one frame.
@@ -331,6 +348,10 @@ class Detection(Drawn):
     objects
         the connected bodies, the one with the greatest length of chains first: trees of chains and junctions. Empty without
         `merge.branches`, where each chain is an object.
+    doubtful
+        chains that are probably clutter, but may be cables, longest first: below the threshold of confidence
+        (`output.min_confidence`), and at least 60 times as long as their radius, or the most probable ones of a frame without
+        chains. Crossings, junctions and objects do not refer to them.
     """
 
     chains: tuple[Chain, ...]
@@ -345,9 +366,11 @@ class Detection(Drawn):
     pose: Floats | None = None
     junctions: tuple[Junction, ...] = ()
     objects: tuple[LinearObject, ...] = ()
+    doubtful: tuple[Chain, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "chains", arguments.each(self.chains, Chain, "chains"))
+        object.__setattr__(self, "doubtful", arguments.each(self.doubtful, Chain, "doubtful"))
         object.__setattr__(self, "crossings", arguments.each(self.crossings, Crossing, "crossings"))
         object.__setattr__(self, "junctions", arguments.each(self.junctions, Junction, "junctions"))
         object.__setattr__(self, "objects", arguments.each(self.objects, LinearObject, "objects"))
@@ -368,14 +391,15 @@ class Detection(Drawn):
             set_sealed(self, pose=arguments.numbers(self.pose, "pose", (4, 4), "pose-invalid"))
 
     @property
-    def confidence(self) -> float:
-        """The confidence of the detection, 0 to 1: the lowest of its chains' confidences; 1 without chains."""
-        return min((chain.confidence for chain in self.chains), default=1.0)
+    def confidence(self) -> float | None:
+        """The confidence of the detection, 0 to 1: the lowest of its chains, doubtful ones included; None without any."""
+        return min((chain.confidence for chain in (*self.chains, *self.doubtful)), default=None)
 
     def summary(self) -> str:
         """Return the facts of the detection in one short line: frame, number of chains and crossings, length, confidence.
 
-        With branched objects looked for, also their number and that of the junctions.
+        Doubtful chains are listed with their lengths and confidences. With branched objects looked for, also their number and
+        that of the junctions.
         """
         sizes = tree_text(len(self.objects), len(self.chains), len(self.junctions))
         planar, facts = self.mode == "2d", [repr(self.frame), sizes if self.objects else counted(len(self.chains), "chain")]
@@ -385,7 +409,9 @@ class Detection(Drawn):
             )
         if self.crossings:
             facts.append(counted(len(self.crossings), "crossing"))
-        return ", ".join([*facts, f"confidence {self.confidence:.2f}"])
+        if self.doubtful:
+            facts.append(doubtful_text([(chain.length, chain.confidence) for chain in self.doubtful], planar))
+        return ", ".join([*facts, *([] if self.confidence is None else [f"confidence {self.confidence:.2f}"])])
 
     def table(self, rows: Rows = "chains") -> tables.Table:
         """Return the detection as a table: name of the column -> list of values, one per row, as pandas.DataFrame takes it.
@@ -396,7 +422,8 @@ class Detection(Drawn):
         ----------
         rows
             what a row is. "chains": chain (index), id, closed, segments (number), segment_length, length, radius, occluded and
-            depth_filled (shares of the segments), confidence; with branched objects looked for, also object (index). "joints":
+            depth_filled (shares of the segments), confidence; with branched objects looked for, also object (index). "doubtful":
+            the same of `doubtful`, whose object is None. "joints":
             chain, id, closed, segment_length, chain_radius, joint (index), x, y, z, radius (at the joint), occluded (bool, of
             the segment that starts there; None at the last joint), depth ("seen" or "filled", of the same segment; not in 2-D),
             from_time (bool, of the same segment), deviation_across and deviation_along (`Chain.deviations`, None if unknown; not
@@ -416,13 +443,15 @@ class Detection(Drawn):
             raise InputError(f"table({rows!r:.99}): expected one of {', '.join(tables.TABLES)}", code="choice-unknown")
         return tables.TABLES[rows](self)
 
-    def confident(self, min_confidence: float, clutter: Collection[int] | None = None) -> Detection:
-        """Return the detection without the objects whose confidence is below a threshold; a note says how many were left out.
+    def confident(self, min_confidence: float) -> Detection:
+        """Return the detection without the objects whose confidence is below a threshold.
 
         An object is as confident as its most confident chain: of a branched one all chains are kept, or none. Crossings and
-        junctions of what is left out go with it.
+        junctions of the other objects are removed. Of these objects, those at least 60 times as long as their radius become
+        `doubtful`, and the most confident one if no chain is left, unless its confidence is 0. The rest is left out, and a note
+        counts it.
 
-        min_confidence : 0 to 1; 0 keeps all. clutter : indices of the chains that may be left out; None for all.
+        min_confidence : 0 to 1; 0 keeps all.
 
         Raises
         ------
@@ -431,31 +460,34 @@ class Detection(Drawn):
         min_confidence = arguments.probability(min_confidence, "min_confidence")
         bodies = [item.chains for item in self.objects] or [(k,) for k in range(len(self.chains))]
 
-        def is_kept(body: tuple[int, ...]) -> bool:
-            may_go = clutter is None or all(k in clutter for k in body)
-            return not may_go or max(self.chains[k].confidence for k in body) >= min_confidence
+        def confidence_of(body: tuple[int, ...]) -> float:
+            return max(self.chains[k].confidence for k in body)
 
-        kept = sorted(k for body in filter(is_kept, bodies) for k in body)
+        kept = sorted(k for body in bodies if confidence_of(body) >= min_confidence for k in body)
         if len(kept) == len(self.chains):
             return self
+        low = [body for body in bodies if 0 < confidence_of(body) < min_confidence]
+        best = [max(low, key=confidence_of)] if low and not kept else []
+        doubted = {k for body in low if body in best or self._is_long(body) for k in body}
+        doubtful = (*self.doubtful, *(self.chains[k] for k in sorted(doubted)))
+        rest = [chain for k, chain in enumerate(self.chains) if k not in doubted.union(kept)]
         place = {k: i for i, k in enumerate(kept)}
         junctions, objects = kept_trees(self.junctions, self.objects, place)
         return replace(
             self,
             chains=tuple(self.chains[k] for k in kept),
-            crossings=tuple(
-                replace(
-                    each,
-                    upper=each.upper._replace(chain=place[each.upper.chain]),
-                    lower=each.lower._replace(chain=place[each.lower.chain]),
-                )
-                for each in self.crossings
-                if each.upper.chain in place and each.lower.chain in place
-            ),
+            crossings=kept_crossings(self.crossings, place),
             junctions=junctions,
             objects=objects,
-            notes=(*self.notes, _left_out_note([chain for k, chain in enumerate(self.chains) if k not in place], min_confidence)),
+            doubtful=tuple(sorted(doubtful, key=lambda chain: -chain.length)),
+            notes=(*self.notes, *([_left_out_note(rest, min_confidence)] if rest else [])),
         )
+
+    def _is_long(self, body: tuple[int, ...]) -> bool:
+        """Tell whether the chains of an object, together, are long for the radius of the longest."""
+        chains = [self.chains[k] for k in body]
+        radius = max(chains, key=lambda chain: chain.length).radius
+        return sum(chain.length for chain in chains) >= DOUBTFUL_LENGTH_RADII * radius
 
     def transformed(self, pose: Floats) -> Detection:
         """Return a copy of a 3-D detection after a rigid motion, such as from the camera's coordinates to a robot's base frame.
@@ -473,10 +505,15 @@ class Detection(Drawn):
             raise InputError(f"frame {self.frame} is 2-D, in pixels: a pose moves 3-D results", code="results-2d")
         pose = arguments.numbers(pose, "pose", (4, 4), "pose-invalid")
         rotation, translation = pose[:3, :3], pose[:3, 3]
+
+        def moved(chains: tuple[Chain, ...]) -> tuple[Chain, ...]:
+            return tuple(replace(chain, joints=chain.joints @ rotation.T + translation) for chain in chains)
+
         return replace(
             self,
             coordinates="world",
-            chains=tuple(replace(chain, joints=chain.joints @ rotation.T + translation) for chain in self.chains),
+            chains=moved(self.chains),
+            doubtful=moved(self.doubtful),
             crossings=tuple(replace(each, point=rotation @ each.point + translation) for each in self.crossings),
             junctions=tuple(replace(each, position=rotation @ each.position + translation) for each in self.junctions),
             plane=None if self.plane is None else self.plane.transformed(pose),
@@ -493,9 +530,9 @@ class Detection(Drawn):
         """Return the detection as plain lists, strings and numbers, ready for JSON (schema doo3d/detection/2).
 
         Keys: "schema", "frame", "timestamp", "mode", "units" ("m" or "px"), "coordinates" (a description of the frame), "chains"
-        (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "plane" (`Plane.to_dict` or None), "pose" (4x4 or None),
-        "confidence", "seconds" and "notes". With branched objects looked for, also "junctions" (`Junction.to_dict`) and
-        "objects" (`LinearObject.to_dict`).
+        and "doubtful" (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "plane" (`Plane.to_dict` or None), "pose" (4x4 or
+        None), "confidence" (None if nothing was found), "seconds" and "notes". With branched objects looked for, also "junctions"
+        (`Junction.to_dict`) and "objects" (`LinearObject.to_dict`).
         """
         tree = {"junctions": [each.to_dict() for each in self.junctions], "objects": [each.to_dict() for each in self.objects]}
         return {
@@ -506,6 +543,7 @@ class Detection(Drawn):
             "units": "m" if self.mode == "3d" else "px",
             "coordinates": COORDINATES[self.coordinates],
             "chains": [chain.to_dict() for chain in self.chains],
+            "doubtful": [chain.to_dict() for chain in self.doubtful],
             "crossings": [crossing.to_dict() for crossing in self.crossings],
             **(tree if self.objects else {}),
             "plane": None if self.plane is None else self.plane.to_dict(),

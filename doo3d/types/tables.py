@@ -5,6 +5,7 @@ Tables are functions of any detection-like object with chains and crossings, so 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 Table = dict[str, list[Any]]
@@ -15,7 +16,15 @@ DEVIATIONS = ("deviation_across", "deviation_along")
 
 def chains_table(detection: Any) -> Table:
     """Return a table with one row per chain of a detection; see `Detection.table` for the columns."""
-    chains = detection.chains
+    return _table_of(detection, detection.chains, [_object_of(detection, chain) for chain in range(len(detection.chains))])
+
+
+def doubtful_table(detection: Any) -> Table:
+    """Return a table with one row per doubtful chain of a detection, in the columns of `chains_table`."""
+    return _table_of(detection, detection.doubtful, [None] * len(detection.doubtful))
+
+
+def _table_of(detection: Any, chains: Sequence[Any], objects: list[int | None]) -> Table:
     return _framed(
         detection,
         {
@@ -29,7 +38,7 @@ def chains_table(detection: Any) -> Table:
             "occluded": [float(chain.occluded.mean()) for chain in chains],
             "depth_filled": [float(chain.depth_filled.mean()) for chain in chains],
             "confidence": [float(chain.confidence) for chain in chains],
-            **({"object": [_object_of(detection, chain) for chain in range(len(chains))]} if detection.objects else {}),
+            **({"object": objects} if detection.objects else {}),
         },
     )
 
@@ -96,7 +105,13 @@ def junctions_table(detection: Any) -> Table:
     )
 
 
-TABLES = {"chains": chains_table, "joints": joints_table, "crossings": crossings_table, "junctions": junctions_table}
+TABLES = {
+    "chains": chains_table,
+    "doubtful": doubtful_table,
+    "joints": joints_table,
+    "crossings": crossings_table,
+    "junctions": junctions_table,
+}
 """What a row is -> the function that makes the table."""
 
 

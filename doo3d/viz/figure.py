@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import require
 from ..inputs import FrameData
 from ..types import Array, Chain, Cloud, Detection, Floats, Frame, Image
-from .palette import ChainStyle, chain_numbers, chain_styles
+from .palette import ChainStyle, all_chains, chain_numbers
 from .segment_kinds import KIND_WORDS, SEEN, segment_kinds
 from .surroundings import sample_surroundings
 
@@ -45,13 +45,11 @@ def figure(result: Detection | Chain, data: Frame | Cloud | Image | Array | None
     detection = result if isinstance(result, Detection) else _alone(result, data)
     drawn = go.Figure()
     joined = {end for junction in detection.junctions for end in junction.ends}
-    for index, (number, chain, style) in enumerate(
-        zip(chain_numbers(detection), detection.chains, chain_styles(detection), strict=True)
-    ):
-        name = f"chain {number}" + (f", {style.doubt}" if style.doubt else "")
+    for index, (chain, style, number) in enumerate(all_chains(detection)):
+        name = ", ".join(filter(None, (f"chain {number}" * bool(number), style.doubt)))
         at_junction = (index, 0) in joined
         drawn.add_traces(
-            _flat(go, chain, name, style) if detection.mode == "2d" else _tube(go, chain, name, style, str(number), at_junction)
+            _flat(go, chain, name, style) if detection.mode == "2d" else _tube(go, chain, name, style, number, at_junction)
         )
     drawn.add_traces(_junctions(go, detection))
     drawn.update_layout(margin={"l": 0, "r": 0, "t": 30, "b": 0}, title=detection.frame, legend_itemsizing="constant")
@@ -125,7 +123,7 @@ def _tube(go: Any, chain: Chain, name: str, style: ChainStyle, number: str, at_j
     style
         color of the chain, and the factor of its radius.
     number
-        of the chain.
+        of the chain as text; empty for a doubtful one.
     at_junction
         whether the first joint is at a junction: then the number stands beside the middle.
     """

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..geometry.projection import spread_axes
 from ..types import Chain, Detection, Floats
-from ..types.display import counted, length_text, objects_text, radius_text
-from .palette import chain_numbers, chain_styles
+from ..types.display import counted, doubtful_text, length_text, objects_text, radius_text
+from .palette import all_chains
 
 SIZE, MARGIN = (360.0, 220.0), 16.0  # px of the drawing
 HEADER = ("chain", "segments", "length", "radius", "occluded", "confidence")
@@ -26,17 +26,19 @@ def html_of(result: Detection | Chain) -> str:
     notes = "".join(f"<li>{html.escape(note)}</li>" for note in result.notes)
     crossings = f", {counted(len(result.crossings), 'crossing')}" if result.crossings else ""
     found = objects_text(result.objects) if result.objects else counted(len(result.chains), "chain")
-    title = f"{html.escape(result.frame)}: {found}{crossings}, confidence {result.confidence:.2f}"
+    doubtful = doubtful_text([(chain.length, chain.confidence) for chain in result.doubtful], result.mode == "2d")
+    confidence = "" if result.confidence is None else f", confidence {result.confidence:.2f}"
+    title = f"{html.escape(result.frame)}: {found}{crossings}{f', {doubtful}' if doubtful else ''}{confidence}"
     return (
         f'<div class="doo3d"><p><b>{title}</b></p>{_drawing(result)}{_table(result)}{f"<ul>{notes}</ul>" if notes else ""}</div>'
     )
 
 
 def _table(detection: Detection) -> str:
-    if not detection.chains:
+    if not detection.chains and not detection.doubtful:
         return ""
     planar, rows = detection.mode == "2d", []
-    for number, chain, style in zip(chain_numbers(detection), detection.chains, chain_styles(detection), strict=True):
+    for chain, style, number in all_chains(detection):
         cells = (
             f'<span style="color:{style.css}">&#9679;</span> {number}{" (ring)" if chain.closed else ""}',
             str(len(chain.occluded)),
@@ -56,13 +58,12 @@ def _drawing(detection: Detection) -> str:
     Occluded segments are dashed, with dots between the dashes where other frames filled them in. A white square that stands on a
     corner marks a junction.
     """
-    if not detection.chains:
+    if not detection.chains and not detection.doubtful:
         return ""
     placed, nodes = _placed(detection)
     shapes = []
     joined = {end for junction in detection.junctions for end in junction.ends}
-    drawn = zip(chain_numbers(detection), detection.chains, chain_styles(detection), placed, strict=True)
-    for index, (number, chain, style, points) in enumerate(drawn):
+    for index, ((chain, style, number), points) in enumerate(zip(all_chains(detection), placed, strict=True)):
         color, width = style.css, 3 * style.width
         edges = [0, *(np.flatnonzero(np.diff(chain.occluded.astype(int) + chain.from_time)) + 1).tolist(), len(chain.occluded)]
         for first, last in pairwise(edges):
@@ -83,9 +84,9 @@ def _drawing(detection: Detection) -> str:
 
 def _placed(detection: Detection) -> tuple[list[Floats], Floats]:
     """Return the joints of each chain, (N + 1, 2), and the junctions, (J, 2), px of the drawing."""
-    counts = [len(chain.joints) for chain in detection.chains]
+    chains = (*detection.chains, *detection.doubtful)
     nodes = [junction.position[None] for junction in detection.junctions]
-    joints = np.concatenate([*(chain.joints for chain in detection.chains), *nodes])
+    joints = np.concatenate([*(chain.joints for chain in chains), *nodes])
     if joints.shape[1] == 3:
         in_view = detection.coordinates == "camera" and bool((joints[:, 2] > 0).all())
         joints = (
@@ -96,5 +97,5 @@ def _placed(detection: Detection) -> tuple[list[Floats], Floats]:
     low, high = joints.min(axis=0), joints.max(axis=0)
     scale = float(np.min((np.array(SIZE) - 2 * MARGIN) / np.maximum(high - low, 1e-9)))
     placed = np.array(SIZE) / 2 + scale * (joints - (low + high) / 2)
-    *chains, nodes_placed = np.split(placed, np.cumsum(counts))
-    return chains, nodes_placed
+    *lines, nodes_placed = np.split(placed, np.cumsum([len(chain.joints) for chain in chains]))
+    return lines, nodes_placed

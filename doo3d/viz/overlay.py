@@ -7,11 +7,11 @@ import numpy as np
 
 from ..types import Array, Chain, Cloud, Detection, Floats, Frame, Image
 from ..types.arguments import refused
-from ..types.display import doubt_text, tree_text
+from ..types.display import tree_text
 from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import ChainRibbon, upper_pieces
-from .palette import DARK, LIGHT, UNIT_PX, chain_numbers, chain_styles
+from .palette import DARK, LIGHT, UNIT_PX, all_chains, chain_numbers
 from .segment_kinds import DEPTH_FILLED, FROM_TIME, segment_kinds
 
 _MAX_CAPTION_LINES = 8
@@ -25,7 +25,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     - Each chain has its own color. If frames are tracked, an object has the same color in all of them.
     - A ribbon shows the width of the object, a line its center line with the joints. Where the object is occluded, the ribbon is
       pale and the line dashed; where other frames of a sequence filled it in, the line is white between the dashes.
-    - A doubtful chain, whose confidence is below 0.5, is a thin gray line, and the panel says so.
+    - A doubtful chain, one of `detection.doubtful` or with a confidence below 0.5, is a thin gray line, and the panel says so.
     - A disc marks the first joint, a ring the last. With several chains, the number of each stands beside its first joint, or its
       middle if that is at a junction: its id, or without tracking its index.
     - Where chains meet at a junction, a white square stands for their ends.
@@ -53,10 +53,10 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
         backdrop = planar_backdrop(backdrop.image)
     height, width = backdrop.image.shape[:2]
     unit = max(1.0, np.sqrt(height * width) / UNIT_PX)
-    styles = chain_styles(detection)
-    strands = [ChainRibbon.of(chain, backdrop, style, unit) for chain, style in zip(detection.chains, styles, strict=True)]
+    drawn = [ChainRibbon.of(chain, backdrop, style, unit) for chain, style, _ in all_chains(detection)]
+    strands = drawn[: len(detection.chains)]
     canvas = Canvas(height, width)
-    for strand in reversed(strands):
+    for strand in reversed(drawn):
         strand.paint(canvas, np.ones(len(strand.occluded), dtype=bool))
     same_view = not isinstance(data, Cloud) or data.viewpoint is not None
     for index, chosen, known in upper_pieces(strands, detection.crossings if same_view else ()):
@@ -64,8 +64,8 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
         if known:
             strands[index].paint_bridge_edges(canvas, chosen)
     joined = {end for junction in detection.junctions for end in junction.ends}
-    for index in reversed(range(len(strands))):
-        strands[index].paint_ends(canvas, ((index, 0) not in joined, (index, 1) not in joined))
+    for index in reversed(range(len(drawn))):
+        drawn[index].paint_ends(canvas, ((index, 0) not in joined, (index, 1) not in joined))
     _paint_junctions(canvas, detection, backdrop, unit)
     picture = canvas.blend_over(backdrop.image)
     _caption(picture, canvas, detection)
@@ -100,16 +100,16 @@ def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, u
 
 
 def caption_lines(detection: Detection) -> list[str]:
-    """Return a line of text for each chain, such as "1.204 m   r 5.0 mm   12% occluded   5% depth filled".
+    """Return a line of text for each chain, doubtful ones last, such as "1.204 m   r 5.0 mm   12% occluded   5% depth filled".
 
     The line tells length and radius, the share of the segments that is occluded, the share that other frames filled in (which is
     part of the occluded share), and the share that is seen but whose depth was filled in. Lengths are in px in 2-D. A share of 0
     is left out. A doubtful chain has "doubtful (confidence 0.12)" at the end.
     """
-    return [_line(chain, detection.mode == "3d") for chain in detection.chains]
+    return [_line(chain, detection.mode == "3d", style.doubt) for chain, style, _ in all_chains(detection)]
 
 
-def _line(chain: Chain, in_metres: bool) -> str:
+def _line(chain: Chain, in_metres: bool, doubt: str) -> str:
     if in_metres:
         text = f"{chain.length:.3f} m   r {chain.radius * 1000:.1f} mm"
     else:
@@ -120,15 +120,14 @@ def _line(chain: Chain, in_metres: bool) -> str:
         (float((kinds == FROM_TIME).mean()), "from other frames"),
         (float((kinds == DEPTH_FILLED).mean()), "depth filled"),
     )
-    doubt = [f"   {doubt_text(chain.confidence)}"] if chain.doubtful else []
-    return "".join([text, *(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share), *doubt])
+    return "".join([text, *(f"   {max(share, 0.01):.0%} {name}" for share, name in shares if share), f"   {doubt}" * bool(doubt)])
 
 
 def _caption(picture: Array, drawn: Canvas, detection: Detection) -> None:
     """Draw a panel that describes the chains, in the corner where it covers the least of them."""
     lines = caption_lines(detection) or ["nothing found"]
     if len(lines) > 1:
-        lines = [f"{number}   {line}" for number, line in zip(chain_numbers(detection), lines, strict=True)]
+        lines = [f"{number or '-'}   {line}" for (_, _, number), line in zip(all_chains(detection), lines, strict=True)]
     head = [tree_text(len(detection.objects), len(detection.chains), len(detection.junctions))] if detection.junctions else []
     if len(lines) > _MAX_CAPTION_LINES:
         lines = [*lines[: _MAX_CAPTION_LINES - 1], f"and {len(lines) - _MAX_CAPTION_LINES + 1} more"]
@@ -146,12 +145,12 @@ def _caption(picture: Array, drawn: Canvas, detection: Detection) -> None:
     canvas = Canvas(*covered.shape[:2])
     canvas.box((0, 0), panel, DARK, 0.72)
     covered[:] = canvas.blend_over(covered)
-    colors = [style.color for style in chain_styles(detection)]
+    colors = [style.color for _, style, _ in all_chains(detection)]
     thickness = max(1, round(size * 1.3))
     for i, line in enumerate(lines):
         base = top + pad // 2 + row * i + (row + letter_height) // 2
         text_at = left + pad
-        if 0 <= i - len(head) < len(detection.chains) and not line.startswith("and "):
+        if 0 <= i - len(head) < len(colors) and not line.startswith("and "):
             cv2.rectangle(picture, (left + pad, base - letter_height), (left + 2 * pad, base), colors[i - len(head)], -1)
             text_at += 2 * pad
         cv2.putText(picture, line, (text_at, base), _FONT, size, LIGHT, thickness, cv2.LINE_AA)

@@ -70,15 +70,25 @@ class ChainStyle(NamedTuple):
 
 
 def chain_style(chain: Chain, number: int) -> ChainStyle:
-    """Return how a chain is drawn: in the color of its number, or thin and gray if it is doubtful."""
-    if chain.doubtful:
-        return ChainStyle(DOUBTFUL, DOUBTFUL_WIDTH, doubt_text(chain.confidence))
-    return ChainStyle(chain_color(number), 1.0, "")
+    """Return how a chain is drawn: in the color of its number, or thin and gray if its confidence is below 0.5."""
+    return doubtful_style(chain) if chain.is_doubtful else ChainStyle(chain_color(number), 1.0, "")
+
+
+def doubtful_style(chain: Chain) -> ChainStyle:
+    """Return how a chain of `detection.doubtful` is drawn: thin and gray, whatever its confidence."""
+    return ChainStyle(DOUBTFUL, DOUBTFUL_WIDTH, doubt_text(chain.confidence))
 
 
 def chain_styles(detection: Detection) -> list[ChainStyle]:
     """Return how each chain of a detection is drawn, in the order of `detection.chains`."""
     return [chain_style(chain, number) for chain, number in zip(detection.chains, chain_numbers(detection), strict=True)]
+
+
+def all_chains(detection: Detection) -> list[tuple[Chain, ChainStyle, str]]:
+    """Return each chain of a detection with how it is drawn and its number; then the doubtful ones, without numbers."""
+    numbers = map(str, chain_numbers(detection))
+    chains = list(zip(detection.chains, chain_styles(detection), numbers, strict=True))
+    return [*chains, *((chain, doubtful_style(chain), "") for chain in detection.doubtful)]
 
 
 def chain_numbers(detection: Detection) -> list[int]:

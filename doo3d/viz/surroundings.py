@@ -113,7 +113,8 @@ def _near_chains(points: Floats, detection: Detection) -> Bools:
     """Choose the points in the box of the chains with a margin; without chains, in the box of 96 % of the points."""
     if not len(points):
         return np.zeros(0, dtype=bool)
-    joints = np.concatenate([chain.joints for chain in detection.chains]) if detection.chains else None
+    chains = (*detection.chains, *detection.doubtful)
+    joints = np.concatenate([chain.joints for chain in chains]) if chains else None
     low, high = np.percentile(points, (2, 98), axis=0) if joints is None else (joints.min(axis=0), joints.max(axis=0))
     margin = SURROUNDINGS_MARGIN * float(np.linalg.norm(high - low))
     return np.asarray(((points >= low - margin) & (points <= high + margin)).all(axis=1))
@@ -122,7 +123,7 @@ def _near_chains(points: Floats, detection: Detection) -> Bools:
 def _on_object(points: Floats, detection: Detection) -> Bools:
     """Choose the points within OBJECT_RADII radii of a chain."""
     on_object = np.zeros(len(points), dtype=bool)
-    for chain in detection.chains:
+    for chain in (*detection.chains, *detection.doubtful):
         radius = chain.radius if np.isfinite(chain.radius) else chain.segment_length / 2
         samples = chain.nodes(4 * len(chain.joints))
         on_object |= np.isfinite(cKDTree(samples).query(points, distance_upper_bound=OBJECT_RADII * radius)[0])

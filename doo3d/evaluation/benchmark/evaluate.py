@@ -118,7 +118,7 @@ def detect_safely(
         detection, code = Detection(()), error_code(failure)
         error = str(failure) if isinstance(failure, DooError) else f"{type(failure).__name__}: {failure}"
     seconds = time.perf_counter() - start
-    return detection, {"confidence": detection.confidence, "ms": 1e3 * seconds, "error": error, "code": code}
+    return detection, {"confidence": detection.confidence or 0.0, "ms": 1e3 * seconds, "error": error, "code": code}
 
 
 def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Record:

@@ -45,7 +45,7 @@ def result_rows(folder: str | Path, truth: str | Path) -> list[Record]:
         frame_score = score(detection.chains, truths, crossings)
         ms = 1e3 * sum(detection.seconds.values()) if detection.seconds else float("nan")
         error, code = ("no result", "results-missing") if missing else (None, None)
-        end = {"confidence": detection.confidence, "ms": ms, "error": error, "code": code}
+        end = {"confidence": detection.confidence or 0.0, "ms": ms, "error": error, "code": code}
         rows.append(Case(name, folder.resolve().name, partial(_read_3d, paths[name])).record(frame_score | end))
     return rows
 

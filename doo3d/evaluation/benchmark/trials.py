@@ -160,7 +160,7 @@ def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> R
         found = score_trees(detection, scene)
         junctions_right = found["taken"] == found["false"] == 0
         crossings = found["crossings"], found["crossed"]
-        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence, timing["ms"])
+        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence or 0.0, timing["ms"])
 
     return run
 
@@ -206,7 +206,7 @@ def _outcome(
     in_image = bool(found.image_correct)
     right = in_image if depth is not None else found.correct
     crossings = found.crossings, found.crossings_correct
-    return Outcome(right, in_image, *crossings, detection.confidence, timing["ms"])
+    return Outcome(right, in_image, *crossings, detection.confidence or 0.0, timing["ms"])
 
 
 def _lifted(chain: Chain, camera: Camera, depth: float) -> Chain:

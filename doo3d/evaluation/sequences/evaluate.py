@@ -223,7 +223,7 @@ def variant_rows(variant: str, frames: Sequence[FirstPass], detections: Sequence
                 rms_hidden=values.rms_hidden,
                 jumps=int(jumps[k].sum()),
                 nodes_compared=int(counted[k]) * distances.shape[1],
-                confidence=detection.confidence,
+                confidence=detection.confidence or 0.0,
                 reasons=values.reasons,
                 true_length=frame.truth.length,
                 nodes_seen=seen.tolist(),

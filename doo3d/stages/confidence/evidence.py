@@ -163,11 +163,6 @@ class Evidence:
     is_planar: bool = False
     is_judged: bool = False
 
-    @property
-    def may_be_clutter(self) -> bool:
-        """Whether the chain may be no object at all: found by shape alone, or short beside one five times as long."""
-        return not self.is_told or self.stray > 0
-
     def amounts(self) -> dict[str, float]:
         """Return the amount of each kind of evidence by name."""
         return {name: value for name, value in vars(self).items() if not name.startswith("is_")}

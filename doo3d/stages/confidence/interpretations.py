@@ -89,7 +89,7 @@ def most_probable(interpretations: Sequence[Sequence[Evidence]], config: Config)
         what speaks against each chain, of each interpretation, the usual one first. Those without chains are passed over,
         and those that leave more of the mask unclaimed than the usual one: chains are easily smooth where a part is left out.
     config
-        the settings: chains that may be clutter and are below `output.min_confidence` do not count.
+        the settings: strays below `output.min_confidence` do not count.
 
     Returns
     -------
@@ -104,6 +104,6 @@ def most_probable(interpretations: Sequence[Sequence[Evidence]], config: Config)
 
 
 def _log_odds(evidence: Sequence[Evidence], config: Config) -> float:
-    """Return the log odds of the least probable chain that is not left out as clutter; infinite without any."""
+    """Return the log odds of the least probable chain, improbable strays aside; infinite without any."""
     least = config.output.min_confidence
-    return min((each.log_odds for each in evidence if not each.may_be_clutter or each.confidence >= least), default=math.inf)
+    return min((each.log_odds for each in evidence if not each.stray or each.confidence >= least), default=math.inf)

@@ -31,8 +31,10 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 
     Ends are connected at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the
-    wanted number of chains is left. The part of a gap path in free space, which the camera saw to be empty, costs extra. Kept are
-    the `config.chains` longest objects or, if that is not set, the objects of at least `config.min_length` radii.
+    wanted number of chains is left. The part of a gap path in free space, which the camera saw to be empty, costs extra. The
+    objects of at least `config.min_length` radii are kept or, if `config.chains` is set, that number of objects, the longest. If
+    the object is not given, `confidence.most_probable_chains` chooses among the objects later, since an edge may be longer than
+    the cable.
     Of more than MAX_CHAINS (500) chains only the longest are used, and a note says so.
 
     Parameters
@@ -71,14 +73,14 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     routes = trace_routes(chains.closed.tolist(), links)
     built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in routes]
     built.sort(key=lambda item: -item[1].segments)
+    least, setting = config.min_length * context.radius, "merge.min_length"
+    count = sum(assembly.segments * context.segment_length >= least for _, assembly in built)
     if config.chains is not None:
-        kept, setting = built[: config.chains], "merge.chains"
-    else:
-        least = config.min_length * context.radius
-        kept, setting = [item for item in built if item[1].segments * context.segment_length >= least], "merge.min_length"
+        count, setting = max(config.chains, count if context.ranks_by_confidence else 0), "merge.chains"
+    kept = built[:count]
     used = {end.chain for route, _ in kept for end in route.entries}
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
-    refusal = _refusal_notes(links, sizes, cost, gap_paths)
+    refusal = _refusal_notes(links, sizes, cost, gap_paths, "most probable" if context.ranks_by_confidence else "longest")
     return Merged(
         [assembly for _, assembly in kept],
         partial(
@@ -108,8 +110,11 @@ def _notes(left_out: Curves) -> tuple[str, ...]:
     )
 
 
-def _refusal_notes(links: Sequence[Link], sizes: list[int], cost: Floats, gap_paths: GapPaths) -> tuple[str, ...]:
-    """Return a note if fewer chains are wanted than are left, since the others could only be joined in the open."""
+def _refusal_notes(links: Sequence[Link], sizes: list[int], cost: Floats, gap_paths: GapPaths, which: str) -> tuple[str, ...]:
+    """Return a note if fewer chains are wanted than are left, since the others could only be joined in the open.
+
+    which : the chains that are kept, such as "longest".
+    """
     wanted = gap_paths.ends.config.chains
     if wanted is None:
         return ()
@@ -123,7 +128,7 @@ def _refusal_notes(links: Sequence[Link], sizes: list[int], cost: Floats, gap_pa
     pairs = [(End(a // 2, a % 2), End(b // 2, b % 2)) for a, b in zip(first[apart].tolist(), second[apart].tolist(), strict=True)]
     if not any(gap_paths.cost(pair).open > gap_paths.ends.config.max_cost for pair in pairs):
         return ()
-    kept = "longest is" if wanted == 1 else f"{wanted} longest are"
+    kept = f"{which} is" if wanted == 1 else f"{wanted} {which} are"
     return (
         f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: the camera sees bare surface or "
         f"free space between their ends, so they are not joined, and the {kept} kept; set merge.chains to {found} if these are "

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...inputs import FrameData
 from ...types import Array, Chain, Detection, Floats
-from ..palette import chain_style
+from ..palette import ChainStyle, chain_style
 from ..surroundings import sample_surroundings
 
 THUMBNAIL_WIDTHS = (720, 560, 440, 340, 260, 200, 150, 110)  # px, tried in turn
@@ -46,7 +46,7 @@ def pack_points(points: Floats) -> dict[str, Any]:
     }
 
 
-def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
+def pack_chain(index: int, chain: Chain, style: ChainStyle | None = None) -> dict[str, Any]:
     """Return one chain as a dict for the page of the report.
 
     Parameters
@@ -55,6 +55,8 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         index of the chain in the detection; gives the color if the chain has no id.
     chain
         the chain.
+    style
+        how it is drawn; None: by its number and confidence.
 
     Returns
     -------
@@ -65,7 +67,7 @@ def pack_chain(index: int, chain: Chain) -> dict[str, Any]:
         pictures, for doubtful chains "doubt" (words for the legend) and "width" (factor of widths), and "id", "closed",
         "length", "radius", "confidence" of the chain.
     """
-    style = chain_style(chain, index if chain.id is None else chain.id)
+    style = style or chain_style(chain, index if chain.id is None else chain.id)
     radii = chain.radii[:, None]
     return {
         "id": chain.id,

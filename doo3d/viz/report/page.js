@@ -17,7 +17,7 @@ const percent = (share) => share > 0 && share < 0.01 ? "< 1 %" : `${Math.round(1
 const timeText = (seconds) => seconds < 10 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`;
 const counted = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 const chainsText = (frame) => (frame.objects ? `${counted(frame.objects.length, "object")}, ` : "") + counted(frame.chains.length, "chain")
-  + (frame.junctions ? `, ${counted(frame.junctions.length, "junction")}` : "");
+  + (frame.junctions ? `, ${counted(frame.junctions.length, "junction")}` : "") + (frame.doubtful.length ? `, ${frame.doubtful.length} doubtful` : "");
 const sum = (values) => values.reduce((total, value) => total + value, 0);
 function median(values) {
   const sorted = [...values].sort((a, b) => a - b), middle = sorted.length >> 1;
@@ -37,8 +37,9 @@ function heading() {
   const chains = succeeded.flatMap((frame) => frame.chains), times = succeeded.map((frame) => frame.seconds).filter((each) => each !== null);
   const shares = succeeded.map((frame) => frame.occluded).filter((each) => each !== null);
   const figures = [["Frames", frames.length], ["Failed", failed.length, failed.length > 0], ...cableFigures(chains)];
-  const doubtful = chains.filter((chain) => chain.doubt).length;
-  if (doubtful) figures.push(["Doubtful chains", `${doubtful} of ${chains.length}`, true]);
+  const unsure = chains.filter((chain) => chain.doubt).length, doubtful = sum(succeeded.map((frame) => frame.doubtful.length));
+  if (unsure) figures.push(["Chains below 0.5", `${unsure} of ${chains.length}`, true]);
+  if (doubtful) figures.push(["Doubtful, not in chains", doubtful, true]);
   const branched = succeeded.filter((frame) => frame.objects);
   if (branched.length) {
     figures.push(["Objects, median", median(branched.map((frame) => frame.objects.length))], ["Junctions, median", median(branched.map((frame) => frame.junctions.length))]);
@@ -97,8 +98,8 @@ function card(frame, number) {
   make("span", frame.name, button);
   const summary = frame.error === null ? [chainsText(frame), ...frame.chains.slice(0, 2).map((chain) => lengthText(chain.length))] : ["failed"];
   if (frame.chains?.length > 2) summary.push("…");
-  const doubtful = frame.chains?.filter((chain) => chain.doubt).length;
-  if (doubtful) summary.push(`${doubtful} doubtful`);
+  const unsure = frame.chains?.filter((chain) => chain.doubt).length;
+  if (unsure) summary.push(`${unsure} below 0.5`);
   make("small", summary.join(", "), button);
   return item;
 }

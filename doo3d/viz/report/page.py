@@ -23,6 +23,7 @@ from ...outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ...outputs.run_reader import Results
 from ...types import Detection
 from ...types.display import objects_text
+from ..palette import doubtful_style
 from .packing import pack_chain, pack_cloud, pack_picture
 
 MAX_PICTURE_BYTES, MAX_CLOUD_BYTES = 4_500_000, 5_000_000  # of the page, for all thumbnails and for all clouds
@@ -142,6 +143,7 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
         "occluded": occluded / segments if segments else None,
         "confidence": detection.confidence,
         "chains": [pack_chain(i, chain) for i, chain in enumerate(detection.chains)],
+        "doubtful": [pack_chain(i, chain, doubtful_style(chain)) for i, chain in enumerate(detection.doubtful)],
         "crossings": [
             {
                 "point": crossing.point.tolist(),

@@ -68,7 +68,7 @@ const firstTop = laterTimes.length ? 1.1 * Math.max(...laterTimes) : Infinity;
 const firstNote = frames.length && frames[0].error === null && frames[0].seconds > firstTop ? ` (first frame: ${timeText(frames[0].seconds)}, drawn at the top)` : "";
 
 function shares() {
-  const values = (key, label) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null || !frame.chains.length ? [] : [
+  const values = (key, label) => frames.flatMap((frame, number) => frame[key] === undefined || frame[key] === null ? [] : [
     [number, 100 * frame[key], `${percent(frame[key])} ${label}`]]);
   return [line(values("confidence", "confidence of the least certain chain"), "confidence", css("--strong")), line(values("occluded", "occluded"), "occluded", shaded("#ff8a00"))];
 }
@@ -76,7 +76,7 @@ function shares() {
 const plots = [
   [`Length of each chain, ${metric ? "m" : "px"}`, lengths, "", false],
   [`Time, ms${firstNote}`, times, "", false],
-  ["Least confidence of a chain (blue) and occluded share (orange)", shares, " %", true],
+  ["Least confidence of a chain, doubtful ones included (blue) and occluded share (orange)", shares, " %", true],
 ].filter(([, values]) => values().some((trace) => trace.x.length));
 
 function drawPlots() {
@@ -119,12 +119,15 @@ function chainTraces(frame, chain, number) {
   traces.push({ type: "scatter3d", mode: "markers", name, legendgroup: name, showlegend: false, hoverinfo: "text",
     x: ends.map((n) => joints[n][0]), y: ends.map((n) => joints[n][1]), z: ends.map((n) => joints[n][2]), hovertext: sides.map((side) => `${name}, ${["first", "last"][side]} joint`),
     marker: { size: MARK_SIZE * width, color, symbol: sides.map((side) => ["circle", "circle-open"][side]), line: { color: css("--text"), width: 1 } } });
-  traces.push({ type: "scatter3d", mode: "text", legendgroup: name, showlegend: false, hoverinfo: "skip", text: [String(chain.id ?? number)],
+  traces.push({ type: "scatter3d", mode: "text", legendgroup: name, showlegend: false, hoverinfo: "skip", text: [chainLabel(chain, number)],
     x: [joints[at][0]], y: [joints[at][1]], z: [joints[at][2]], textposition: "top center", textfont: { size: 14, color: css("--text") } });
   return traces;
 }
 
-const chainName = (chain, number) => `chain ${chain.id ?? number}${chain.doubt ? `, ${chain.doubt}` : ""}`;
+const DOUBTFUL = -1;  // in place of the number of a chain: it is one of the doubtful ones, not of the chains
+const chainLabel = (chain, number) => number === DOUBTFUL ? "" : String(chain.id ?? number);
+const chainName = (chain, number) => [...(number === DOUBTFUL ? [] : [`chain ${chain.id ?? number}`]), ...(chain.doubt ? [chain.doubt] : [])].join(", ");
+const allChains = (frame) => [...frame.chains.map((chain, number) => [chain, number]), ...frame.doubtful.map((chain) => [chain, DOUBTFUL])];
 
 /** Draw where both ends and the middle of a tracked chain were in the last second, as thin lines. */
 function trailTraces(frame, chain) {
@@ -181,11 +184,11 @@ function drawSpace(frame) {
   }
   const box = by("view"), tall = Math.min(Math.max(box.clientHeight / box.clientWidth, 1), 1.6);  // a narrow view shows less from the same distance
   camera.eye = Object.fromEntries(Object.entries(camera.eye).map(([key, value]) => [key, tall * value]));
-  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...frame.chains.flatMap((chain, number) => chainTraces(frame, chain, number)), ...frame.chains.flatMap((chain) => trailTraces(frame, chain)), ...junctionTraces(frame, "xyz", "scatter3d")];
+  const traces = [...(frame.cloud ? cloudTraces(frame.cloud) : []), ...allChains(frame).flatMap(([chain, number]) => chainTraces(frame, chain, number)), ...frame.chains.flatMap((chain) => trailTraces(frame, chain)), ...junctionTraces(frame, "xyz", "scatter3d")];
   const sides = boxSides(traces), axisOf = (letter) => ({ ...axis, title: { text: `${letter} (m)` }, nticks: 2 + Math.round(5 * sides[letter]) });
   return Plotly.react(by("view"), traces, {
     margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "rgba(0,0,0,0)", font: { color: css("--text"), family: "system-ui, sans-serif" }, uirevision: "same",
-    legend: { x: 0.01, y: 0.99, bgcolor: css("--veil"), itemsizing: "constant" }, showlegend: frame.chains.length <= (box.clientWidth < NARROW_PX ? 3 : 12),
+    legend: { x: 0.01, y: 0.99, bgcolor: css("--veil"), itemsizing: "constant" }, showlegend: allChains(frame).length <= (box.clientWidth < NARROW_PX ? 3 : 12),
     modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--quiet"), activecolor: css("--strong") },
     scene: { aspectmode: "manual", aspectratio: sides, dragmode: "orbit", camera, xaxis: axisOf("x"), yaxis: axisOf("y"), zaxis: axisOf("z") },
   }, buttons("resetCameraDefault3d"));
@@ -193,7 +196,7 @@ function drawSpace(frame) {
 
 function drawImage(frame) {
   const inImage = (chain) => kindsOf(chain).map((kind) => kind === 1 ? 0 : kind);
-  const traces = frame.chains.flatMap((chain, number) => kindRuns(inImage(chain)).map(([first, last, kind]) => {
+  const traces = allChains(frame).flatMap(([chain, number]) => kindRuns(inImage(chain)).map(([first, last, kind]) => {
     const [x, y] = unpack(chain.joints).map((column) => Array.from(column.slice(first, last + 1)));
     return { type: "scatter", mode: "lines+markers", x, y, name: chainName(chain, number), marker: { size: 4 * (chain.width ?? 1), color: chain.color },
       line: { color: chain.color, width: 3 * (chain.width ?? 1), dash: ["solid", "solid", "dot", "dashdot"][kind] }, showlegend: false };
@@ -212,13 +215,13 @@ function drawImage(frame) {
 
 /** Return the columns of the table of a frame, [title, text of a chain]; those without anything to say are left out. */
 function chainColumns(frame) {
-  const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length, has = (key) => frame.chains.some((chain) => chain[key]?.includes("1"));
+  const share = (marks) => [...marks].filter((each) => each === "1").length / marks.length, chains = [...frame.chains, ...frame.doubtful], has = (key) => chains.some((chain) => chain[key]?.includes("1"));
   return [
     ["Confidence", (chain) => chain.doubt ? `${(Math.floor(100 * chain.confidence) / 100).toFixed(2)}, doubtful` : chain.confidence.toFixed(2)],
     ["Length", (chain) => lengthText(chain.length)],
     ["Radius", (chain) => radiusText(chain.radius)],
-    ...(frame.objects ? [["Object", (_, number) => String(frame.objects.findIndex((members) => members.includes(number)))]] : []),
-    ...(frame.chains.some((chain) => chain.deviations) ? [["± across, along", (chain) => chain.deviations ? unpack(chain.deviations).map((column) => radiusText(median(Array.from(column)))).join(", ") : "–"]] : []),
+    ...(frame.objects ? [["Object", (_, number) => number === DOUBTFUL ? "–" : String(frame.objects.findIndex((members) => members.includes(number)))]] : []),
+    ...(chains.some((chain) => chain.deviations) ? [["± across, along", (chain) => chain.deviations ? unpack(chain.deviations).map((column) => radiusText(median(Array.from(column)))).join(", ") : "–"]] : []),
     ["Occluded", (chain) => percent(share(chain.occluded))],
     ...(has("from_time") ? [["From other frames", (chain) => percent(share(chain.from_time ?? "0"))]] : []),
     ...(has("filled") && frame.mode === "3d" ? [["Depth filled", (chain) => percent(share(chain.filled))]] : []),
@@ -227,15 +230,15 @@ function chainColumns(frame) {
 
 function chainTable(frame) {
   by("chains").replaceChildren();
-  if (!frame.chains?.length) return;
+  if (frame.error !== null || !allChains(frame).length) return;
   const head = make("tr", undefined, make("thead", undefined, by("chains"))), body = make("tbody", undefined, by("chains")), columns = chainColumns(frame);
   for (const title of ["Chain", ...columns.map(([title]) => title)]) make("th", title, head).scope = "col";
-  frame.chains.forEach((chain, number) => {
+  for (const [chain, number] of allChains(frame)) {
     const row = make("tr", undefined, body, chain.doubt ? "doubtful" : ""), first = make("td", undefined, row);
     make("span", undefined, first, "dot").style.background = chain.color;
-    first.append(`${chain.id ?? number}${chain.closed ? ", a ring" : ""}`);
+    first.append(`${chainLabel(chain, number) || "–"}${chain.closed ? ", a ring" : ""}`);
     for (const [, text] of columns) make("td", text(chain, number), row);
-  });
+  }
 }
 
 let current = null, shownMode = null;
