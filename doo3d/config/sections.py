@@ -148,9 +148,9 @@ class OutputConfig(Section):
         0.2,
         ge=0,
         le=1,
-        description="Leave out objects whose confidence is below this, if they may be clutter: found without a mask or a color, "
-        "or short beside an object five times as long. A note counts them. Probability, 0 to 1; 0 gives all. Raise it if clutter "
-        "comes out as chains.",
+        description="Leave objects whose confidence is below this out of the chains, where neither the object (by a mask, a "
+        "color) nor the number of chains is given. Long ones, and the best of a frame without chains, are doubtful. Probability, "
+        "0 to 1; 0 gives all. Raise it if clutter comes out as chains.",
     )
 
 

@@ -5,8 +5,11 @@ Everything is read off the records that the stages keep; no stage runs again.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from ..config import Config, ConfigLike, as_config
 from ..facts.frame_facts import FrameFacts
@@ -15,7 +18,7 @@ from ..geometry.polyline import steps
 from ..pipeline import Stages, object_given, run_with_stages
 from ..stages.links import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
-from ..types import Array, Cloud, Floats, Frame, Image
+from ..types import Array, Chain, Cloud, Floats, Frame, Image
 from ..types.display import counted, length_text, tree_text
 from .doubts import doubts
 
@@ -88,13 +91,16 @@ class Merge:
     kept: bool = True
 
     @staticmethod
-    def of(decision: MergeDecision) -> Merge:
+    def of(decision: MergeDecision, stages: Stages) -> Merge:
         """Return the Merge for one connection that the merge stage made.
 
-        decision : the merge stage's record of the connection.
+        decision : the merge stage's record of the connection. stages : the products of all stages.
         """
         runner_up = Choice.of(decision.runner_up) if decision.runner_up else None
-        return Merge(Choice.of(decision.chosen), runner_up, decision.confidence, decision.kept)
+        chosen = Choice.of(decision.chosen)
+        place = chosen.points.mean(axis=0)
+        kept = decision.kept and _distance(place, stages.chains) <= _distance(place, stages.unchosen)
+        return Merge(chosen, runner_up, decision.confidence, kept)
 
     def to_dict(self) -> dict[str, Any]:
         """Return {"chosen", "runner_up", "confidence", "kept"} (the attributes) as plain values for JSON.
@@ -204,8 +210,13 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
         *_branches(stages),
         _confidence(stages, config),
     )
-    merges = tuple(Merge.of(decision) for decision in stages.merged.decisions)
+    merges = tuple(Merge.of(decision, stages) for decision in stages.merged.decisions)
     return Explanation(accounts, merges, stages.pruned.removed)
+
+
+def _distance(place: Floats, chains: Sequence[Chain]) -> float:
+    """Return the distance from a point (D,) to the nearest joint of any chain, m (px in 2-D); infinite without chains."""
+    return min((float(np.linalg.norm(chain.joints - place, axis=1).min()) for chain in chains), default=np.inf)
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 
 from doo3d.outputs.detection_json import dumps, encode
+from doo3d.outputs.run_reader import read_detection
 from doo3d.types import Chain, Cloud, Detection
 
 CLOUD = Cloud(np.zeros((1, 3)))
@@ -26,7 +28,7 @@ def test_what_the_file_holds():
     read = json.loads(data)
     assert read == found.to_dict()
     about = ["schema", "frame", "timestamp", "mode", "units", "coordinates"]
-    assert list(read) == [*about, "chains", "crossings", "plane", "pose", "confidence", "seconds", "notes"]
+    assert list(read) == [*about, "chains", "doubtful", "crossings", "plane", "pose", "confidence", "seconds", "notes"]
     of_chain = ["id", "joints", "segment_length", "radius", "radii", "length", "occluded", "depth", "closed", "connections"]
     of_chain += ["confidence"]
     assert list(read["chains"][0]) == of_chain
@@ -61,4 +63,19 @@ def test_what_json_has_no_number_for_is_null():
 
 
 def test_no_chains():
-    assert json.loads(dumps(Detection(()).to_dict()))["chains"] == []
+    read = json.loads(dumps(Detection(()).to_dict()))
+    assert (read["chains"], read["doubtful"], read["confidence"]) == ([], [], None)
+
+
+def test_doubtful_chains_are_read_back_and_older_files_have_none(tmp_path):
+    (chain,) = detection().chains
+    found = detection(doubtful=(replace(chain, confidence=0.13),))
+    values, file = json.loads(encode(found, CLOUD)), tmp_path / "a.json"
+    assert values["doubtful"] == [found.doubtful[0].to_dict()]
+    assert values["confidence"] == 0.13
+    file.write_text(json.dumps(values | {"frame": "a"}), encoding="utf-8")
+    assert read_detection(file).to_dict() == found.to_dict() | {"frame": "a"}
+    del values["doubtful"]
+    file.write_text(json.dumps(values | {"frame": "a"}), encoding="utf-8")
+    assert read_detection(file).doubtful == ()
+    assert read_detection(file).confidence == 1.0

@@ -24,12 +24,13 @@ pytestmark = pytest.mark.usefixtures("fake_detection")
 
 @pytest.fixture
 def mixed(capture, fake_detection):
-    """A capture of six frames: a fine one, one with a note, a doubtful one, one without chains, two fine ones."""
+    """A capture of six frames: fine, with a note, unsure, without chains, with a doubtful chain, fine."""
     (chain,) = fake_detection["do"](None, None, None).chains
     by_name = {
         "000001": Detection((chain,), notes=("the depth is noisy",)),
         "000002": Detection((replace(chain, confidence=0.3),)),
         "000003": Detection(()),
+        "000004": Detection((replace(chain, confidence=0.9),), doubtful=(replace(chain, confidence=0.1),)),
     }
     fine = Detection((replace(chain, confidence=0.9),))
     fake_detection["do"] = lambda data, config, mask: by_name.get(data.name, fine)
@@ -49,7 +50,7 @@ def made(source, out, *choice, **options):
     [
         ("all", "012345"),
         ("none", ""),
-        ("failed", "123"),
+        ("failed", "1234"),
         ("every:2", "024"),
         ("every:4", "04"),
         ("every:1", "012345"),

@@ -181,7 +181,7 @@ def test_caption():
 
 def test_a_doubtful_chain_is_thin_and_gray_and_the_caption_says_so():
     sure, unsure = (replace(straight(radius=0.02), confidence=value) for value in (0.5, 0.128))
-    assert (sure.doubtful, unsure.doubtful) == (False, True)
+    assert (sure.is_doubtful, unsure.is_doubtful) == (False, True)
     clear, doubtful = draw(frame(), Detection((sure,))), draw(frame(), Detection((unsure,)))
     assert changed(clear)[:, 320].sum() > 40
     assert 1 <= changed(doubtful)[:, 320].sum() <= 5

@@ -237,4 +237,5 @@ def test_confidence_is_high_without_connections():
     assert own.confidence == 1.0
     doubtful = Chain(own.joints, STEP, connections=(Connection(0, 0.8), Connection(0, 0.3)))
     assert Detection((own, doubtful)).confidence == doubtful.confidence == 0.3
-    assert Detection(()).confidence == 1.0
+    assert Detection((own,), doubtful=(doubtful,)).confidence == Detection((), doubtful=(doubtful,)).confidence == 0.3
+    assert Detection(()).confidence is None
