@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 
-import cv2
 import numpy as np
 import pytest
 from builders.drawn_masks import frame_of, line
@@ -16,7 +15,6 @@ import doo3d
 from doo3d.cli import app
 from doo3d.types import Chain, ChainEnd, Crossing, Detection, Junction, LinearObject, SegmentRef
 from doo3d.types.display import doubtful_text
-
 
 LONG = 12
 """Segments of 10 mm of a chain that is 60 times as long as its radius of 2 mm."""
@@ -114,30 +112,18 @@ def test_the_setting_decides_where_nobody_said_what_the_object_is(least, given, 
     assert (len(detection.chains), len(detection.doubtful)) == (left, 1 - left)
 
 
-RANGES = {"segment.ranges": [{"low": [18, 80, 40], "high": [35, 255, 255]}]}
-"""The color of the cables of the sample `two_cables`."""
-
-
-@pytest.mark.parametrize("settings", [{"mask": True}, RANGES, {"merge.chains": 2}, {}])
-def test_no_chain_is_left_out_where_the_object_or_the_number_is_given(settings):
-    """Not even the shorter of two cables, nor where the threshold would leave out any chain."""
-    frame = doo3d.open_capture(SAMPLES / "two_cables").frames[0].load().data
-    mask = frame.depth < 0  # all of the color, drawn by hand below
-    given = dict(settings)
-    if given.pop("mask", False):
-        hsv = cv2.cvtColor(frame.color, cv2.COLOR_RGB2HSV)
-        mask = cv2.inRange(hsv, (18, 80, 40), (35, 255, 255)) > 0
-    detection = doo3d.detect(frame, given | {"output.min_confidence": 1.0}, mask if mask.any() else None)
-    assert (len(detection.chains), len(detection.doubtful)) == ((2, 0) if settings else (0, 2))
-
-
-def test_a_short_cable_beside_a_long_one_stays_with_the_mask_given():
+@pytest.mark.parametrize(
+    "settings", [{}, {"segment.ranges": [{"low": [18, 80, 40], "high": [35, 255, 255]}]}, {"segment.method": "everything"}]
+)
+def test_no_chain_is_left_out_where_the_object_is_given_by_mask_or_color(settings):
+    """Not even a short cable beside one more than five times as long, nor where the threshold would leave out any chain."""
     axes = line([-0.15, -0.03, 0.5], [0.15, -0.03, 0.5]), line([0.0, 0.03, 0.5], [0.045, 0.03, 0.5])
-    depth, mask = (made := [frame_of(axis, radius=0.004) for axis in axes])[0][0].depth, made[0][1] | made[1][1]
-    depth = np.where(made[1][1], made[1][0].depth, depth)
-    frame = doo3d.Frame(None, depth, made[0][0].camera)
-    detection = doo3d.detect(frame, {"output.min_confidence": 1.0}, mask)
+    frame, mask = frame_of(*axes, radius=0.004)
+    color = np.where(mask[..., None], (230, 200, 30), (90, 90, 90)).astype(np.uint8)
+    frame = doo3d.Frame(color, frame.depth, frame.camera)
+    detection = doo3d.detect(frame, settings | {"output.min_confidence": 1.0}, None if settings else mask)
     assert [chain.length for chain in detection.chains] == pytest.approx([0.3, 0.045], abs=0.02)
+    assert not any("left out" in note for note in detection.notes)
 
 
 @pytest.mark.parametrize("wanted", [1, 2])

@@ -193,6 +193,29 @@ def test_a_doubtful_chain_is_thin_and_gray_and_the_caption_says_so():
     assert doubt_text(0.4999) == "doubtful (confidence 0.49)"
 
 
+def test_what_is_doubtful_besides_the_chains_is_thin_and_gray_below_them_whatever_its_confidence():
+    chain, doubted = straight(radius=0.02), replace(straight(radius=0.02, y=0.05), confidence=0.7)
+    alone, both = Detection((), doubtful=(doubted,)), Detection((chain,), doubtful=(doubted,))
+    drawn = draw(frame(), alone)
+    assert 1 <= changed(drawn)[150:, 320].sum() <= 5
+    row = 150 + int(changed(drawn)[150:, 320].argmax())
+    assert np.ptp(drawn[row - 20 : row + 20, 125:515].astype(int), axis=2).max() <= 10
+    assert caption_lines(alone) == ["0.400 m   r 20.0 mm   doubtful (confidence 0.70)"]
+    assert caption_lines(both) == ["0.400 m   r 20.0 mm", "0.400 m   r 20.0 mm   doubtful (confidence 0.70)"]
+    assert changed(draw(frame(), both))[:, 320].sum() > changed(draw(frame(), Detection((chain,))))[:, 320].sum()
+
+
+def test_what_is_doubtful_is_in_notebook_and_figure():
+    pytest.importorskip("plotly")
+    detection = Detection((straight(),), doubtful=(replace(straight(y=0.1), confidence=0.12),))
+    page = detection._repr_html_()
+    assert "frame: 1 chain, 1 doubtful (0.40 m, 0.12), confidence 0.12" in page
+    assert page.count("<tr>") == 3
+    assert page.count("<circle") == 2
+    assert {"chain 0", "doubtful (confidence 0.12)"} <= {trace.name for trace in detection.plot().data}
+    assert "confidence" not in Detection(())._repr_html_()
+
+
 def test_a_doubtful_chain_looks_alike_in_notebook_figure_and_report():
     pytest.importorskip("plotly")
     gray, detection = (

@@ -68,6 +68,7 @@ def copied(run: Path, folder: Path, times: int = 1, **change) -> Path:
             values["chains"] = (
                 [*values["chains"], values["chains"][0] | {"confidence": 0.128, "id": 7}] if i == 0 else values["chains"]
             )
+            values["doubtful"] = [values["chains"][0] | {"confidence": 0.136, "id": None}] if i == 0 else []
             (folder / f"{name}.json").write_text(json.dumps(values))
             os.link(run / f"{frame['name']}.jpg", folder / f"{name}.jpg")
             frames.append(frame | {"name": name})
@@ -94,6 +95,13 @@ def test_the_page_holds_the_detections(which, request):
         full = cv2.imread(str(results.path / f"{frame['name']}.jpg"))
         assert (frame["height"], frame["width"]) == full.shape[:2]
         assert frame["seconds"] > 0
+
+
+def test_doubtful_chains_are_thin_and_gray_and_the_table_says_so(run, tmp_path):
+    place = copied(run, tmp_path / "copy")
+    (packed,) = data_of(report_page(open_results(place), clouds=False))["frames"][0]["doubtful"]
+    assert (packed["color"], packed["width"] < 1, packed["doubt"]) == ("#b0b0b0", True, "doubtful (confidence 0.13)")
+    assert len(open_results(place).detection(open_results(place).frames[0]).doubtful) == 1
 
 
 def test_points_on_the_object_come_first_and_lie_on_its_chain(run):
@@ -222,6 +230,11 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
         assert all(size <= 1.5 and 0.2 < opacity < 0.8 for size, opacity in sizes), "points hide the chain"
         assert page_view.run("document.querySelector('#chains .doubtful').textContent").startswith("70.12, doubtful")
         assert page_view.run(f"{TRACES}.some((trace) => trace.name === 'chain 7, doubtful (confidence 0.12)')")
+        assert page_view.run("[...document.querySelectorAll('#chains .doubtful')].pop().textContent").startswith(
+            "–0.13, doubtful"
+        )
+        assert page_view.run(f"{TRACES}.some((trace) => trace.name === 'doubtful (confidence 0.13)')")
+        assert page_view.run("document.querySelectorAll('#frames small')[1].textContent").startswith("2 chains, 1 doubtful")
         if size[0] > 860:
             assert page_view.run(
                 "document.querySelector('#chains').scrollWidth <= document.querySelector('#chains').parentElement.clientWidth"
