@@ -68,7 +68,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "chains": (CHAIN,), "mode": "3d", "coordinates": "camera", "frame": "a", "timestamp": 1.0, "seconds": {"fit": 0.1},
             "notes": ("a",), "crossings": (Crossing(SegmentRef(0, 0), SegmentRef(0, 2), JOINTS[1]),),
             "plane": Plane(JOINTS[1], 0.1), "pose": np.eye(4), "junctions": (Junction(JOINTS[0], (ChainEnd(0, 0),), np.ones(1)),),
-            "objects": (LinearObject((0,)),),
+            "objects": (LinearObject((0,)),), "doubtful": (CHAIN,),
         },
     ),
     "Detection.table": (DETECTION.table, {"rows": "chains"}),
