@@ -167,6 +167,13 @@ def test_without_a_whole_object_frames_keep_their_chains():
     assert [len(detection.chains[0].joints) for detection in detections] == [21] * 4
 
 
+def test_frames_keep_improbable_chains_where_the_object_is_given():
+    short = seen_in(0.0, [(0, 20)])
+    low = replace(short, detection=replace(short.detection, chains=(replace(short.detection.chains[0], confidence=0.1),)))
+    shown = [run([replace(low, is_given=given)] * 4)[0] for given in (True, False)]
+    assert [(len(each.chains), len(each.doubtful)) for each in shown] == [(1, 0), (0, 1)]
+
+
 @pytest.mark.parametrize(
     ("lengths", "expected"),
     [([1.0, 1.0, 1.0, 0.7, 0.7, 0.7, 0.7, 0.7], 1.0), ([1.4, 1.0, 1.005, 0.995, 0.4], 1.0), ([0.5], 0.5), ([0.5, 0.9], 0.7)],
