@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .config import Config, ConfigLike, SegmentConfig, as_config
+from .config import Config, ConfigLike, as_config
 from .errors import ArgumentError, InputError
 from .geometry.curves import Curves
 from .geometry.limits import MAX_SAMPLES
@@ -41,6 +41,7 @@ from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path,
 from .types.arguments import array
 from .types.results import kept_crossings
 from .visibility import Visibility
+from .working_picture import enlarged, segment_config, segment_picture
 
 MASK_EXTENSIONS = 3
 """Times at most that the mask is extended and the chains are found anew."""
@@ -93,6 +94,9 @@ class Stages:
         junctions and trees of chains; None without `merge.branches`.
     unchosen
         chains that were found besides the wanted number (`merge.chains`) of most probable ones.
+    scale
+        pixels of the photograph along the side of a pixel in which all of this is given: over 1 if the strands are so wide that a
+        smaller copy was worked on (`segment.working_width`).
     """
 
     segmentation: Segmentation
@@ -110,6 +114,7 @@ class Stages:
     evidence: list[Evidence] = field(default_factory=list)
     branched: Branched = field(default_factory=lambda: Branched([]))
     unchosen: tuple[Chain, ...] = ()
+    scale: int = 1
 
     @property
     def paths(self) -> list[Path]:
@@ -152,7 +157,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
     InputError : the data cannot be used; the message says what is wrong, where, and what to do.
     """
     clock = _Clock()
-    segmentation = _segment(data, config, mask)
+    segmentation, data, config, scale = _segment(data, config, mask)
     clock("segment")
     stages = run_from_segmentation(segmentation, config, clock)
     for _ in range(MASK_EXTENSIONS):
@@ -164,10 +169,10 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
         clock("extend_mask")
         if extended is None:
             break
-        segmentation = segment_extended(data, _segment_config(config), extended, segmentation)
+        segmentation = segment_extended(data, segment_config(config), extended, segmentation)
         clock("segment")
         stages = run_from_segmentation(segmentation, config, clock)
-    return stages
+    return replace(stages, scale=scale)
 
 
 def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Clock) -> Stages:
@@ -210,7 +215,7 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     foreground = segmentation.foreground
     grid = voxelize(foreground, config.voxelize, how.voxel)
     visibility = Visibility.of(foreground, config.visibility, grid.radius)
-    context = FrameContext(foreground, grid, visibility, config.fit.segment_length, config.merge.branches, how.clearance)
+    context = FrameContext(foreground, grid, visibility, config.fit.length, config.merge.branches, how.clearance)
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
@@ -233,7 +238,7 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     clock("extend_ends")
     samples = estimate_centerline(extended, context, config.refine)
     clock("estimate_centerline")
-    context = replace(context, segment_length=config.fit.segment_length)
+    context = replace(context, segment_length=config.fit.length)
     chains = lay_chains(samples, extended, context, config.refine)
     clock("lay_chains")
     branched = Branched(chains)
@@ -364,7 +369,7 @@ def detect_with_stages(
         junctions=stages.branched.junctions,
         objects=stages.branched.objects,
     )
-    return detection, stages
+    return enlarged(detection, stages.scale), stages
 
 
 def run_with_stages(
@@ -384,8 +389,8 @@ def run_with_stages(
 
     Returns
     -------
-    data : the data that the stages worked on: an Image in 2-D; the Frame or Cloud in 3-D.
-    stages : the product of every stage.
+    data : an Image in 2-D; the Frame or Cloud in 3-D.
+    stages : the product of every stage; of a photograph in which strands are wide in its reduced pixels (`Stages.scale`).
 
     Raises
     ------
@@ -461,19 +466,21 @@ def _wrong_type(data: object) -> ArgumentError:
     return ArgumentError(f"detect was given a {type(data).__name__}{remedy}", code="data-type")
 
 
-def _segment(data: Frame | Cloud | Image, config: Config, mask: Array | None) -> Segmentation:
-    """Return the segmentation; an error names the frame, unless its name is the default of its type."""
+def _segment(
+    data: Frame | Cloud | Image, config: Config, mask: Array | None
+) -> tuple[Segmentation, Frame | Cloud | Image, Config, int]:
+    """Return the segmentation, and the data and settings of the stages after it, with the factor by which the data are reduced.
+
+    An error names the frame, unless its name is the default of its type.
+    """
     try:
-        return segment(data, _segment_config(config), mask, config.seed)
+        if isinstance(data, Image):
+            return segment_picture(data, config, mask)
+        return segment(data, segment_config(config), mask, config.seed), data, config, 1
     except InputError as error:
         if data.name == type(data).__name__.lower():
             raise
         raise InputError(f"frame {data.name}: {error}", code=error.code) from None
-
-
-def _segment_config(config: Config) -> SegmentConfig:
-    """Return the settings of segmentation: strands of branched objects differ in width, and are not divided by it."""
-    return config.segment.model_copy(update={"equal_widths": False}) if config.merge.branches else config.segment
 
 
 def _finite_rows(cloud: Cloud, mask: Array) -> Array:

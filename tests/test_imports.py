@@ -23,6 +23,7 @@ ORDER = [
     {"evidence"},
     {"visibility"},
     {"stages"},
+    {"working_picture"},
     {"pipeline"},
     {"sequence", "tuning"},
     {"rig"},

@@ -38,6 +38,10 @@ STIFFNESS: dict[str, Bending] = {
 docs/pages/accuracy.md scores each stiffness."""
 
 
+MAX_GAP_PX = 150.0
+"""px of the working picture; `merge.max_gap` where it is null: chosen on mBEST's photographs, with strands 11 px wide."""
+
+
 class MergeConfig(Section):
     """Settings of merging, which connects chain ends by their cost (equations 1 to 5 of Keipour et al., RA-L 2022)."""
 
@@ -60,11 +64,12 @@ class MergeConfig(Section):
         "times as much. Cost units (1 per mm of gap, or px in 2-D, plus the other weights), over 0; .inf "
         "allows all. Lower it if parts are joined that do not belong together.",
     )
-    max_gap: float = Field(
+    max_gap: float | None = Field(
         0.25,
         gt=0,
         description="Do not connect two ends that are farther apart; where `chains` forces further connections, three times as "
-        "far. m (px in 2-D), over 0. Raise it for wide occluders.",
+        "far. m (px in 2-D), over 0; null, in 2-D only, takes 150 px, or as many times more as the photograph is reduced "
+        "by (`segment.working_width`). Raise it for wide occluders.",
     )
     min_length: float = Field(
         4.0,
@@ -147,6 +152,11 @@ class MergeConfig(Section):
         "Weights of cost terms of your own. Name in doo3d.plugins.CUSTOM_COSTS -> weight, in cost units per unit of the "
         "term. Set it after adding a term there, or installing a plug-in that does.",
     )
+
+    @property
+    def gap(self) -> float:
+        """The longest gap in effect, m (px of the working picture in 2-D)."""
+        return MAX_GAP_PX if self.max_gap is None else self.max_gap
 
     @property
     def bending(self) -> Bending:

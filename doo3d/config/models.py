@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 import yaml
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from .merge import MergeConfig
 from .refusals import config_error
@@ -73,6 +73,13 @@ class Config(Section):
     fusion: FusionConfig = FusionConfig()
     input: InputConfig = InputConfig()
     output: OutputConfig = OutputConfig()
+
+    @model_validator(mode="after")
+    def _lengths_are_set(self) -> Config:
+        for key, value in (("fit.segment_length", self.fit.segment_length), ("merge.max_gap", self.merge.max_gap)):
+            if value is None and self.mode != "2d":
+                raise ValueError(f"{key} is null, which only a 2-D config may have (mode: 2d): give metres")
+        return self
 
     def to_yaml(self) -> str:
         """Return all settings with their values as YAML text without comments; `load_config` reads it back to an equal Config."""

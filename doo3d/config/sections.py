@@ -9,6 +9,9 @@ from pydantic import Field
 from ..guard.limits import DEFAULT_MAX_PIXELS, DEFAULT_MAX_POINTS, Limits
 from .section import Section, expert
 
+SEGMENT_LENGTH_PX = 10.0
+"""px of the working picture; `fit.segment_length` where it is null, as in Keipour et al. (RA-L 2022), section III-D."""
+
 
 class VoxelizeConfig(Section):
     """Settings of voxelizing, which turns the object's points into a sparse voxel grid."""
@@ -65,8 +68,11 @@ class TraverseConfig(Section):
 class FitConfig(Section):
     """Settings of fitting, which lays chains of equal segments along the paths (Algorithm 2 of Keipour et al., RA-L 2022)."""
 
-    segment_length: float = Field(
-        0.01, gt=0, description="Length of every segment of a chain. m (px in 2-D), over 0. Lower it to follow tighter bends."
+    segment_length: float | None = Field(
+        0.01,
+        gt=0,
+        description="Length of every segment of a chain. m (px in 2-D), over 0; null, in 2-D only, takes 10 px, or as many times "
+        "more as the photograph is reduced by (`segment.working_width`). Lower it to follow tighter bends.",
     )
     max_turn: float = Field(
         60.0,
@@ -75,6 +81,11 @@ class FitConfig(Section):
         description="End a chain where two consecutive segments turn by more than this. Degrees, over 0, below 180. Lower "
         "it for stiff objects.",
     )
+
+    @property
+    def length(self) -> float:
+        """The length of a segment in effect, m (px of the working picture in 2-D)."""
+        return SEGMENT_LENGTH_PX if self.segment_length is None else self.segment_length
 
 
 MAX_CUBOID_WIDTH = 100

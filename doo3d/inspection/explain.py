@@ -20,6 +20,7 @@ from ..stages.links import TOO_MANY, Candidate, DroppedChain, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
 from ..types.display import counted, length_text, tree_text
+from ..working_picture import enlarged_points
 from .doubts import doubts
 
 SCHEMA = "doo3d/explanation/1"
@@ -53,16 +54,17 @@ class Choice:
     terms: dict[str, float]
 
     @staticmethod
-    def of(candidate: Candidate) -> Choice:
+    def of(candidate: Candidate, scale: int = 1) -> Choice:
         """Return the Choice for two ends that the merge stage considered.
 
-        candidate : the merge stage's record of the two ends. The terms "free space", "unknown" and "bare surface", the costs of
-        the path across the gap, come last in `terms`.
+        candidate : the merge stage's record of the two ends. scale : that of the stages. The terms "free space", "unknown" and
+        "bare surface", the costs of the path across the gap, come last in `terms`.
         """
         gap = candidate.gap_cost
         terms = {**candidate.terms, "free space": gap.free_space, "unknown": gap.unknown, "bare surface": gap.bare}
         first, second = candidate.ends
-        return Choice((str(first), str(second)), candidate.points, sum(terms.values()), terms)
+        points = enlarged_points(candidate.points, scale)
+        return Choice((str(first), str(second)), points, sum(terms.values()), terms)
 
     def to_dict(self) -> dict[str, Any]:
         """Return {"ends", "points", "cost", "terms"} (the attributes) as plain values for JSON."""
@@ -96,11 +98,11 @@ class Merge:
 
         decision : the merge stage's record of the connection. stages : the products of all stages.
         """
-        runner_up = Choice.of(decision.runner_up) if decision.runner_up else None
-        chosen = Choice.of(decision.chosen)
-        place = chosen.points.mean(axis=0)
+        scale = stages.scale
+        runner_up = Choice.of(decision.runner_up, scale) if decision.runner_up else None
+        place = Choice.of(decision.chosen).points.mean(axis=0)
         kept = decision.kept and _distance(place, stages.chains) <= _distance(place, stages.unchosen)
-        return Merge(chosen, runner_up, decision.confidence, kept)
+        return Merge(Choice.of(decision.chosen, scale), runner_up, decision.confidence, kept)
 
     def to_dict(self) -> dict[str, Any]:
         """Return {"chosen", "runner_up", "confidence", "kept"} (the attributes) as plain values for JSON.
@@ -198,11 +200,11 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
     """
     in_words = _Lengths.of(stages)
     accounts = (
-        _segment(stages.segmentation),
+        _segment(stages),
         _voxelize(stages, in_words),
         Account("thin", f"{len(stages.skeleton.coords)} voxels of skeleton"),
         _traverse(stages, in_words),
-        _fit(stages, config, in_words),
+        _fit(stages, in_words),
         _prune(stages),
         _merge(stages, config, in_words),
         Account("fill", f"{counted(sum(len(path.joins) for path in stages.filled), 'gap')} closed"),
@@ -211,7 +213,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
         _confidence(stages, config),
     )
     merges = tuple(Merge.of(decision, stages) for decision in stages.merged.decisions)
-    return Explanation(accounts, merges, stages.pruned.removed)
+    return Explanation(accounts, merges, enlarged_points(stages.pruned.removed, stages.scale))
 
 
 def _distance(place: Floats, chains: Sequence[Chain]) -> float:
@@ -228,18 +230,21 @@ class _Lengths:
 
     @staticmethod
     def of(stages: Stages) -> _Lengths:
-        return _Lengths("mm", 1000.0) if stages.context.grid.coords.shape[1] == 3 else _Lengths("px", 1.0)
+        return _Lengths("mm", 1000.0) if stages.context.grid.coords.shape[1] == 3 else _Lengths("px", float(stages.scale))
 
     def __call__(self, length: float) -> str:
         return f"{self.scale * length:.1f} {self.unit}"
 
 
-def _segment(segmentation: Segmentation) -> Account:
+def _segment(stages: Stages) -> Account:
+    segmentation, scale = stages.segmentation, stages.scale
     foreground = segmentation.foreground
     made, unit = f"{len(foreground.points)} points by the method {segmentation.method}", "points"
     if foreground.mask is not None:
         unit = "pixels"
-        made = f"{int(foreground.mask.sum())} pixels, {2 * FrameFacts(foreground.mask).radius():.1f} px wide; {made}"
+        made = f"{int(foreground.mask.sum())} pixels, {2 * scale * FrameFacts(foreground.mask).radius():.1f} px wide; {made}"
+    if scale > 1:
+        made += f"; the photograph was reduced by a factor of {scale} (segment.working_width)"
     dropped = [*foreground.notes, *_selection(segmentation, unit)]
     if segmentation.repaired:
         dropped.append(f"{segmentation.repaired} pixels of the mask changed, so that it ends where the colors of the image do")
@@ -302,8 +307,8 @@ def _traverse(stages: Stages, in_words: _Lengths) -> Account:
     )
 
 
-def _fit(stages: Stages, config: Config, in_words: _Lengths) -> Account:
-    length = config.fit.segment_length
+def _fit(stages: Stages, in_words: _Lengths) -> Account:
+    length = stages.context.segment_length
     short = sum(float(steps(path.points).sum()) < length for path in stages.paths)
     return Account(
         "fit",

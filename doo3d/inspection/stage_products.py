@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
-from ..geometry.curves import Curves
 from ..pipeline import Stages
 from ..types import Array, Floats, Foreground
 from ..viz.palette import chain_color
 from ..viz.stage_products import Product
+from ..working_picture import enlarged_points
 from .explain import Explanation
 
 PRUNED = (255, 50, 50)
@@ -25,30 +26,33 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
 
     They are named "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are
     red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains"
-    (junctions numbered). Points are in m (px in 2-D).
+    (junctions numbered). Points are in m (px of the picture in 2-D); the mask of a photograph that was reduced may be
+    larger than that by less than `Stages.scale`.
 
     stages : the products of all stages of a frame. explanation : the explanation of the same frame, whose connections are
     numbered.
     """
-    foreground = stages.context.foreground
+    foreground, at = stages.context.foreground, partial(enlarged_points, scale=stages.scale)
+    mask = None if foreground.mask is None else foreground.mask.repeat(stages.scale, axis=0).repeat(stages.scale, axis=1)
+    pieces = [at(piece) for piece in stages.pruned.chains]
     return [
-        Product("1-mask", foreground.points, _point_colors(foreground), mask=foreground.mask),
-        _points("2-voxels", stages.context.grid.centroids, VOXEL),
-        _points("3-skeleton", stages.skeleton.points, SKELETON),
-        _lines("4-branches", [np.concatenate((path.points, path.points[: int(path.closed)])) for path in stages.paths]),
-        _lines("5-segments", list(stages.fitted)),
-        _pruned(stages.pruned.chains, stages.pruned.removed),
-        _merges(stages, explanation),
+        Product("1-mask", at(foreground.points), _point_colors(foreground), mask=mask),
+        _points("2-voxels", at(stages.context.grid.centroids), VOXEL),
+        _points("3-skeleton", at(stages.skeleton.points), SKELETON),
+        _lines("4-branches", [at(np.concatenate((path.points, path.points[: int(path.closed)]))) for path in stages.paths]),
+        _lines("5-segments", [at(chain) for chain in stages.fitted]),
+        _pruned(pieces, explanation.pruned),
+        _merges(pieces, explanation),
         _chains(stages),
     ]
 
 
 def _chains(stages: Stages) -> Product:
     """Return the chains, with white points numbered "J0" at junctions."""
-    product = _lines("8-chains", [chain.joints for chain in stages.chains])
+    product = _lines("8-chains", [enlarged_points(chain.joints, stages.scale) for chain in stages.chains])
     if not stages.branched.junctions:
         return product
-    at = np.array([junction.position for junction in stages.branched.junctions])
+    at = enlarged_points(np.array([junction.position for junction in stages.branched.junctions]), stages.scale)
     first = len(product.points)
     labels = {first + k: f"J{k}" for k in range(len(at))}
     points, colors = np.concatenate((product.points, at)), np.concatenate((product.colors, _uniform(len(at), WHITE)))
@@ -96,20 +100,19 @@ def _lines(name: str, lines: Sequence[Floats], colors: Sequence[Sequence[int]] |
     return Product(name, np.concatenate(lines), np.concatenate(per_point), np.concatenate(edges))
 
 
-def _pruned(chains: Curves, removed: Floats) -> Product:
-    lines = [*chains, *removed]
-    colors: list[Sequence[int]] = [*(chain_color(i) for i in range(len(chains))), *([PRUNED] * len(removed))]
+def _pruned(pieces: Sequence[Floats], removed: Floats) -> Product:
+    lines = [*pieces, *removed]
+    colors: list[Sequence[int]] = [*(chain_color(i) for i in range(len(pieces))), *([PRUNED] * len(removed))]
     return _lines("6-pruned", lines, colors)
 
 
-def _merges(stages: Stages, explanation: Explanation) -> Product:
+def _merges(pieces: Sequence[Floats], explanation: Explanation) -> Product:
     """Return the pieces in gray, and over them the connections, numbered."""
     links = [merge.chosen.points for merge in explanation.merges]
     shades = [
         np.rint(m.confidence * np.array(CONFIDENT) + (1 - m.confidence) * np.array(UNCERTAIN)).astype(int).tolist()
         for m in explanation.merges
     ]
-    pieces = list(stages.pruned.chains)
     product = _lines("7-merges", [*pieces, *links], [*([GRAY] * len(pieces)), *shades])
     first = sum(len(piece) for piece in pieces)
     labels = {first + 2 * i: f"{i + 1}: {merge.chosen.cost:.0f}" for i, merge in enumerate(explanation.merges)}

@@ -10,9 +10,9 @@ from ..errors import InputError
 from ..inputs import FrameData
 from ..inputs.rig.pair_images import PairImages
 from ..inputs.rig.stereo_pair import RectifiedPair
-from ..pipeline import run_stages
-from ..stages.segment import Segmentation
+from ..pipeline import Stages, run_stages
 from ..types import Array, Bools, Floats, Frame, Image
+from ..working_picture import enlarged_chain, enlarged_mask
 from .strand_matching import SPACING_PX, MatchedStrand, match_strands
 
 MIN_SEEN = 0.5
@@ -57,9 +57,10 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     if not stages.chains:
         reason = " ".join(stages.segmentation.foreground.notes) or "give masks, or color ranges (segment.ranges)"
         raise InputError(f"{images.name}: no strand is found in the left image: {reason}", code="object-missing")
+    chains = [enlarged_chain(chain, stages.scale) for chain in stages.chains]
     strands, _ = match_strands(
-        [chain.joints for chain in stages.chains],
-        [chain.radii for chain in stages.chains],
+        [chain.joints for chain in chains],
+        [chain.radii for chain in chains],
         left.astype(np.float32),
         right.astype(np.float32),
         pair.camera.fx,
@@ -72,7 +73,7 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
             "images belong together, and to this calibration?",
             code="pair-unmatched",
         )
-    mask = _mask(stages.segmentation, left.shape[:2])
+    mask = _mask(stages, left.shape[:2])
     depth = _depth(strands, mask, pair)
     return FrameData(Frame(left, depth, pair.camera, images.name), mask)
 
@@ -86,9 +87,9 @@ def _flat_config(config: Config) -> Config:
     return load_config("image", {**told, "merge.chains": config.merge.chains, "seed": config.seed})
 
 
-def _mask(segmentation: Segmentation, shape: tuple[int, ...]) -> Bools:
-    mask = segmentation.foreground.mask
-    return np.zeros(shape, dtype=bool) if mask is None else np.asarray(mask)
+def _mask(stages: Stages, shape: tuple[int, ...]) -> Bools:
+    mask = stages.segmentation.foreground.mask
+    return np.zeros(shape, dtype=bool) if mask is None else enlarged_mask(mask, stages.scale, shape)
 
 
 def _depth(strands: list[MatchedStrand], mask: Bools, pair: RectifiedPair) -> Array:

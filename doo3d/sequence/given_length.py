@@ -27,7 +27,7 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
         observations,
         config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})}),
     )
-    segment = config.fit.segment_length
+    segment = config.fit.length
     lengths = [item.length for item in measured if item.nodes == (None, None)]
     other = [length for length in lengths if abs(length - given) > max(segment, LENGTH_ERROR * given)]
     if not other:

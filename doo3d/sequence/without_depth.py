@@ -38,7 +38,7 @@ def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[
         pixels = np.argwhere(selected)[:, ::-1]
         depth = np.zeros_like(frame.depth)
         depth[selected] = distance * unit(frame.camera.unproject(pixels, np.ones(len(pixels))))[:, 2]
-        fine = config.fit.model_copy(update={"segment_length": config.fit.segment_length / STEPS_PER_SEGMENT})
+        fine = config.fit.model_copy(update={"segment_length": config.fit.length / STEPS_PER_SEGMENT})
         merge = config.merge.model_copy(update={"strategy": "greedy"})
         config = config.model_copy(update={"fit": fine, "merge": merge})
         detection, stages = detect_with_stages(replace(frame, depth=depth), config, selected)

@@ -46,8 +46,8 @@ class Product:
 def draw_product(backdrop: Backdrop, product: Product) -> Array:
     """Draw the intermediate result of one stage over the dimmed image of a frame: (H, W, 3) uint8 RGB.
 
-    If the product has a mask of the size of the image, only the mask is drawn: its pixels are not dimmed, its border is green.
-    Otherwise points, edges and labels are drawn.
+    If the product has a mask of at least the size of the image, only the mask is drawn: its pixels are not dimmed, its border is
+    green. Otherwise points, edges and labels are drawn.
 
     Parameters
     ----------
@@ -59,9 +59,10 @@ def draw_product(backdrop: Backdrop, product: Product) -> Array:
     height, width = backdrop.image.shape[:2]
     unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)
     picture = np.asarray(np.rint(backdrop.image * DIMMING), dtype=np.uint8)
-    if product.mask is not None and product.mask.shape == (height, width):
-        picture[product.mask] = backdrop.image[product.mask]
-        borders, _ = cv2.findContours(product.mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    mask = np.zeros((0, 0), dtype=bool) if product.mask is None else product.mask[:height, :width]
+    if mask.shape == (height, width):
+        picture[mask] = backdrop.image[mask]
+        borders, _ = cv2.findContours(np.ascontiguousarray(mask).view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         cv2.drawContours(picture, borders, -1, (60, 220, 90), max(1, round(unit)))
         return picture
     canvas = Canvas(height, width)

@@ -133,7 +133,7 @@ def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: Frame
     A meeting for each end and strand that fit. Its gain is the cost of leaving the end free minus the cost of the attachment.
     """
     meetings = []
-    max_gap = config.max_gap * context.gap_unit
+    max_gap = config.gap * context.gap_unit
     reach = (1 + DEPTH_SLOPE) * max_gap + 2 * max(float(strand.radii.max()) for strand in strands)
     near = box_distances(ends.points, strands) <= reach
     near[np.arange(len(near)), ends.strand] = False

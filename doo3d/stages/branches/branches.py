@@ -89,7 +89,7 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     bodies = body_meetings(strands)
     while True:
         ends = free_ends(strands)
-        joins = end_joins(ends, config.max_gap * context.gap_unit) if context.shows_surface else []
+        joins = end_joins(ends, config.gap * context.gap_unit) if context.shows_surface else []
         chosen = choose([*bodies, *end_meetings(ends, strands, context, config), *joins], strands, ends)
         if any(not meeting.ends for meeting in chosen):
             strands, bodies = strands_of(parted(strands, chosen), strands), []

@@ -202,5 +202,5 @@ class Candidates:
             turns, max_turn = self.turns, self.max_turn
         if visibility is not None and config.free_space_weight:
             exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
-        limits = factor * config.max_gap * self.gap_unit, factor * config.max_cost, max_turn, config.allow_closed_chains
+        limits = factor * config.gap * self.gap_unit, factor * config.max_cost, max_turn, config.allow_closed_chains
         return limit_pairs(cost, self.distance, turns, self.closed, exiting, *limits)
