@@ -95,8 +95,8 @@ class Stages:
     unchosen
         chains that were found besides the wanted number (`merge.chains`) of most probable ones.
     scale
-        pixels of the photograph along the side of a pixel in which all of this is given: over 1 if the strands are so wide that a
-        smaller copy was worked on (`segment.working_width`).
+        pixels of the photograph along the side of a pixel in which all of this is given: over 1 if it is so large that a smaller
+        copy was worked on (`segment.working_width`).
     """
 
     segmentation: Segmentation
@@ -390,7 +390,7 @@ def run_with_stages(
     Returns
     -------
     data : an Image in 2-D; the Frame or Cloud in 3-D.
-    stages : the product of every stage; of a photograph in which strands are wide in its reduced pixels (`Stages.scale`).
+    stages : the product of every stage; of a large photograph in the pixels of a smaller copy (`Stages.scale`).
 
     Raises
     ------

@@ -1,7 +1,8 @@
-"""Photographs in which strands are wide: the stages work on a smaller copy, whose pixels the settings and constants in px suit.
+"""Large photographs: the stages work on a smaller copy, whose pixels the settings and constants in px suit.
 
-A phone takes the same cable four times as wide as a webcam. The picture is reduced by the largest whole factor that leaves its
-strands `segment.working_width` wide, and what is found is given in the pixels of the picture as it is.
+A phone takes the same cable four times as wide as a webcam. The photograph is reduced by the largest whole factor that leaves it
+as many pixels as the network looks at, and its strands `segment.working_width` wide. What is found is given in the pixels of the
+photograph as it is.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ LENGTHS = {
 
 
 def segment_picture(image: Image, config: Config, mask: Array | None) -> tuple[Segmentation, Image, Config, int]:
-    """Segment a photograph, reduced if its strands are wide.
+    """Segment a photograph, reduced if it is large and its strands are wide enough.
 
     Parameters
     ----------
     image
         the photograph.
     config
-        the settings; `segment.working_width` is the width in px that strands keep at least.
+        the settings; `segment.working_width` is the least width in px that strands are reduced to.
     mask
         (H, W), the caller's own segmentation; None segments as the config says. A large photograph is then reduced before its
         strands are measured, half as far as the network does.
@@ -53,7 +54,8 @@ def segment_picture(image: Image, config: Config, mask: Array | None) -> tuple[S
     shape, width = image.color.shape[:2], config.segment.working_width
     if width is None or config.segment.reference is not None:
         return _segment_at(1, image, config, mask)
-    scale = max(1, int((shape[0] * shape[1] / NETWORK_PIXELS) ** 0.5) // 2)
+    largest = max(1, int((shape[0] * shape[1] / NETWORK_PIXELS) ** 0.5))
+    scale = max(1, largest // 2)
     first = None
     if mask is None:
         first = _segment_at(scale, image, config, None)
@@ -61,7 +63,7 @@ def segment_picture(image: Image, config: Config, mask: Array | None) -> tuple[S
     else:
         mask = check_mask(mask, shape)
         facts = FrameFacts(_reduced_mask(mask, scale))
-    wanted = max(1, int(2 * scale * facts.radius() / width)) if facts.count else 1
+    wanted = max(1, min(largest, int(2 * scale * facts.radius() / width))) if facts.count else 1
     return first if first is not None and wanted == scale else _segment_at(wanted, image, config, mask)
 
 

@@ -110,7 +110,7 @@ def test_in_the_preset_image_remnants_become_one_strand():
     u = np.arange(WIDTH)
     mask = whole & ((u < 80) | (u > 265))
     config = doo3d.load_config("image")
-    assert config.merge.max_gap < 265 - 80
+    assert config.merge.gap < 265 - 80
     _, stages = run_with_stages(photograph(whole), config, mask)
     (found,) = stages.chains
     assert np.abs(np.interp(found.joints[:, 0], *LINE.T) - found.joints[:, 1]).max() < 2
