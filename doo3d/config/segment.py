@@ -182,10 +182,10 @@ class SegmentConfig(Section):
     )
     working_width: float | None = expert(
         None,
-        "Reduce a large photograph by the largest whole factor that leaves its strands this wide and 640 x 360 pixels in all, and "
-        "work on that; results are in px of the photograph. So are lengths that are set; costs per px and `min_component` count "
-        "px of the reduced one. Not done with a `reference`. px, over 0; null never reduces. Raise it where thin strands lie "
-        "beside wide ones.",
+        "Work on a large photograph reduced by the largest whole factor that leaves its strands this wide, and 640 x 360 pixels in "
+        "all. Results are in px of the photograph, and so are lengths that are set; costs per px and `min_component` count px of "
+        "the reduced one. Not done with a `reference`. px, over 0; null never reduces. Raise it where thin strands lie beside "
+        "wide ones.",
         gt=0,
     )
     min_depth: float = Field(
