@@ -183,8 +183,8 @@ class SegmentConfig(Section):
     working_width: float | None = expert(
         None,
         "Work on a large photograph reduced by the largest whole factor that leaves its strands this wide, and 640 x 360 pixels "
-        "in all. Results are in px of the photograph, and so are lengths that are set; costs per px and `min_component` count px of "
-        "the reduced one. Not done with a `reference`. px, over 0; null never reduces. Raise it where thin strands lie beside "
+        "in all. Results are in px of the photograph, and so are lengths that are set; costs per px and `min_component` count px "
+        "of the reduced one. Not done with a `reference`. px, over 0; null never reduces. Raise it where thin strands lie beside "
         "wide ones.",
         gt=0,
     )
