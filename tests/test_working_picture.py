@@ -131,6 +131,7 @@ def test_stage_products_are_in_px_of_the_photograph():
     text = {account.stage: account.made for account in explanation.accounts}
     assert "reduced by a factor of 5 (segment.working_width)" in text["segment"]
     assert "of 50.0 px" in text["fit"]
+    assert f"chain 0, {round(5 * stages.chains[0].length)} px" in text["confidence"]
 
 
 def test_only_in_2d_a_length_may_be_null():
