@@ -63,16 +63,19 @@ class ColorShift(NamedTuple):
 def color_shift(frame: Frame) -> ColorShift | None:
     """Return by how much the color of a frame is shifted against its depth; None if too few edges tell.
 
-    The cross-correlation of the two edge images, by FFT, after Canny's idea that real edges coincide in all channels.
+    The cross-correlation of the two edge images, by FFT, after Canny's idea that real edges coincide in all channels. A shift
+    moves all edges the same way. Depth that is wider than the object, as stereo cameras give it, moves the edges on its two sides
+    apart: therefore the edges on either side have to fit better, each by themselves.
     """
     if frame.color is None:
         return None
     step = max(1, round(frame.depth.shape[1] / WORK_WIDTH_PX))
     rows, columns = (slice(step // 2, None, step) for _ in range(2))
-    depth_edges = _depth_edges(frame.depth[rows, columns])
+    depth_edges, slopes = _depth_edges(frame.depth[rows, columns])
     if np.count_nonzero(depth_edges) < MIN_EDGE_PIXELS:
         return None
-    table = _correlation(depth_edges, _color_edges(frame.color[rows, columns]))
+    color_edges = _color_edges(frame.color[rows, columns])
+    table = _correlation(depth_edges, color_edges)
     middle = MAX_SHIFT_WORK_PX
     row, column = np.unravel_index(table.argmax(), table.shape)
     above = float(table[row, column] - np.median(table))
@@ -83,6 +86,10 @@ def color_shift(frame: Frame) -> ColorShift | None:
     gain = above / max(unshifted, 0.01 * above)
     right, down = (step * _peak(line, at) for line, at in ((table[row], int(column)), (table[:, column], int(row))))
     if gain < MIN_GAIN or np.hypot(right, down) < MIN_SHIFT_WIDTHS * frame.depth.shape[1]:
+        return ColorShift(0, 0, 1.0)
+    shift = int(row) - middle, int(column) - middle
+    ahead = shift[0] * slopes[0] + shift[1] * slopes[1]
+    if not all(_fits_better(np.where(side, depth_edges, 0), color_edges, shift) for side in (ahead > 0, ahead < 0)):
         return ColorShift(0, 0, 1.0)
     return ColorShift(round(right), round(down), round(gain, 2))
 
@@ -112,18 +119,22 @@ def registration_notes(shifts: Sequence[ColorShift], width: int | None = None) -
     ]
 
 
-def _depth_edges(depth: Array) -> Floats:
-    """Return (H, W) float, 0 to 1: how much depth jumps at each pixel, along rows or columns, between two readings."""
-    edges = np.zeros(depth.shape, np.float32)
-    for after, before, between in _NEIGHBORS:
+def _depth_edges(depth: Array) -> tuple[Floats, Floats]:
+    """Return how much depth jumps at each pixel between two readings, and in which direction it increases.
+
+    The first is (H, W) float, 0 to 1. The second is (2, H, W) float: the increase down the columns and along the rows, as a share
+    of the depth.
+    """
+    slopes = np.zeros((2, *depth.shape), np.float32)
+    for slope, (after, before, between) in zip(slopes, _NEIGHBORS, strict=True):
         near = np.minimum(depth[after], depth[before])
         with np.errstate(divide="ignore", invalid="ignore"):
-            jump = np.where(near > 0, np.abs(depth[after] - depth[before]) / near, 0)
-        np.maximum(edges[between], jump, out=edges[between])
+            slope[between] = np.where(near > 0, (depth[after] - depth[before]) / near, 0)
+    edges = np.abs(slopes).max(axis=0)
     sample = edges[::2, 1::2].ravel()
     rank = int((1 - MAX_EDGE_SHARE) * (len(sample) - 1))
     strong = float(np.partition(sample, rank)[rank]) if len(sample) else 0.0
-    return np.asarray(np.clip(edges / max(MIN_DEPTH_JUMP, strong) - 1, 0, 1))
+    return np.asarray(np.clip(edges / max(MIN_DEPTH_JUMP, strong) - 1, 0, 1)), slopes
 
 
 def _color_edges(color: Array) -> Floats:
@@ -151,6 +162,16 @@ def _correlation(first: Floats, second: Floats) -> Floats:
     product = np.conj(fft.rfft2(first, shape)) * fft.rfft2(second, shape)
     table = np.roll(fft.irfft2(product, shape), (most, most), (0, 1))[: 2 * most + 1, : 2 * most + 1]
     return np.asarray(table / max(float(np.linalg.norm(first) * np.linalg.norm(second)), 1e-12))
+
+
+def _fits_better(first: Floats, second: Floats, shift: tuple[int, int]) -> bool:
+    """Return whether two images correlate better where the second is shifted by (down, right) px than about where it is."""
+    margin = MAX_SHIFT_WORK_PX + 1
+    padded = np.pad(second - second.mean(), margin)
+    places = [shift, *((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1))]
+    (height, width), starts = first.shape, [(margin + down, margin + right) for down, right in places]
+    shifted, *unshifted = (float((first * padded[top : top + height, left : left + width]).sum()) for top, left in starts)
+    return shifted > max(0.0, *unshifted)
 
 
 def _peak(line: Floats, at: int) -> float:

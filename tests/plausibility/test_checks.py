@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from builders.paths import SAMPLES
@@ -140,6 +141,29 @@ def test_shifted_color(frames, name, right, down):
     else:
         assert np.hypot(found.right - right, found.down - down) < 4
         assert found.gain > 1.35
+
+
+def wavy_wire(wider: int, hidden: int) -> Frame:
+    """A wire of 9 px in front of a wall; its depth is wider by some px on each side, and missing for some px to its left."""
+    line = np.zeros((720, 1280), np.uint8)
+    along = np.linspace(0, 1, 300)
+    cv2.polylines(line, [np.column_stack((200 + 900 * along, 360 + 150 * np.sin(5 * along))).astype(np.int32)], False, 1, 9)
+    wide = cv2.dilate(line, np.ones((2 * wider + 1, 2 * wider + 1), np.uint8))
+    shadow = cv2.dilate(wide, np.ones((1, hidden + 1), np.uint8), anchor=(0, 0)) if hidden else wide
+    depth = np.where(wide > 0, 0.9, np.where(shadow > 0, 0, 1.4)).astype(np.float32)
+    return Frame(np.where(line[..., None] > 0, (200, 40, 40), 120).astype(np.uint8), depth, Camera(920, 920, 640, 360, 1280, 720))
+
+
+@pytest.mark.parametrize(("wider", "hidden"), [(0, 0), (6, 0), (8, 0), (10, 0), (6, 12), (10, 12)])
+def test_depth_wider_than_the_object_is_no_shift(wider, hidden):
+    assert color_shift(wavy_wire(wider, hidden)) == ColorShift(0, 0, 1.0)
+
+
+@pytest.mark.parametrize(("right", "down"), [(24, 0), (0, 30), (-30, -20)])
+def test_a_thin_wire_that_is_shifted(right, down):
+    frame = wavy_wire(2, 0)
+    found = color_shift(replace(frame, color=np.roll(frame.color, (down, right), (0, 1))))
+    assert np.hypot(found.right - right, found.down - down) < 4
 
 
 def test_what_says_nothing_about_registration(frames):
