@@ -16,7 +16,7 @@ from .geometry.limits import MAX_SAMPLES
 from .geometry.radii import STEP_RADII
 from .plausibility import frame_notes
 from .stages import FrameContext
-from .stages.branches import Branched, find_branches
+from .stages.branches import Branched, find_branches, may_branch
 from .stages.confidence import (
     USUAL,
     Evidence,
@@ -39,6 +39,7 @@ from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
 from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton, as_pose
 from .types.arguments import array
+from .types.display import DOUBTFUL_CONFIDENCE
 from .types.results import kept_crossings
 from .visibility import Visibility
 from .working_picture import enlarged, segment_config, segment_picture
@@ -355,13 +356,14 @@ def detect_with_stages(
         seconds=stages.seconds,
         notes=(
             *(data.notes if isinstance(data, Cloud) else ()),
-            *filter(None, (stages.segmentation.choice,)),
+            *filter(None, (stages.segmentation.choice if _is_doubtful(stages, config) else "",)),
             *(stages.context.foreground.notes or _lost(stages)),
             *stages.segmentation.limits,
             *stages.traversal.notes,
             *stages.merged.notes,
             *stages.limit_notes,
             *stages.branched.notes,
+            *_branch_notes(stages, config),
             *frame_notes(data, stages.chains),
         ),
         crossings=stages.crossings,
@@ -488,26 +490,49 @@ def _finite_rows(cloud: Cloud, mask: Array) -> Array:
     return mask[cloud.finite] if mask.shape == cloud.finite.shape else mask
 
 
+def _is_doubtful(stages: Stages, config: Config) -> bool:
+    """Return whether a frame shows no chain, or one of low confidence."""
+    shown = (
+        chain.confidence
+        for chain, evidence in zip(stages.chains, stages.evidence, strict=True)
+        if chain.confidence >= config.output.min_confidence or not evidence.may_be_clutter
+    )
+    return min(shown, default=0.0) < DOUBTFUL_CONFIDENCE
+
+
+def _branch_notes(stages: Stages, config: Config) -> tuple[str, ...]:
+    """Return the note on chains in space that meet like the branches of one object, which are found if the settings ask for it."""
+    sure = [chain for chain in stages.chains if chain.confidence >= DOUBTFUL_CONFIDENCE]
+    if config.merge.branches or config.mode == "2d" or not may_branch(sure):
+        return ()
+    if not find_branches(sure, stages.context, config.merge).junctions:
+        return ()
+    return ("branches: chains meet as the branches of one object do; if they are, detect it with the preset harness (-c harness)",)
+
+
 def _lost(stages: Stages) -> tuple[str, ...]:
     """Where everything was lost, and what to try; nothing when there are chains."""
     if stages.chains:
         return ()
+    has_image = stages.context.foreground.mask is not None  # of a cloud doo3d tune proposes nothing
+    length_hint = "lower fit.segment_length" + ("; doo3d tune proposes one" if has_image else "")
     for name, product, hint in (
         (
             "segment",
             len(stages.context.foreground.points),
-            "widen the segmentation; doo3d tune proposes colour ranges and shows them",
+            "widen the segmentation" + ("; doo3d tune proposes colour ranges and shows them" if has_image else ""),
         ),
         (
             "voxelize",
             len(stages.context.grid.coords),
-            "the pieces are smaller than 12 voxels: lower voxelize.size, or see with doo3d tune what the mask takes",
+            "the pieces are smaller than 12 voxels: lower voxelize.size"
+            + (", or see with doo3d tune what the mask takes" if has_image else ""),
         ),
         ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
-        ("fit", len(stages.fitted), "the object is shorter than a segment: lower fit.segment_length; doo3d tune proposes one"),
+        ("fit", len(stages.fitted), f"the object is shorter than a segment: {length_hint}"),
         ("prune", len(stages.pruned.chains), "lower prune.width"),
         ("merge", len(stages.merged.assemblies), "lower merge.min_length; doo3d explain says what was dropped"),
     ):
         if not product:
             return (f"{name}: nothing is left after this stage; {hint}",)
-    return ("refine: what is left is shorter than half a segment: lower fit.segment_length; doo3d tune proposes one",)
+    return (f"refine: what is left is shorter than half a segment: {length_hint}",)

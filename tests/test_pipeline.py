@@ -23,7 +23,7 @@ from doo3d.stages.refine import estimate_centerline, extend_ends, lay_chains
 from doo3d.stages.thin import thin
 from doo3d.stages.traverse import traverse
 from doo3d.stages.voxelize import voxelize
-from doo3d.types import Foreground
+from doo3d.types import Foreground, Frame
 
 RADIUS = 0.005
 STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill"]
@@ -64,10 +64,32 @@ def test_a_frame(table, given):
     check(chain, wave())
     assert runs_along(chain, wave())
     assert not chain.occluded.any()
-    assert all(note.startswith("segment: method") for note in detection.notes)
+    assert detection.notes == (), "a good frame needs no advice"
     assert detection.mode == "3d"
     assert detection.coordinates == "camera"
     assert list(detection.seconds) == STAGES
+
+
+def test_advice_where_nothing_is_found():
+    """It names the method that was chosen; of a cloud, for which there are no colors to propose, never doo3d tune."""
+    frame, _ = frame_of(wave(), radius=RADIUS)
+    colored = Frame(np.full((*frame.depth.shape, 3), 120, np.uint8), frame.depth, frame.camera)
+    for settings in ({"merge.min_length": 10000.0}, {"fit.segment_length": 9.0}):
+        for data, tune in ((colored, True), (doo3d.Cloud(surface(wave(), RADIUS)), False)):
+            notes = doo3d.detect(data, settings).notes
+            assert notes[0].startswith("segment: method ")
+            assert any("doo3d tune" in note for note in notes) == tune
+
+
+@pytest.mark.parametrize("stands", [0.0, 0.03])
+def test_chains_that_meet_like_branches_name_the_preset_for_them(stands):
+    """A branch from the side of a cable; the same cable beside it that ends some cm away is an object of its own."""
+    trunk, branch = line([-0.15, 0, 0.6], [0.15, 0, 0.6]), line([0.0, 0.004 + stands, 0.6], [0.05, 0.13, 0.6])
+    frame, mask = frame_of(trunk, branch, radius=RADIUS)
+    found = doo3d.detect(frame, mask=mask)
+    assert len(found.chains) == 2
+    assert [("-c harness" in note) for note in found.notes] == [True] * (not stands)
+    assert not any("-c harness" in note for note in doo3d.detect(frame, "harness", mask=mask).notes)
 
 
 @pytest.mark.parametrize("view", ["seen", "unknown", "whole"])

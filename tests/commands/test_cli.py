@@ -24,9 +24,8 @@ COMMANDS = "detect info tune explain report video view export compare evaluate b
 def test_one_line_per_frame_and_the_files(doo3d, capture):
     code, out, err = doo3d("detect", capture(frames=2), "-o", "results")
     assert code == 0
-    first, note, second, last = out.splitlines()
+    first, second, last = out.splitlines()
     assert first.startswith("000000   1 chain   0.")
-    assert note.startswith("         note: segment: method network (auto)")  # said once, not for the second frame
     for word in (" m ", "radius ", " mm", "% occluded", "confidence 1.00", " ms"):
         assert word in first
     assert second.startswith("000001   1 chain")

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ...config import MergeConfig
 from ...geometry.curves import Curves
+from ...geometry.polyline import unit
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
-from .attachments import end_meetings
+from .attachments import NORMAL_SHORTFALL, end_meetings
 from .bodies import body_meetings
 from .clouds import end_joins
 from .strands import NODE_RADII, free_ends, strands_of
@@ -54,6 +57,33 @@ class Branched:
             return any(both <= chains and ((crossing.point - place) ** 2).sum() < limit for chains, place, limit in nodes)
 
         return tuple(each for each in crossings if not is_at_junction(each))
+
+
+MIN_MEETING_COSINE = 0.5
+"""Cosine between an end's tangent and the direction to a chain that it may branch off; at the end of a strand that runs beside
+another it is near 0."""
+
+
+def may_branch(chains: Sequence[Chain]) -> bool:
+    """Return whether an end of a chain points at another chain so near that it may branch off there.
+
+    It costs far less than `find_branches`, which decides. chains : with joints in m (px in 2-D).
+    """
+    for chain in chains:
+        for joints in () if chain.closed else (chain.joints, chain.joints[::-1]):
+            tangent = unit(joints[0] - joints[min(2, len(joints) - 1)])
+            for other in chains:
+                reach = other.radius + NORMAL_SHORTFALL * chain.radius + other.segment_length / 2
+                ways = other.joints - joints[0]
+                distances = np.linalg.norm(ways, axis=1)
+                nearest = int(distances.argmin())
+                if (
+                    other is not chain
+                    and distances[nearest] <= reach
+                    and ways[nearest] @ tangent >= MIN_MEETING_COSINE * distances[nearest]
+                ):
+                    return True
+    return False
 
 
 def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeConfig) -> Branched:

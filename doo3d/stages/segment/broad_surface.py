@@ -19,6 +19,10 @@ MIN_BROAD_FRACTION = 0.5
 MIN_DISC_OCCUPANCY = 0.6
 """A point of a cloud lies on a surface when more than this fraction of the disc around it is occupied."""
 
+MIN_DISC_CELLS = 3
+"""Radius of that disc in cells at least. A strand fills two rows of cells through the middle of a disc: of a disc of three cells
+radius less than half, of one of one cell all."""
+
 DEPTH_STRIDE_PX = 4
 """px; every so many rows and columns of a depth image are looked at, since a surface wider than any object shows in them too."""
 
@@ -37,13 +41,14 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     points = sampled(data.points)
     seeds = seeds_of(points)
     size = NEIGHBORHOOD_CELL_SPACINGS * cloud_facts(points).spacing
-    filled = MIN_DISC_OCCUPANCY * np.pi * config.max_width**2 / size**2
-    counts, means, covariances = neighborhood_spreads(points, seeds, config.max_width)
+    radius = max(config.max_width, MIN_DISC_CELLS * size)
+    filled = MIN_DISC_OCCUPANCY * np.pi * radius**2 / size**2
+    counts, means, covariances = neighborhood_spreads(points, seeds, radius)
     some = counts > 8
     # as many cells are occupied as there are points, at most
     if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
         return False
     axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    is_filled = fill_cells(points, seeds, config.max_width, counts, means, axes, size, filled)[some]
+    is_filled = fill_cells(points, seeds, radius, counts, means, axes, size, filled)[some]
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)

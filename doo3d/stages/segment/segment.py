@@ -31,12 +31,13 @@ BY_SHAPE = ("network", "strands", "plane", "ridge")
 """Methods that look for strands by their shape; all others are told by the user what the object is."""
 
 AUTO_NOTES = {
-    "network": "segment: method network (auto), since no mask or color is given; doo3d tune proposes colors",
-    "strands": "segment: method strands (auto), since no mask or color is given; doo3d tune proposes colors",
-    "plane": "segment: method plane (auto), since no mask or color is given; doo3d tune proposes settings",
+    "network": "segment: method network (auto), since no mask or color is given; doo3d tune shows whether colors do better",
+    "strands": "segment: method strands (auto), since no mask or color is given; doo3d tune shows whether colors do better",
+    "plane": "segment: method plane (auto), since most of it is a broad surface; if all of it is the object, set "
+    "segment.method=everything",
     "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
 }
-"""Notes on the method that `auto` took where nobody said what the object is."""
+"""Notes on the method that `auto` took where nobody said what the object is: advice for a frame whose result is doubtful."""
 
 EXTENT_TOLERANCE = 10
 """Times by which the extent of a cloud may lie outside the range of depths: the object is not as long as it is far away."""
@@ -166,7 +167,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         color=frame.color,
         camera=frame.camera,
         viewpoint=np.zeros(3),
-        notes=_notes(method, note, pixels > 0),
+        notes=_notes(method, note, pixels > 0, frame.color is not None),
         is_told=is_told,
         is_clean=is_told or made.is_certain or method == "network",
     )
@@ -204,7 +205,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         colors=split.colors,
         color=color,
         probability=made.probability,
-        notes=_notes(method, note, len(pixels) > 0),
+        notes=_notes(method, note, len(pixels) > 0, True),
         is_told=is_told,
     )
     return _record(foreground, method, cleaned, split)
@@ -235,7 +236,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         sampling=sampling,
         cloud_facts=facts if sparse is None and len(points) else None,
         viewpoint=cloud.viewpoint,
-        notes=_notes(method, note, bool(len(chosen))),
+        notes=_notes(method, note, bool(len(chosen)), False),
         views=cloud.views,
         is_told=is_told,
     )
@@ -269,9 +270,9 @@ def _is_told(method: str, config: SegmentConfig) -> bool:
     return method not in BY_SHAPE and not (method == "everything" and config.method == "auto")
 
 
-def _notes(method: str, note: str, found: bool) -> tuple[str, ...]:
+def _notes(method: str, note: str, found: bool, has_color: bool) -> tuple[str, ...]:
     """Return the notes for a frame: the method's own, and what to do if it selected nothing."""
-    return tuple(sentence for sentence in (note, "" if found else _nothing_note(method)) if sentence)
+    return tuple(sentence for sentence in (note, "" if found else _nothing_note(method, has_color)) if sentence)
 
 
 def _record(foreground: Foreground, method: str, cleaned: CleanedMask, split: SplitMask) -> Segmentation:
@@ -279,13 +280,14 @@ def _record(foreground: Foreground, method: str, cleaned: CleanedMask, split: Sp
     return Segmentation(foreground, method, *counts, closed_holes=cleaned.closed_holes, split=split.removed)
 
 
-def _nothing_note(method: str) -> str:
-    """Return the note for a frame in which the method selected nothing."""
+def _nothing_note(method: str, has_color: bool) -> str:
+    """Return the note for a frame in which the method selected nothing; `doo3d tune` needs an image with color."""
+    by_color = ", or select the object by its color (doo3d tune)" if has_color else ""
     remedy = {
-        "hsv": "widen segment.ranges (doo3d tune proposes ranges and shows what they select)",
+        "hsv": "widen segment.ranges" + (" (doo3d tune proposes ranges and shows what they select)" if has_color else ""),
         "background": "lower segment.depth_difference or segment.color_difference",
-        "plane": "lower segment.plane_distance, or select the object by its color (doo3d tune)",
-    }.get(method, "give a mask, or select the object by its color (doo3d tune)")
+        "plane": f"lower segment.plane_distance{by_color}",
+    }.get(method, f"give a mask{by_color}")
     return f"segment ({method}): no object in this frame; {remedy}"
 
 

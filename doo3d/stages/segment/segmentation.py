@@ -52,7 +52,7 @@ class Segmentation:
     limits
         messages to the user: what was left out of too large a frame or cloud, to bound time and memory.
     choice
-        a sentence on the method that `auto` took where nobody said what the object is; else empty.
+        a sentence on the method that `auto` took where nobody said what the object is, with advice; else empty.
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     plane

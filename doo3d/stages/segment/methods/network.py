@@ -91,7 +91,8 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
         selected = _with_colors(probability, np.ascontiguousarray(color)) > logit(np.clip(config.onnx.threshold, 0, 1))
         left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
-        return Selected(selected, strands.shadow_note("network", left_out), probability=probability)
+        note = "" if selected.any() else strands.shadow_note("network", left_out)
+        return Selected(selected, note, probability=probability)
     rules = strands.mask(data, config, seed)
     if is_too_long or (rules.is_certain and config.onnx.model is None):
         return rules

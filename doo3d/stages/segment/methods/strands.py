@@ -77,7 +77,8 @@ def select_in_image(color: Array, pixels: int = IMAGE_PIXELS) -> Selected:
     for strand in chosen:
         selected |= draw_strand((strand.line + 0.5) * scale - 0.5, strand.width * float(scale.mean()), shape)
     drawn = (draw_strand((each.line + 0.5) * scale - 0.5, each.width * float(scale.mean()), shape) for each in shadows)
-    return Selected(selected, shadow_note("strands", len(shadows)), left_out=tuple(map(np.flatnonzero, drawn)))
+    note = "" if selected.any() else shadow_note("strands", len(shadows))
+    return Selected(selected, note, left_out=tuple(map(np.flatnonzero, drawn)))
 
 
 def shadow_note(method: str, shadows: int) -> str:
