@@ -225,5 +225,5 @@ def test_progress_bar_on_a_terminal_only(capture, tmp_path):
     assert b"3/3" in shown
     assert b"1 failed" in shown
     assert b"000001   failed" in shown
-    assert [line.split()[0] for line in out.splitlines()] == ["000000", "note:", "000002", "2"]
+    assert [line.split()[0] for line in out.splitlines()] == ["000000", "000002", "2"]
     assert "\x1b" not in out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from .listing import natural_key, words_of
 
 RECORDER_FILE = "camera_intrinsic.json"  # of Open3D's recorder; takes precedence over other files
 _CAMERA_WORDS = {"camera", "cameras", "cam", "intrinsic", "intrinsics", "calib", "calibration", "k", "cameraintrinsic"}
+_AMBIGUOUS_WORDS = {"k"}  # in the name of a file above the capture, where it may stand for anything, such as k7.json
 _FOLDERS = ("calib", "calibration", "camera", "intrinsics", "intrinsic")  # sub-folders that are searched, too
 _SUFFIXES = (".json", ".yaml", ".yml")
 _MAX_OTHER_FILES = 20  # JSON and YAML files without a camera's name that are looked into; more are annotations
@@ -139,7 +140,8 @@ def find_camera(
     images
         the folder of the depth images, if that is another one.
     parent
-        the folder above, in which only files whose names speak of a camera count.
+        the folder above, which other captures may share: only files count whose names speak of a camera in a whole word, and that
+        state the size of these images.
 
     Raises
     ------
@@ -187,14 +189,16 @@ def search_folders(root: Path) -> list[Path]:
 def _groups(bases: Iterable[Path], parent: Path | None) -> Iterator[tuple[list[Calibration], bool]]:
     """Yield the cameras of each folder that has some, and whether the folder belongs to the capture."""
     own = {folder: _files(folder) for base in bases for folder in search_folders(base)}
-    for found in [*own.values(), *([_files(parent)] if parent else [])]:
-        is_own = any(found is each for each in own.values())
+    for found in own.values():
         named = [file for file in found if file.name == RECORDER_FILE] or list(filter(_is_named, found))
         cameras, errors = _read_all(named)
         if cameras:
-            yield cameras, is_own
-        elif errors and is_own and any(file.suffix.lower() in _SUFFIXES for file in named):
+            yield cameras, True
+        elif errors and any(file.suffix.lower() in _SUFFIXES for file in named):
             raise errors[0]
+    if parent:
+        above = [file for file in _files(parent) if _is_named(file, _CAMERA_WORDS - _AMBIGUOUS_WORDS)]
+        yield [camera for camera in _read_all(above)[0] if camera.size is not None], False
     for found in own.values():
         others = [file for file in found if file.suffix.lower() in _SUFFIXES]
         if len(others) <= _MAX_OTHER_FILES and (cameras := _read_all(others)[0]):
@@ -218,8 +222,8 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
     )
 
 
-def _is_named(file: Path) -> bool:
-    return bool(set(words_of(file.stem)) & _CAMERA_WORDS)
+def _is_named(file: Path, words: Collection[str] = _CAMERA_WORDS) -> bool:
+    return any(word in words for word in words_of(file.stem))
 
 
 def _files(folder: Path) -> list[Path]:

@@ -98,16 +98,30 @@ def test_color_of_unknown_place_is_refused_or_left_out(doo3d, tmp_path):
     assert open_capture(folder, options=ReadOptions(color="none")).frames[0].load().data.color is None
 
 
-@pytest.mark.parametrize("size", [{}, {"width": 1280, "height": 720}])
-def test_a_camera_of_other_images_in_the_folder_above_is_not_taken(tmp_path, size):
-    (tmp_path / "k7.json").write_text(json.dumps({"fx": 605, "fy": 605, "cx": 640, "cy": 360, **size}))
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("k7.json", {"width": 640, "height": 480}),  # of another project: a K in its name stands for anything
+        ("robot.json", {"width": 640, "height": 480}),
+        ("camera.json", {}),  # the camera of any images
+        ("camera.json", {"width": 1280, "height": 720}),
+    ],
+)
+def test_a_camera_of_others_in_the_folder_above_is_not_taken(tmp_path, name, values):
+    fx, fy, cx, cy = scene().pinhole
+    camera = {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
+    (tmp_path / name).write_text(json.dumps(camera | values))
     put(tmp_path / "scene" / "0_depth.png", units(1000))
     with refuses("intrinsics-missing", "--camera FILE"):
         open_capture(tmp_path / "scene")
+
+
+def test_a_camera_of_these_images_in_the_folder_above_is_taken(tmp_path):
     fx, fy, cx, cy = scene().pinhole
-    (tmp_path / "k7.json").write_text(json.dumps({"fx": fx, "fy": fy, "cx": cx, "cy": cy}))
+    (tmp_path / "camera.json").write_text(json.dumps({"fx": fx, "fy": fy, "cx": cx, "cy": cy, "width": 640, "height": 480}))
+    put(tmp_path / "scene" / "0_depth.png", units(1000))
     opened = open_capture(tmp_path / "scene")
-    assert opened.notes == [f"the camera is read from {tmp_path / 'k7.json'}"]
+    assert opened.notes == [f"the camera is read from {tmp_path / 'camera.json'}"]
     assert_detected(opened.frames[0].load())
 
 
