@@ -501,13 +501,13 @@ def _is_doubtful(stages: Stages, config: Config) -> bool:
 
 
 def _branch_notes(stages: Stages, config: Config) -> tuple[str, ...]:
-    """Return the note on chains in space that meet like the branches of one object, which are found if the settings ask for it."""
+    """Return the note on chains in space that meet like the branches of one object, which only some settings look for."""
     sure = [chain for chain in stages.chains if chain.confidence >= DOUBTFUL_CONFIDENCE]
     if config.merge.branches or config.mode == "2d" or not may_branch(sure):
         return ()
     if not find_branches(sure, stages.context, config.merge).junctions:
         return ()
-    return ("branches: chains meet as the branches of one object do; if they are, detect it with the preset harness (-c harness)",)
+    return ("branches: chains meet as the branches of one object do; if they are, use the preset harness (-c harness)",)
 
 
 def _lost(stages: Stages) -> tuple[str, ...]:

@@ -26,10 +26,11 @@ from .formats.image_with_yaml import can_read_pair, list_pairs
 from .formats.trajectory import associate, pose_from, read_lines, read_trajectory, sort_by_time
 from .formats.video import VideoCapture
 from .read_options import OF_DEPTH, ReadOptions, without_color
+from .rig.calibration_files import find_pair_calibration
 from .support.camera_search import RECORDER_FILE, has_camera_file, scaled
 from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
 from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
-from .support.images import PHOTO_SUFFIXES, Size, is_image
+from .support.images import PHOTO_SUFFIXES, Size, first_size, is_image
 from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
 from .support.listing import images_in, match_images, natural_key, role_of
 
@@ -356,6 +357,10 @@ def _list_photos(path: Path, options: ReadOptions, notes: list[str]) -> list[Fil
     if not path.is_dir():
         return [Files(path.stem, color=path, masks=(masks[path.stem],) if path.stem in masks else ())]
     photos = _photos_in(_photo_folder(path))
+    size = first_size(list(photos.values()))
+    calibration = None if size is None else find_pair_calibration(path, size)
+    if calibration is not None:
+        notes.append(PAIR_NOTE.format(calibration))
     masks, frames = match_images(masks, photos), []
     for name in sorted({**photos, **masks}, key=natural_key):
         fault = None
@@ -366,6 +371,9 @@ def _list_photos(path: Path, options: ReadOptions, notes: list[str]) -> list[Fil
         frames.append(Files(name, color=photos.get(name), masks=(masks[name],) if name in masks else (), fault=fault))
     return frames
 
+
+PAIR_NOTE = "these are images of a stereo pair, side by side: for 3-D give --cameras {}"
+"""Note on photographs beside which there is the calibration of a stereo pair with images of half their width."""
 
 PHOTOS = Layout(
     "photos",

@@ -30,8 +30,10 @@ Values = dict[str, Any]
 UNITS: dict[str, float] = {"m": 1.0, "mm": 1000.0}
 """Unit of a translation -> its number per metre."""
 
+_CALIBRATION_SUFFIXES = (".conf", ".ini", ".yaml", ".yml", ".xml", ".json")
 _ZED_SIZES = {"2K": (2208, 1242), "FHD1200": (1920, 1200), "FHD": (1920, 1080), "HD": (1280, 720), "SVGA": (960, 600)}
 _ZED_SIZES |= {"VGA": (672, 376)}
+_UNITS: tuple[Unit, ...] = ("mm", "m")
 _SIDES = ("left", "right")
 _TAGS = (("1", "l", "left"), ("2", "r", "right"))
 _MATRICES = ("k", "m", "mtx", "cameramatrix", "intrinsics", "intrinsicmatrix")
@@ -75,6 +77,24 @@ def read_stereo_pair(files: Sequence[Path], size: Size | None, unit: Unit | None
         pair = _opencv_pair(merged, source, size, unit, rectified)
     _check_size(pair, size, source)
     return pair
+
+
+def find_pair_calibration(folder: Path, size: Size) -> Path | None:
+    """Return the file in a folder with the calibration of a stereo pair whose views lie side by side in images of a size.
+
+    size : (width, height) px of an image with both views. None if there is no such file.
+    """
+    width, height = size
+    for file in sorted(folder.iterdir()) if width % 2 == 0 else ():
+        if file.suffix.lower() not in _CALIBRATION_SUFFIXES or not file.is_file() or file.stat().st_size > MAX_YAML_BYTES:
+            continue
+        for unit in _UNITS:
+            try:
+                read_stereo_pair([file], (width // 2, height), unit)
+            except InputError:
+                continue
+            return file
+    return None
 
 
 def _content(file: Path) -> Values:

@@ -11,6 +11,7 @@ import pytest
 from builders.errors import refuses
 from scipy.spatial.transform import Rotation
 
+from doo3d.inputs import open_capture
 from doo3d.inputs.rig.calibration_files import read_stereo_pair
 
 SIZE = (1280, 720)
@@ -260,3 +261,18 @@ def test_an_image_of_another_size_is_not_rectified(tmp_path):
     image = np.zeros((360, 640, 3), np.uint8)
     with refuses("intrinsics-size", "left image", "640x360"):
         rectified.images(image, image)
+
+
+def test_photographs_of_a_stereo_pair_beside_its_calibration_name_the_option_for_them(doo3d, tmp_path):
+    """The calibration fits half the width of the images; one that does not, or another file, is no reason for a note."""
+    width, height = SIZE
+    cv2.imwrite(str(tmp_path / "000.png"), np.zeros((height, 2 * width, 3), np.uint8))
+    (tmp_path / "notes.yaml").write_text("lens: 4 mm")
+    assert open_capture(tmp_path, images_only=True).notes == []
+    file = opencv(tmp_path / "stereo.yml")
+    note = f"these are images of a stereo pair, side by side: for 3-D give --cameras {file}"
+    assert open_capture(tmp_path, images_only=True).notes == [note]
+    assert note in doo3d("info", tmp_path)[1]
+    assert f"note: {note}" in doo3d("detect", tmp_path)[2]
+    cv2.imwrite(str(tmp_path / "000.png"), np.zeros((height, width, 3), np.uint8))
+    assert open_capture(tmp_path, images_only=True).notes == []
