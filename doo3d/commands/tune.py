@@ -44,7 +44,8 @@ def tune(
     """Propose color ranges, voxel size and segment length for the object in INPUT.
 
     Writes these values as a configuration, with a picture of the segmentation beside it, and prints the values with their
-    reasons. Without --pick and --box, the object is taken to be the longest thin object with a color that nothing else has.
+    reasons. Without --pick and --box, they are for the strands that detection finds, which are listed; color ranges are proposed
+    if detection then finds all of them again. Where it finds none, the longest thin object with a color of its own is taken.
 
     \b
     Examples:
@@ -93,7 +94,7 @@ def summary(tuned: Tuned) -> list[str]:
     """
     config, reasons = tuned.config, tuned.reasons
     width = f"{tuned.width_px:.1f} px wide" + (f", {1000 * tuned.width_m:.1f} mm" if tuned.width_m is not None else "")
-    lines = [("object", width)]
+    lines = [("strand", sentence) for sentence in tuned.strands] + [("object", width)]
     if tuned.recall is not None and tuned.precision is not None:
         lines.append(("recall", f"{tuned.recall:.0%} of the object is segmented"))
         lines.append(("precision", f"{tuned.precision:.1%} of the segmented pixels are the object"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -17,7 +17,9 @@ from ..stages.segment.methods import resolve_method
 from ..stages.segment.methods.hsv import in_ranges
 from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING, VIEW_EDGE
 from ..types import Array, Bools, Cloud, Frame, Image
+from ..types.display import counted
 from .hsv_range import completed_mask, fit_range
+from .strands import Strand, find_strands, lost_strands
 from .thin_object import ThinObject, find_thin_object, object_at, thin_components
 
 MAX_SEARCH_PIXELS = 1_500_000
@@ -50,6 +52,8 @@ MAX_MISSING_DEPTH = 0.3
 MAX_WIDTH_MARGIN = 0.6
 """Width of the object over segment.max_width above which max_width is raised to twice the width."""
 
+ONE_BY_ONE = "for color ranges of some strands only, select these: --pick X,Y, for each the pixel listed above"
+
 OTHER_METHODS = (
     "use another method: segment.method=plane if it stands off a surface in the depth, background with an image "
     "without it (segment.reference), or your own mask (doo3d detect --mask)"
@@ -80,6 +84,9 @@ class Tuned:
         dotted key of the config, such as "fit.segment_length" -> why it has its value.
     advice
         what the user could do to improve the result, a sentence each; empty if nothing.
+    strands
+        the strands that detection finds with the configuration to start from, a sentence each: length, a pixel, and whether the
+        color ranges find it; empty if the object was selected, or nothing was found.
     """
 
     config: Config
@@ -91,6 +98,7 @@ class Tuned:
     width_m: float | None
     reasons: dict[str, str] = field(default_factory=dict)
     advice: tuple[str, ...] = ()
+    strands: tuple[str, ...] = ()
 
 
 def tune(
@@ -101,7 +109,8 @@ def tune(
 ) -> Tuned:
     """Propose a configuration for one frame: segmentation, voxel size and segment length.
 
-    With color, the object is segmented by color ranges (method "hsv"). Without color, the method that suits the depth is chosen.
+    With color, the strands that detection finds with `config` get color ranges (method "hsv"), if detection then finds all of
+    them again and nothing else; if not, the method is kept. Without color, the method that suits the depth is chosen.
     Proposed lengths are in m for a frame, in px for an image.
 
     Parameters
@@ -115,7 +124,8 @@ def tune(
         (x, y) px of pixels on the object, one for each of its colors.
     box
         (x, y, w, h) px, a region that contains the object: upper left corner, width and height. Ignored if there are picks.
-        Without picks and box, the whole image is searched for the most prominent thin, long object with a color of its own.
+        Where detection finds nothing and there are no picks, the box or the whole image is searched for the most prominent thin,
+        long object with a color of its own.
 
     Raises
     ------
@@ -129,41 +139,73 @@ def tune(
         )
     if isinstance(data, Frame) and config.mode == "2d" and data.color is not None:
         data = Image(data.color, data.name, data.timestamp)
-    objects: list[Bools] = []
     if data.color is None:
         if picks or box:
             raise InputError(
                 "the frame has no color that a pick or a box could select: leave out --pick and --box", code="method-needs-color"
             )
         segmentation = config.segment.model_copy(update={"method": resolve_method(data, config.segment)})
-        reasons = {"segment.method": "there is no color, and this method suits the depth"}
-    else:
-        objects, ranges = _find_ranges(data.color, picks, box)
-        segmentation = config.segment.model_copy(update={"method": "hsv", "ranges": ranges})
-        colors = f"the colors at {len(objects)} picks" if len(objects) > 1 else "the color of the thin object"
-        reasons = {
-            "segment.method": "the object has a color of its own",
-            "segment.ranges": f"{colors} from shadow to highlight, unless the background has them too",
-        }
+        return _propose_lengths(
+            data, config, segmentation, [], {"segment.method": "there is no color, and this method suits the depth"}
+        )
+    if not picks and box is None and (strands := find_strands(data, config)):
+        return _tune_strands(data, data.color, config, strands)
+    return _propose_colors(data, config, *_find_ranges(data.color, picks, box))
+
+
+def _propose_colors(data: Frame | Image, config: Config, objects: list[Bools], ranges: tuple[HsvRange, ...]) -> Tuned:
+    """Return the configuration that segments objects with masks (H, W) by color ranges."""
+    colors = f"the colors of {len(objects)} objects" if len(objects) > 1 else "the color of the thin object"
+    reasons = {
+        "segment.method": "the object has a color of its own",
+        "segment.ranges": f"{colors} from shadow to highlight, unless the background has them too",
+    }
+    segmentation = config.segment.model_copy(update={"method": "hsv", "ranges": ranges})
     return _propose_lengths(data, config, segmentation, objects, reasons)
+
+
+def _tune_strands(data: Frame | Image, color: Array, config: Config, found: list[Strand]) -> Tuned:
+    """Return the configuration for the strands that detection finds with the given one.
+
+    It has color ranges if detection finds every strand again with them, and no more chains; otherwise the method is kept.
+    Doubtful strands are left out, unless all are.
+    """
+    strands = [strand for strand in found if not strand.is_doubtful] or found
+    small, scale = _reduced(color)
+    shape = small.shape[1::-1]
+    thin = [_resized(strand.thin, shape, scale) for strand in strands]
+    completed = [replace(each, mask=completed_mask(small, each)) for each in thin]
+    ranges, false = _fit_ranges(small, completed)
+    objects = [_full_size(each.mask, color) for each in completed]
+    try:
+        tuned = _propose_colors(data, config, objects, tuple(dict.fromkeys(ranges)))
+        again = find_strands(data, tuned.config)
+        lost = lost_strands(strands, again)
+    except InputError:  # nothing is left of the object with these ranges
+        again, lost = [], strands
+    says = {id(strand): f"doubtful (confidence {strand.chain.confidence:.2f}), left out" for strand in found}
+    for strand, share in zip(strands, false, strict=True):
+        is_lost = any(strand is each for each in lost)
+        elsewhere = f"; {share:.0%} of the pixels of its color lie elsewhere" if share > MAX_FALSE_SHARE else ""
+        says[id(strand)] = (f"lost with color ranges{elsewhere}") if is_lost else f"found with color ranges{elsewhere}"
+    listed = tuple(f"{strand}: {says[id(strand)]}" for strand in found)
+    if not lost and len(again) <= len(strands):
+        return replace(tuned, strands=listed)
+    fault = f"lose {counted(len(lost), 'strand')}" if lost else f"give {counted(len(again), 'chain')} in place"
+    reasons = {"segment.method": f"kept, since color ranges {fault} of {len(strands)}"}
+    kept = _propose_lengths(data, config, config.segment, [], reasons)
+    return replace(kept, strands=listed, advice=(*kept.advice, *([ONE_BY_ONE] if len(strands) > 1 else [])))
 
 
 def _find_ranges(
     color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None
 ) -> tuple[list[Bools], tuple[HsvRange, ...]]:
     """Return the masks (H, W) of the objects and the color ranges that segment them."""
-    height, width = color.shape[:2]
-    _check_inside(width, height, picks, box)
-    scale = min(1.0, math.sqrt(MAX_SEARCH_PIXELS / (height * width)))
-    small = color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    _check_inside(color.shape[1], color.shape[0], picks, box)
+    small, scale = _reduced(color)
     candidates = _find_objects(small, [(int(x * scale), int(y * scale)) for x, y in picks], _scaled(box, scale))
-    objects = [ThinObject(completed_mask(small, thin), thin.share, thin.length, thin.half_width) for thin in candidates]
-    ranges = []
-    for i, thin in enumerate(objects):
-        excluded = np.zeros_like(thin.mask)
-        for other in objects[:i] + objects[i + 1 :]:
-            excluded |= other.mask
-        ranges.append(fit_range(small, thin, excluded))
+    objects = [replace(thin, mask=completed_mask(small, thin)) for thin in candidates]
+    ranges, _ = _fit_ranges(small, objects)
     segmented, union = in_ranges(small, tuple(ranges)), np.logical_or.reduce([thin.mask for thin in objects])
     if (segmented & ~union).sum() > MAX_FALSE_SHARE * segmented.sum():
         raise InputError(
@@ -171,8 +213,35 @@ def _find_ranges(
             f"its colors too: {OTHER_METHODS}",
             code="color-not-distinct",
         )
-    full = [cv2.resize(thin.mask.view(np.uint8), (width, height), interpolation=cv2.INTER_NEAREST) > 0 for thin in objects]
-    return full, tuple(ranges)
+    return [_full_size(thin.mask, color) for thin in objects], tuple(ranges)
+
+
+def _fit_ranges(color: Array, objects: Sequence[ThinObject]) -> tuple[list[HsvRange], list[float]]:
+    """Return the color range of each object, and the share of the range's pixels that lie on none of the objects."""
+    union = np.logical_or.reduce([thin.mask for thin in objects])
+    ranges, false = list[HsvRange](), list[float]()
+    for thin in objects:
+        ranges.append(fit_range(color, thin, union & ~thin.mask))
+        segmented = in_ranges(color, (ranges[-1],))
+        false.append(float((segmented & ~union).sum() / max(1, segmented.sum())))
+    return ranges, false
+
+
+def _reduced(color: Array) -> tuple[Array, float]:
+    """Return an image (H, W, 3) with MAX_SEARCH_PIXELS at most, and the scale, 1 or less."""
+    scale = min(1.0, math.sqrt(MAX_SEARCH_PIXELS / (color.shape[0] * color.shape[1])))
+    return (color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)), scale
+
+
+def _resized(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
+    """Return an object in an image of a shape (width, height) that was scaled."""
+    mask = cv2.resize(thin.mask.view(np.uint8), shape, interpolation=cv2.INTER_NEAREST) > 0
+    return ThinObject(np.asarray(mask), thin.share, scale * thin.length, scale * thin.half_width)
+
+
+def _full_size(mask: Bools, color: Array) -> Bools:
+    """Return a mask at the size of an image."""
+    return np.asarray(cv2.resize(mask.view(np.uint8), color.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0)
 
 
 def _check_inside(width: int, height: int, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> None:

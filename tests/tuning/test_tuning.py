@@ -13,7 +13,7 @@ from builders.captures import save
 from builders.errors import code_in, refuses
 from builders.paths import DATA
 
-from doo3d import Cloud, Frame, Image, detect
+from doo3d import Chain, Cloud, Frame, Image, detect
 from doo3d.config import load_config
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.rendering.renderer import render
@@ -22,6 +22,7 @@ from doo3d.evaluation.scenes.studio import CABLE_COLORS
 from doo3d.tuning import tune
 from doo3d.tuning.hsv_range import fit_range
 from doo3d.tuning.propose import segment_length
+from doo3d.tuning.strands import drawn, lost_strands
 from doo3d.tuning.thin_object import ThinObject, thin_components
 
 ROPE = DATA / "rope_d435"
@@ -73,12 +74,12 @@ def test_a_pick_does_as_well(lit):
 @pytest.mark.slow
 def test_red_wraps_round(lit):
     box = tune(lit[0].frame, load_config("default")).config.segment.ranges[0]
-    assert box.low[0] > 160
+    assert box.low[0] > 150
     assert box.high[0] < 20
 
 
 @pytest.mark.slow
-def test_several_colors_need_a_pick_each():
+def test_all_strands_that_detection_finds_get_ranges_or_a_pick_each():
     scene = make_scene("several", 1, (640, 360))
     colored = [replace(cable, color=COLORS[i]) for i, cable in enumerate(scene.cables)]
     scene = render(replace(scene, cables=tuple(colored)))
@@ -90,6 +91,23 @@ def test_several_colors_need_a_pick_each():
     tuned = tune(scene.frame, load_config("default"), picks)
     assert iou(tuned.mask, scene.mask) > 0.8 > iou(alone.mask, scene.mask)
     assert len(tuned.config.segment.ranges) > 1
+    whole = tune(scene.frame, load_config("default"))
+    assert len(whole.strands) == len(scene.truths)
+    assert all(strand.endswith(": found with color ranges") for strand in whole.strands)
+    assert iou(whole.mask, scene.mask) > 0.8
+    assert len(detect(scene.frame, whole.config).chains) == len(scene.truths)
+
+
+@pytest.mark.parametrize(("ends", "count"), [((30, 290), 0), ((30, 200), 1), ((-20, 310), 0)])
+def test_a_strand_is_lost_if_no_chain_follows_it_from_end_to_end(ends, count):
+    image = Image(np.zeros((200, 320, 3), np.uint8))
+
+    def strand(start, end):
+        return drawn(Chain(np.column_stack((np.linspace(start, end, 30), np.full(30, 90.0))), (end - start) / 29, 4.0), image)
+
+    assert len(lost_strands([strand(30, 290)], [strand(*ends)])) == count
+    assert lost_strands([], [strand(*ends)]) == []
+    assert len(lost_strands([strand(30, 290)], [])) == 1
 
 
 def test_a_photograph_and_a_box(lit):
@@ -109,8 +127,16 @@ def test_the_background_and_what_looks_like_it(lit):
     with refuses("pick-not-thin", "8,8", "segment.method=plane"):
         tune(frame, load_config("default"), [(8, 8)])
     grey = rendered((150, 152, 154), LIGHTS["above"])
+    kept = tune(grey.frame, load_config("default"))
+    assert kept.config.segment == load_config("default").segment, (
+        "ranges of its color would lose the cable that is found by depth"
+    )
+    assert kept.reasons["segment.method"] == "kept, since color ranges lose 1 strand of 1"
+    assert "lost with color ranges" in kept.strands[0]
+    assert len(detect(grey.frame, kept.config).chains) == 1
+    empty = replace(grey.frame, color=np.full_like(grey.frame.color, 120), depth=np.full_like(grey.frame.depth, 0.7))
     with refuses("object-missing", "segment.method=plane"):
-        tune(grey.frame, load_config("default"))
+        tune(empty, load_config("default"))
     v, u = np.nonzero(grey.mask)
     with refuses("pick-not-thin"):
         tune(grey.frame, load_config("default"), [(int(u[0]), int(v[0]))])
