@@ -52,6 +52,9 @@ MAX_MISSING_DEPTH = 0.3
 MAX_WIDTH_MARGIN = 0.6
 """Width of the object over segment.max_width above which max_width is raised to twice the width."""
 
+BORDER_SHARE = 1 / 3
+"""Share of a strand's half width whose color is not taken for its own: `completed_mask` adds as much where the color agrees."""
+
 ONE_BY_ONE = "for color ranges of some strands only, select these: --pick X,Y, for each the pixel listed above"
 
 OTHER_METHODS = (
@@ -150,7 +153,13 @@ def tune(
         )
     if not picks and box is None and (strands := find_strands(data, config)):
         return _tune_strands(data, data.color, config, strands)
-    return _propose_colors(data, config, *_find_ranges(data.color, picks, box))
+    tuned = _propose_colors(data, config, *_find_ranges(data.color, picks, box))
+    if not picks and box is None and all(strand.is_doubtful for strand in find_strands(data, tuned.config)):
+        raise InputError(
+            f"detection finds no strand, and only doubtful ones in the color of the longest thin object: {OTHER_METHODS}",
+            code="color-not-distinct",
+        )
+    return tuned
 
 
 def _propose_colors(data: Frame | Image, config: Config, objects: list[Bools], ranges: tuple[HsvRange, ...]) -> Tuned:
@@ -164,16 +173,13 @@ def _propose_colors(data: Frame | Image, config: Config, objects: list[Bools], r
     return _propose_lengths(data, config, segmentation, objects, reasons)
 
 
-def _tune_strands(data: Frame | Image, color: Array, config: Config, found: list[Strand]) -> Tuned:
+def _tune_strands(data: Frame | Image, color: Array, config: Config, strands: list[Strand]) -> Tuned:
     """Return the configuration for the strands that detection finds with the given one.
 
     It has color ranges if detection finds every strand again with them, and no more chains; otherwise the method is kept.
-    Doubtful strands are left out, unless all are.
     """
-    strands = [strand for strand in found if not strand.is_doubtful] or found
     small, scale = _reduced(color)
-    shape = small.shape[1::-1]
-    thin = [_resized(strand.thin, shape, scale) for strand in strands]
+    thin = [_core(strand.thin, small.shape[1::-1], scale) for strand in strands]
     completed = [replace(each, mask=completed_mask(small, each)) for each in thin]
     ranges, false = _fit_ranges(small, completed)
     objects = [_full_size(each.mask, color) for each in completed]
@@ -183,18 +189,20 @@ def _tune_strands(data: Frame | Image, color: Array, config: Config, found: list
         lost = lost_strands(strands, again)
     except InputError:  # nothing is left of the object with these ranges
         again, lost = [], strands
-    says = {id(strand): f"doubtful (confidence {strand.chain.confidence:.2f}), left out" for strand in found}
+    listed = []
     for strand, share in zip(strands, false, strict=True):
         is_lost = any(strand is each for each in lost)
         elsewhere = f"; {share:.0%} of the pixels of its color lie elsewhere" if share > MAX_FALSE_SHARE else ""
-        says[id(strand)] = (f"lost with color ranges{elsewhere}") if is_lost else f"found with color ranges{elsewhere}"
-    listed = tuple(f"{strand}: {says[id(strand)]}" for strand in found)
+        listed.append(f"{strand}: {'lost' if is_lost else 'found'} with color ranges{elsewhere}")
     if not lost and len(again) <= len(strands):
-        return replace(tuned, strands=listed)
+        return replace(tuned, strands=tuple(listed))
     fault = f"lose {counted(len(lost), 'strand')}" if lost else f"give {counted(len(again), 'chain')} in place"
     reasons = {"segment.method": f"kept, since color ranges {fault} of {len(strands)}"}
     kept = _propose_lengths(data, config, config.segment, [], reasons)
-    return replace(kept, strands=listed, advice=(*kept.advice, *([ONE_BY_ONE] if len(strands) > 1 else [])))
+    if lost_strands(strands, find_strands(data, kept.config)):
+        unchanged = dict.fromkeys(("fit.segment_length", "voxelize.size"), "kept, since other lengths lose strands")
+        kept = replace(kept, config=config, reasons=reasons | unchanged)
+    return replace(kept, strands=tuple(listed), advice=(*kept.advice, *([ONE_BY_ONE] if len(strands) > 1 else [])))
 
 
 def _find_ranges(
@@ -233,10 +241,12 @@ def _reduced(color: Array) -> tuple[Array, float]:
     return (color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)), scale
 
 
-def _resized(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
-    """Return an object in an image of a shape (width, height) that was scaled."""
-    mask = cv2.resize(thin.mask.view(np.uint8), shape, interpolation=cv2.INTER_NEAREST) > 0
-    return ThinObject(np.asarray(mask), thin.share, scale * thin.length, scale * thin.half_width)
+def _core(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
+    """Return the middle of an object in an image of a shape (width, height) that was scaled: its border may be background."""
+    mask = cv2.resize(thin.mask.view(np.uint8), shape, interpolation=cv2.INTER_NEAREST)
+    half_width = scale * thin.half_width
+    core = cv2.distanceTransform(mask, cv2.DIST_L2, 3) > BORDER_SHARE * half_width
+    return ThinObject(np.asarray(core), thin.share, scale * thin.length, half_width)
 
 
 def _full_size(mask: Bools, color: Array) -> Bools:

@@ -74,7 +74,7 @@ def test_a_pick_does_as_well(lit):
 @pytest.mark.slow
 def test_red_wraps_round(lit):
     box = tune(lit[0].frame, load_config("default")).config.segment.ranges[0]
-    assert box.low[0] > 150
+    assert box.low[0] > 160
     assert box.high[0] < 20
 
 
