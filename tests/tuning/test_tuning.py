@@ -37,6 +37,13 @@ def rendered(color, light, family="crossing", seed=3, table=(150, 152, 154)):
     return render(replace(scene, cables=cables, light=light, table=replace(scene.table, color=table)))
 
 
+def several(seed):
+    """A scene of several cables, each of another color."""
+    scene = make_scene("several", seed, (640, 360))
+    colored = [replace(cable, color=COLORS[i]) for i, cable in enumerate(scene.cables)]
+    return render(replace(scene, cables=tuple(colored)))
+
+
 def iou(a, b):
     return np.sum(a & b) / np.sum(a | b)
 
@@ -79,10 +86,8 @@ def test_red_wraps_round(lit):
 
 
 @pytest.mark.slow
-def test_all_strands_that_detection_finds_get_ranges_or_a_pick_each():
-    scene = make_scene("several", 1, (640, 360))
-    colored = [replace(cable, color=COLORS[i]) for i, cable in enumerate(scene.cables)]
-    scene = render(replace(scene, cables=tuple(colored)))
+def test_several_colors_need_a_pick_each():
+    scene = several(1)
     picks = []
     for label in range(1, len(scene.truths) + 1):
         v, u = np.nonzero(scene.labels == label)
@@ -91,6 +96,11 @@ def test_all_strands_that_detection_finds_get_ranges_or_a_pick_each():
     tuned = tune(scene.frame, load_config("default"), picks)
     assert iou(tuned.mask, scene.mask) > 0.8 > iou(alone.mask, scene.mask)
     assert len(tuned.config.segment.ranges) > 1
+
+
+@pytest.mark.slow
+def test_all_strands_that_detection_finds_get_ranges():
+    scene = several(2)
     whole = tune(scene.frame, load_config("default"))
     assert len(whole.strands) == len(scene.truths)
     assert all(strand.endswith(": found with color ranges") for strand in whole.strands)
