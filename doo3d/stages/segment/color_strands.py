@@ -63,7 +63,7 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     if frame.color is None:
         return Selected(raised)
     color = np.ascontiguousarray(frame.color)
-    bands = _told_by_color(color, raised, raised)
+    bands = find_bands(color, raised, raised)
     if bands is None:
         return Selected(raised)
     selected = select_bands(bands, color)
@@ -141,18 +141,19 @@ def _with_probable(parts: Parts, found: Bools) -> tuple[Parts, Bools]:
     return parts._replace(pixels=parts.pixels[kept], starts=np.append(0, np.cumsum(sizes))), parts.strands | probable
 
 
-def _told_by_color(color: Array, raised: Bools, covered: Bools) -> ColorBands | None:
-    """Return the bands that differ from the surface around them and are no shadow, and the raised pixels beside them that do not.
+def find_bands(color: Array, raised: Bools, covered: Bools, shadow_light: float = MIN_SHADOW_LIGHT) -> ColorBands | None:
+    """Return the bands that differ in color from the surface, and the raised pixels beside them that do not.
 
     The image itself is looked at only round the places where a coarser one shows a band; None if it shows none. covered : (H, W)
-    bool, the pixels from which the surface is not learned.
+    bool, the pixels from which the surface is not learned. shadow_light : share of the lightness above which what is darker,
+    without another color, is a shadow and no band.
     """
     if min(color.shape[:2]) < MIN_SIDE_PX:
         return None
     around, deviation, seeds = learn_surround(color, covered, GROW_DEVIATIONS)
     if not seeds.any():
         return None
-    limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, EDGE_SHARE))
+    limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, shadow_light, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
     hue = np.median(around[:, :, 1:].reshape(-1, 2), axis=0)
@@ -163,4 +164,4 @@ def _told_again(color: Array, bands: ColorBands) -> ColorBands | None:
     """Return the bands that differ from the surface as it is outside of the first ones; None without any."""
     covered = bands.raised.copy()
     covered.ravel()[bands.parts.pixels] = True
-    return _told_by_color(color, bands.raised, covered)
+    return find_bands(color, bands.raised, covered)
