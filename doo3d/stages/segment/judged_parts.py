@@ -6,14 +6,19 @@ import numpy as np
 
 from ...evidence.surround import learn_surround, to_lab
 from ...kernels import near_pixels
-from ...types import Array, Bools, Floats, Ints
+from ...types import Array, Bools, Floats, Frame, Ints
 from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, MIN_SIDE_PX
 from .mask_parts import Parts
 from .methods.selected import Selected
+from .thin_lines import narrow_parts
 
 BESIDE_PX = FLANK_DIAMOND_PX
 """px beside what is kept within which nothing is added: the network, which sees a smaller image, blurs edges and fills gaps
 between strands. Of 216 frames of a stereo camera 166 are right, with 10 px 163."""
+
+
+MIN_STAND_OFF = 5.0
+"""Diameters off the plane from which a strand hangs in the air: the noise of depth and what lies on others are nearer."""
 
 
 def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
@@ -52,6 +57,34 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     differs.ravel()[added.pixels] = _differ(np.ascontiguousarray(color), rules.mask, added.pixels)
     selected |= _drawn(added, np.flatnonzero(added.shares(differs) >= 0.5), found.shape)
     return selected if selected.any() else rules.mask
+
+
+def set_apart(rules: Selected, frame: Frame, width: float) -> Bools:
+    """Return the pixels (H, W) bool of bands of one width that hang far off the plane: color and depth show them.
+
+    Parameters
+    ----------
+    rules
+        what the rules select in the frame, with the plane and the bands that color tells from the surface.
+    frame
+        the frame.
+    width
+        px, above which a band is broad: a gripper or a hand, at which a strand is cut off.
+    """
+    apart = np.zeros(frame.depth.shape, dtype=bool)
+    if rules.bands is None or rules.plane is None:
+        return apart
+    parts = narrow_parts(rules.bands, frame.depth.shape, width)
+    candidates = np.flatnonzero(parts.strands & (parts.shares(rules.bands.raised) >= 0.5))
+    for part in candidates.tolist():
+        pixels = parts.pixels_of(np.array([part]))
+        raised = pixels[rules.bands.raised.ravel()[pixels]]
+        depth = frame.depth.ravel()[raised]
+        points = frame.camera.unproject(np.column_stack((raised % frame.camera.width, raised // frame.camera.width)), depth)
+        height = np.median(np.abs(points @ rules.plane.normal - rules.plane.height))
+        if height >= MIN_STAND_OFF * 2 * parts.widths[part, 0] * np.median(depth) / frame.camera.fx:
+            apart.ravel()[pixels] = True
+    return apart
 
 
 def _drawn(parts: Parts, wanted: Ints, shape: tuple[int, ...]) -> Bools:

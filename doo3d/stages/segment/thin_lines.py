@@ -17,12 +17,16 @@ MAX_PIXELS = 1920 * 1080
 """Pixels that a photograph is scaled down to before lines are looked for: a line of 8 of 4000 px is 3 px wide then, and one of 60
 is 26 px, narrow for the window from which the surface is learned."""
 
-MIN_LENGTH_SHARE = 0.5
-"""Length of a line over the shorter side of the photograph at least: scratches, letters and joints are shorter."""
+MIN_THIN_SHARE, MIN_PART_SHARE = 0.5, 1.0
+"""Length of a line over the shorter side of the photograph at least, of one too thin for the network, and of one found in part:
+scratches, letters and joints are shorter."""
 
-SIDE_WIDTHS, MIN_FREE_SHARE = 2.0, 1.0
-"""Widths beside a line in which the surface is seen, at that share of the pixels that a single line has there: texture, nets and
-prints have less."""
+SIDE_WIDTHS, MIN_FREE_SHARE = 2.0, 1.1
+"""Widths beside a line in which the surface is seen, at that share of the pixels that a straight line along an axis has there.
+Drawn curves and the wires of seven photographs have 1.15 and more, textures and cables with their shadows less."""
+
+ROUNDED_PX = 0.5
+"""px by which the width of a line of 1 to 3 px is measured too low: its pixels are whole."""
 
 ALL_LIGHT = 1e9
 """Share of the lightness that no shadow leaves: a line counts, however dark it is."""
@@ -31,8 +35,8 @@ ALL_LIGHT = 1e9
 def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
     """Return the pixels (H, W) bool of lines that a network for thin objects misses in a photograph.
 
-    A line is a band of one width, at least half as long as the photograph's shorter side, with plain surface on both sides. It is
-    missed if it is too thin for the network, whose silence says nothing then, or if the network finds it in part only.
+    A line is a long band of one width with plain surface on both sides. It is missed if it is too thin for the network, whose
+    silence says nothing then, or if the network finds it in part only.
 
     Parameters
     ----------
@@ -54,10 +58,11 @@ def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
         return np.zeros(shape, dtype=bool)
     lines = nothing.copy()
     parts = narrow_parts(bands, found.shape, 2 * scale * thin_px)
-    width = 2 * np.maximum(parts.widths[:, 1], 0.5)
+    width = 2 * parts.widths[:, 1] + ROUNDED_PX
     share = parts.shares(found)
-    missed = (share < 1 - MIN_SEED_SHARE) & ((width < scale * thin_px) | (share >= MIN_SEED_SHARE))
-    is_long = parts.sizes / width >= MIN_LENGTH_SHARE * min(found.shape)
+    is_thin = width < scale * thin_px
+    missed = (share < 1 - MIN_SEED_SHARE) & (is_thin | (share >= MIN_SEED_SHARE))
+    is_long = parts.sizes / width >= np.where(is_thin, MIN_THIN_SHARE, MIN_PART_SHARE) * min(found.shape)
     for part in np.flatnonzero(parts.strands & missed & is_long).tolist():
         own = parts.pixels_of(np.array([part]))
         if _free_share(own, bands, found.shape, float(width[part])) >= MIN_FREE_SHARE:
@@ -71,7 +76,7 @@ def narrow_parts(bands: ColorBands, shape: tuple[int, ...], width: float) -> Par
     """Return the parts of bands (H, W); those of many widths are cut where they are wider than `width`, px, as at a hand."""
     parts = bands.parts
     uneven = np.zeros(shape, np.uint8)
-    uneven.ravel()[parts.pixels_of(np.flatnonzero(parts.long & ~parts.strands))] = 1
+    uneven.ravel()[parts.pixels_of(np.flatnonzero(~parts.strands))] = 1
     side = 2 * int(width / 2) + 3
     uneven -= cv2.morphologyEx(uneven, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
     mask = uneven.view(bool)

@@ -6,8 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.stages.segment.judged_parts import BESIDE_PX, judged_mask
+from doo3d import load_config
+from doo3d.stages.segment.judged_parts import BESIDE_PX, judged_mask, set_apart
+from doo3d.stages.segment.methods import network, strands
 from doo3d.stages.segment.methods.selected import Selected
+from doo3d.types import Camera, Frame
 
 SHAPE = (240, 320)
 SURFACE = (200, 190, 170)
@@ -72,3 +75,28 @@ def test_shadows_are_not_added():
     color = (picture((CABLE, (30, 60, 200))) * shade).astype(np.uint8)
     np.testing.assert_array_equal(judged_mask(rules, CABLE | shadow, color), CABLE)
     np.testing.assert_array_equal(judged_mask(rules, shadow, picture((shadow, (0, 0, 0)))), CABLE | shadow)
+
+
+def hanging_cable(off: float) -> tuple[Frame, np.ndarray]:
+    """Return a frame of a red cable between two grippers, `off` m in front of a wall, and the cable's pixels."""
+    cable, grippers = band(160, 2, 80, 240), band(160, 60, 20, 80) | band(160, 60, 240, 300)
+    color = picture((cable, (190, 40, 40)), (grippers, (40, 50, 120)))
+    depth = np.random.default_rng(1).normal(0.8, 0.001, SHAPE).astype(np.float32)
+    depth[cable | grippers] -= off
+    camera = Camera(fx=300.0, fy=300.0, cx=160.0, cy=120.0, width=320, height=240)
+    return Frame(color=color, depth=depth, camera=camera), cable
+
+
+@pytest.mark.parametrize(("off", "hangs"), [(0.3, True), (0.01, False)])
+def test_only_what_is_several_diameters_off_the_plane_is_set_apart(off, hangs):
+    frame, cable = hanging_cable(off)
+    apart = set_apart(strands.mask(frame, load_config("default").segment, 0), frame, 6.0)
+    assert apart[cable].mean() > 0.95 if hangs else not apart.any()
+    assert (apart & ~band(160, 4, 70, 250)).sum() < 20  # no gripper
+
+
+def test_a_cable_that_hangs_far_off_the_wall_is_not_lost_to_the_network(monkeypatch):
+    frame, cable = hanging_cable(0.3)
+    middle = cable & (np.arange(SHAPE[1]) > 130) & (np.arange(SHAPE[1]) < 190)
+    monkeypatch.setattr(network, "object_probability", lambda color, model: middle.astype(np.float32))
+    assert network.mask(frame, load_config("default").segment, 0).mask[cable].mean() > 0.95
