@@ -25,6 +25,10 @@ SIDE_WIDTHS, MIN_FREE_SHARE = 2.0, 1.1
 """Widths beside a line in which the surface is seen, at that share of the pixels that a straight line along an axis has there.
 Drawn curves and the wires of seven photographs have 1.15 and more, textures and cables with their shadows less."""
 
+MIN_BOW = 0.05
+"""Spread of a line across its main direction over that along it, about the sag over the length: joints of boards and tiles are
+straighter."""
+
 ROUNDED_PX = 0.5
 """px by which the width of a line of 1 to 3 px is measured too low: its pixels are whole."""
 
@@ -35,8 +39,8 @@ ALL_LIGHT = 1e9
 def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
     """Return the pixels (H, W) bool of lines that a network for thin objects misses in a photograph.
 
-    A line is a long band of one width with plain surface on both sides. It is missed if it is too thin for the network, whose
-    silence says nothing then, or if the network finds it in part only.
+    A line is a long, bent band of one width with plain surface on both sides. It is missed if it is too thin for the network, or
+    if the network finds it in part only.
 
     Parameters
     ----------
@@ -65,7 +69,7 @@ def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
     is_long = parts.sizes / width >= np.where(is_thin, MIN_THIN_SHARE, MIN_PART_SHARE) * min(found.shape)
     for part in np.flatnonzero(parts.strands & missed & is_long).tolist():
         own = parts.pixels_of(np.array([part]))
-        if _free_share(own, bands, found.shape, float(width[part])) >= MIN_FREE_SHARE:
+        if _bow(own, found.shape[1]) >= MIN_BOW and _free_share(own, bands, found.shape, float(width[part])) >= MIN_FREE_SHARE:
             lines.ravel()[own] = True
     if scale == 1:
         return lines
@@ -82,6 +86,12 @@ def narrow_parts(bands: ColorBands, shape: tuple[int, ...], width: float) -> Par
     mask = uneven.view(bool)
     mask.ravel()[parts.pixels_of(np.flatnonzero(parts.strands))] = True
     return Parts.of(mask, np.zeros(0, dtype=int))
+
+
+def _bow(line: Ints, columns: int) -> float:
+    """Return the spread of a line (N,) of an image of so many columns across its main direction over that along it, 0 to 1."""
+    across, along = np.linalg.eigvalsh(np.cov(np.divmod(line, columns)))
+    return float(np.sqrt(max(across, 0.0) / along))
 
 
 def _free_share(line: Ints, bands: ColorBands, shape: tuple[int, ...], width: float) -> float:

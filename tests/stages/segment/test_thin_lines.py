@@ -53,8 +53,9 @@ def test_a_wide_line_is_only_added_where_the_network_finds_some_of_it():
     assert not find_lines(color, line, 5.5).any()  # nothing is missed
 
 
-def test_short_lines_and_nets_are_none():
+def test_short_lines_straight_lines_and_nets_are_none():
     color = plain()
+    cv2.line(color, (0, 20), (SIZE[1], 50), (DARK,) * 3, 2)  # a joint of boards
     color[100:103, 100:240] = DARK  # shorter than half of the shorter side
     color[200:300:5, 100:400] = color[200:300, 100:400:5] = DARK  # a net
     assert not find_lines(color, np.zeros(SIZE, bool), 5.5).any()
