@@ -25,6 +25,9 @@ SIDE_WIDTHS, MIN_FREE_SHARE = 2.0, 1.1
 """Widths beside a line in which the surface is seen, at that share of the pixels that a straight line along an axis has there.
 Drawn curves and the wires of seven photographs have 1.15 and more, textures and cables with their shadows less."""
 
+MAX_WIDTH_RATIO = 1.2
+"""Ratio of the widths at the 85th percentile and in the median of a line found in part, at most: one with shadows has more."""
+
 MIN_BOW = 0.05
 """Spread of a line across its main direction over that along it, about the sag over the length: joints of boards and tiles are
 straighter."""
@@ -65,7 +68,8 @@ def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
     width = 2 * parts.widths[:, 1] + ROUNDED_PX
     share = parts.shares(found)
     is_thin = width < scale * thin_px
-    missed = (share < 1 - MIN_SEED_SHARE) & (is_thin | (share >= MIN_SEED_SHARE))
+    is_even = parts.widths[:, 1] <= MAX_WIDTH_RATIO * parts.widths[:, 0]
+    missed = (share < 1 - MIN_SEED_SHARE) & (is_thin | (is_even & (share >= MIN_SEED_SHARE)))
     is_long = parts.sizes / width >= np.where(is_thin, MIN_THIN_SHARE, MIN_PART_SHARE) * min(found.shape)
     for part in np.flatnonzero(parts.strands & missed & is_long).tolist():
         own = parts.pixels_of(np.array([part]))
