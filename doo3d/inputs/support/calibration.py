@@ -23,7 +23,7 @@ _MATRIX_KEYS = ("intrinsicmatrix", "cameramatrix", "camk", "k", "kmatrix", "intr
 _SCALE_KEYS = ("depthscale", "depthmapfactor", "depthfactor", "factordepth", "depthunits")
 _DISTORTION_KEYS = ("d", "distortioncoefficients", "distortion", "distcoeffs", "dist", "coeffs", "k1", "k2", "p1", "p2", "k3")
 _ALIASES = {"ppx": "cx", "ppy": "cy", "flx": "fx", "fly": "fy", "w": "width", "h": "height"}
-_ALIASES |= {"imagewidth": "width", "imageheight": "height"}
+_ALIASES |= {"imagewidth": "width", "imageheight": "height", "resolutionx": "width", "resolutiony": "height"}
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 

@@ -15,7 +15,7 @@ from .calibration import NUMBER, Calibration, camera_of, cameras_in, check_pinho
 from .git_lfs import check_not_pointer
 
 MAX_FILE_BYTES = 1 << 20  # the calibrations of all modes of a device are 50 kB; a longer file is no camera file
-_TEXT_PAIR = re.compile(rf"\b(width|height|ppx|ppy|fx|fy|cx|cy)\b[\"']?\s*[:=,]?\s*({NUMBER})", re.IGNORECASE)
+_TEXT_PAIR = re.compile(rf"\b(width|height|resolution [xy]|ppx|ppy|fx|fy|cx|cy)\b[\"']?\s*[:=,]?\s*({NUMBER})", re.IGNORECASE)
 _COMPACT = re.compile(  # as pyrealsense2 prints intrinsics: [ 640x480  p[322.1 241.0]  f[383.3 383.3]  Brown Conrady [...] ]
     rf"(\d+)x(\d+)\s+p\[({NUMBER})\s+({NUMBER})\]\s+f\[({NUMBER})\s+({NUMBER})\]"
 )

@@ -194,7 +194,7 @@ def _groups(bases: Iterable[Path], parent: Path | None) -> Iterator[tuple[list[C
         cameras, errors = _read_all(named)
         if cameras:
             yield cameras, True
-        elif errors and any(file.suffix.lower() in _SUFFIXES for file in named):
+        elif errors and any(file.suffix.lower() != ".txt" for file in named):
             raise errors[0]
     if parent:
         above = [file for file in _files(parent) if _is_named(file, _CAMERA_WORDS - _AMBIGUOUS_WORDS)]
@@ -223,14 +223,19 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
 
 
 def _is_named(file: Path, words: Collection[str] = _CAMERA_WORDS) -> bool:
-    return any(word in words for word in words_of(file.stem))
+    return any(word in words for word in words_of(file.stem)) or _is_viewers(file)
+
+
+def _is_viewers(file: Path) -> bool:
+    """Return whether a file is called like that of a snapshot of RealSense's Viewer: <name>_Depth_metadata.csv."""
+    return file.suffix.lower() == ".csv" and file.stem.lower().endswith(("depth_metadata", "color_metadata"))
 
 
 def _files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
-    files = [file for file in folder.iterdir() if file.suffix.lower() in (*_SUFFIXES, ".txt") and not file.name.startswith(".")]
-    small = [file for file in files if file.is_file() and file.stat().st_size <= MAX_FILE_BYTES]
+    files = [file for file in folder.iterdir() if file.suffix.lower() in (*_SUFFIXES, ".txt") or _is_viewers(file)]
+    small = [file for file in files if not file.name.startswith(".") and file.is_file() and file.stat().st_size <= MAX_FILE_BYTES]
     return sorted(small, key=lambda file: natural_key(file.name))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from ...errors import InputError
 from ..formats.image_folder import Files
 from ..read_options import ReadOptions, without_color
-from .images import DEPTH_SUFFIXES, SUFFIXES
+from .images import DEPTH_SUFFIXES, SUFFIXES, first_size
 from .listing import Role, frame_key, images_in, is_depth_content, match_images, may_be_depth, natural_key, role_of
 
 COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
@@ -88,8 +88,14 @@ def _list_folder(path: Path, notes: list[str]) -> dict[str, _Parts]:
     if not depth:
         raise InputError(f"{folder or path / 'depth'}: holds no depth images ({', '.join(DEPTH_SUFFIXES)})", code="folder-empty")
     for part in ("color", "mask"):
-        if part not in others and (beside := _role_folder(path, part)) is not None and beside != folder:
+        beside = None if part in others else _namesake(folder or path, part) or _role_folder(path, part)
+        if beside is not None and beside != folder:
             others[part] = match_images(images_in(beside, DEPTH_SUFFIXES), depth)
+    if _of_another_size(depth, others):
+        notes.append("depth is read alone: RealSense's Viewer does not align the color of a snapshot to its depth")
+        del others["color"]
+    if folder is not None and len(more := _depth_folders(path)) > 1:
+        notes.append(f"of the folders of depth {folder.name} is read; give another one as the input: {', '.join(more[1:])}")
     if folder is None and others.get("color") and not set(depth) & set(others["color"]):
         like = next(iter(depth.values())).name
         notes.append(f"no color image has the name of a depth image, so depth is read alone: call them like {like}")
@@ -103,9 +109,31 @@ def _list_folder(path: Path, notes: list[str]) -> dict[str, _Parts]:
 
 def _depth_folder(path: Path) -> Path | None:
     """Return the sub-folder with the depth images: depth/, else one with depth in its name and a depth image in it."""
+    return next((path / name for name in _depth_folders(path)), None)
+
+
+def _depth_folders(path: Path) -> list[str]:
+    """Return the names of the sub-folders with depth in their names and a depth image in them."""
     if (path / "depth").is_dir():
-        return path / "depth"
-    return next((folder for folder in _sub_folders(path, "depth") if may_be_depth(_images_in(folder)[0])), None)
+        return ["depth"]
+    return [folder.name for folder in _sub_folders(path, "depth") if may_be_depth(_images_in(folder)[0])]
+
+
+def _namesake(folder: Path, part: str) -> Path | None:
+    """Return the folder of color images or masks beside a folder of depth images: cam_high or cam_high_rgb for cam_high_depth."""
+    folder = folder.absolute()
+    name = frame_key(folder.name)
+    if role_of(folder.name) != "depth" or not name:
+        return None
+    roles = (None, "color") if part == "color" else (part,)
+    beside = [item for item in folder.parent.iterdir() if frame_key(item.name) == name and role_of(item.name) in roles]
+    return next((item for item in sorted(beside) if item.is_dir() and _images_in(item)), None)
+
+
+def _of_another_size(depth: dict[str, Path], others: dict[str, dict[str, Path]]) -> bool:
+    """Return whether these are snapshots of RealSense's Viewer with color images of another size than their depth."""
+    files, color = list(depth.values()), list(others.get("color", {}).values())
+    return bool(color) and files[0].suffix.lower() == ".raw" and first_size(files) != first_size(color)
 
 
 def _images_in(folder: Path) -> list[Path]:
@@ -130,7 +158,8 @@ def _side_by_side(path: Path) -> dict[str, dict[str, Path]]:
     roles: dict[Path, Role | None] = {file: role_of(file.stem) for file in files}
     depth = [file for file in files if roles[file] == "depth" and may_be_depth(file)]
     if not depth:
-        depth = [file for file in files if roles[file] is None and is_depth_content(file)]
+        is_named = role_of(path.absolute().name) == "depth"  # image_0.png in cam_high_depth
+        depth = [file for file in files if (is_named or roles[file] is None) and is_depth_content(file)]
         if len(depth) < _MIN_DEPTH_SHARE * len(files):
             return {}
     of_depth = set(depth)

@@ -10,17 +10,18 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import guarded
+from ...guard.guarding import guarded, read_bytes
 from ...guard.image_size import Size as Size
 from ...guard.image_size import announced_size
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
 from .arrays import array_header, read_color_array, read_depth_array, to_metres
+from .camera_files import read_camera_file
 from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
-DEPTH_SUFFIXES = (*SUFFIXES, ".npy")  # arrays that numpy.save wrote, beside images
+DEPTH_SUFFIXES = (*SUFFIXES, ".npy", ".raw")  # beside images: arrays that numpy.save wrote, depth of RealSense's Viewer
 PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG = b"\xff\xd8\xff"
@@ -48,6 +49,8 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
     """
     if path.suffix.lower() == ".npy":
         return read_depth_array(path, scale, array_scale or 1.0)
+    if path.suffix.lower() == ".raw":
+        return to_metres(_without_saturated(_read_raw(path)), scale)
     image = decode_image(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
         sentence = f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?"
@@ -58,9 +61,38 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
             "or 32-bit float metres (TIFF): is it a preview of the depth?",
             code="depth-type",
         )
-    if image.dtype == np.uint16 and image.max() == _SATURATED:
-        image = np.where(image == _SATURATED, 0, image).astype(image.dtype)
-    return to_metres(image, scale, array_scale or 1.0)
+    return to_metres(_without_saturated(image), scale, array_scale or 1.0)
+
+
+def _without_saturated(image: Array) -> Array:
+    if image.dtype == np.uint16 and image.max(initial=0) == _SATURATED:
+        return np.where(image == _SATURATED, 0, image).astype(image.dtype)
+    return image
+
+
+def raw_size_file(path: Path) -> Path:
+    """Return the file that RealSense's Viewer writes beside the raw depth of a snapshot, with its size and intrinsics."""
+    return path.with_name(f"{path.stem}_metadata.csv")
+
+
+def _raw_size(path: Path) -> Size:
+    size = read_camera_file(raw_size_file(path))[0].size
+    if size is None:
+        raise InputError(f"{raw_size_file(path)}: has no Resolution x and Resolution y", code="intrinsics-missing")
+    return size
+
+
+def _read_raw(path: Path) -> Array:
+    """Return the 16-bit depth, (H, W), of a snapshot of RealSense's Viewer."""
+    width, height = _raw_size(path)
+    check_pixels(width, height, str(path))
+    expected = 2 * width * height
+    with guarded(path):
+        data = read_bytes(path, expected)
+    if len(data) != expected:
+        sentence = f"{path}: has {len(data)} bytes, but 16-bit depth of {width}x{height} has {expected}: is it cut off?"
+        raise InputError(sentence, code="file-damaged")
+    return np.frombuffer(data, "<u2").reshape(height, width)
 
 
 def image_size(path: Path) -> Size | None:
@@ -74,8 +106,10 @@ def image_size(path: Path) -> Size | None:
         if path.suffix.lower() == ".npy":
             shape = array_header(path)[0]
             return shape[1], shape[0]
+        if path.suffix.lower() == ".raw":
+            return _raw_size(path)
         return announced_size(path.read_bytes())
-    except (OSError, ValueError, IndexError):
+    except (OSError, ValueError, IndexError, InputError):
         return None
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 from ...errors import InputError
 from .arrays import array_header
-from .images import DEPTH_SUFFIXES, SUFFIXES
+from .images import DEPTH_SUFFIXES, SUFFIXES, raw_size_file
 
 Role = Literal["depth", "color", "mask"]
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
@@ -55,10 +55,12 @@ def is_depth_content(file: Path) -> bool:
 
 
 def may_be_depth(file: Path) -> bool:
-    """Return whether a file whose name says depth can be a depth image: neither an 8-bit PNG nor a JPEG, which are previews."""
+    """Return whether a file whose name says depth can be depth: no 8-bit PNG or JPEG (a preview), no raw numbers without size."""
     suffix = file.suffix.lower()
     if suffix == ".png":
         return not b"\0" < _png_kind(file)[:1] <= b"\x08"
+    if suffix == ".raw":
+        return raw_size_file(file).is_file()
     return suffix in DEPTH_SUFFIXES and suffix not in (".jpg", ".jpeg", ".bmp")
 
 

@@ -1,0 +1,119 @@
+"""Folders as RealSense's Viewer and recorders of robots' data write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from builders.captures import FOCAL, HEIGHT, MATRIX, WIDTH, rope, save
+from builders.errors import refuses
+
+from doo3d.inputs import open_capture
+
+COLOR, DEPTH, MASK = rope()
+METRES = DEPTH / 1000
+SNAPSHOT = f"""Stream,Depth
+Frame Number,55
+Resolution x,{WIDTH}
+Resolution y,{HEIGHT}
+Bytes per pixel,2
+
+Intrinsic:,
+Fx,{FOCAL:f}
+Fy,{FOCAL:f}
+PPx,161.5
+PPy,118.0
+Distorsion,Brown Conrady
+"""
+
+
+def save_snapshot(folder: Path, name: str = "snap", color: np.ndarray = COLOR) -> Path:
+    """What the Viewer's button writes: 16 bits without a header, a colored preview, the color, and the numbers of the depth."""
+    folder.mkdir(exist_ok=True)
+    (folder / f"{name}_Depth.raw").write_bytes(DEPTH.tobytes())
+    save(folder / f"{name}_Depth.png", cv2.applyColorMap((DEPTH >> 2).astype(np.uint8), cv2.COLORMAP_JET))
+    save(folder / f"{name}_Color.png", color)
+    (folder / f"{name}_Depth_metadata.csv").write_text(SNAPSHOT)
+    return folder
+
+
+def save_camera(folder: Path) -> None:
+    (folder / "camera_intrinsic.json").write_text(
+        f'{{"width": {WIDTH}, "height": {HEIGHT}, "intrinsic_matrix": {MATRIX}, "depth_scale": 1000}}'
+    )
+
+
+def check(path: Path, with_color: bool = True):
+    capture = open_capture(path)
+    frame = capture[0].load().data
+    assert np.array_equal(frame.depth, METRES.astype(np.float32))
+    assert (frame.color is not None) == with_color
+    if with_color:
+        assert np.array_equal(frame.color, COLOR[:, :, ::-1])
+    return capture, frame.camera
+
+
+@pytest.mark.parametrize("file", ["", "snap_Depth.raw"])
+def test_snapshot_of_the_viewer(tmp_path, file):
+    camera = check(save_snapshot(tmp_path) / file)[1]
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (FOCAL, FOCAL, 161.5, 118.0)
+
+
+def test_snapshots_in_one_folder(tmp_path):
+    save_snapshot(tmp_path, "a")
+    capture = open_capture(save_snapshot(tmp_path, "b"))
+    assert [frame.name for frame in capture] == ["a", "b"]
+    assert all(frame.load().data.color is not None for frame in capture)
+
+
+def test_color_of_another_size_is_not_aligned_to_a_snapshot(tmp_path):
+    capture, _ = check(save_snapshot(tmp_path, color=np.repeat(COLOR, 2, axis=1)), with_color=False)
+    assert any("does not align" in note for note in capture.notes)
+
+
+@pytest.mark.parametrize(
+    ("content", "numbers", "code"),
+    [
+        (DEPTH.tobytes()[:-1], SNAPSHOT, "file-damaged"),
+        (DEPTH.tobytes() + b"\0", SNAPSHOT, "size-too-large"),
+        (b"", SNAPSHOT, "file-damaged"),
+        (b"", SNAPSHOT.replace(f"x,{WIDTH}", f"x,{10**9}"), "size-too-large"),
+        (DEPTH.tobytes(), SNAPSHOT.replace("Resolution", "Size"), "intrinsics-missing"),
+        (DEPTH.tobytes(), SNAPSHOT.replace(f"Fx,{FOCAL:f}", "Fx,-1"), "intrinsics-invalid"),
+    ],
+)
+def test_damaged_snapshot(tmp_path, content, numbers, code):
+    folder = save_snapshot(tmp_path)
+    (folder / "snap_Depth.raw").write_bytes(content)
+    (folder / "snap_Depth_metadata.csv").write_text(numbers)
+    with refuses(code, "snap_Depth"):
+        open_capture(folder)[0].load()
+
+
+@pytest.mark.parametrize(
+    ("color", "depth"),
+    [
+        ("cam_high", "cam_high_depth"),
+        ("cam_high_rgb", "cam_high_depth"),
+        ("observation.images.top", "observation.images.top_depth"),
+    ],
+)
+def test_color_folder_without_a_word_for_color(tmp_path, color, depth):
+    save(tmp_path / color / "image_0.png", COLOR)
+    save(tmp_path / depth / "image_0.png", DEPTH)
+    save(tmp_path / "a_rgb" / "image_0.png", COLOR[::-1])  # of another camera
+    save_camera(tmp_path)
+    check(tmp_path)
+    check(tmp_path / depth)
+    check(tmp_path / depth / "image_0.png")
+
+
+def test_several_cameras_are_named(tmp_path):
+    for name, image in (("cam_a", COLOR), ("cam_b", COLOR[::-1])):
+        save(tmp_path / name / "0.png", image)
+        save(tmp_path / f"{name}_depth" / "0.png", DEPTH)
+    save_camera(tmp_path)
+    notes = check(tmp_path)[0].notes
+    assert any("cam_a_depth is read" in note and "cam_b_depth" in note for note in notes)
