@@ -97,7 +97,7 @@ def open_capture(
     path
         a folder or a file in any format of `FORMATS`, detected from content: a bag (ROS 1, ROS 2 or RealSense's SDK), TUM
         RGB-D, BOP, ICL-NUIM, Redwood, Record3D, an NPZ of arrays, a folder of depth and color images, a depth image (PNG, TIFF,
-        NPY), clouds (PLY, PCD, XYZ, NPZ, LAS, LAZ, E57), photographs, a video.
+        NPY), clouds (PLY, PCD, text, NPZ, NPY, LAS, LAZ, E57), meshes (OBJ, STL, PLY), photographs, a video.
     images_only
         if a folder has both depth and color images, open its color images alone, as Image: for a config with `mode: 2d`.
     masks

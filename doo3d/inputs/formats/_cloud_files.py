@@ -1,4 +1,4 @@
-"""Readers of cloud files: PLY and PCD through Open3D, XYZ and NPZ through numpy."""
+"""Readers of cloud files: PLY and PCD through Open3D, NPZ and NPY through numpy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...errors import InputError
 from ...guard.guarding import guarded
 from ...guard.limits import check_points, current_limits
 from ...types import Array
-from ..support.arrays import read_header
+from ..support.arrays import array_header, read_array, read_header
 from ..support.native_output import capture_native_output
 from ..support.open3d import open3d
 from ._npz_arrays import MAX_ZIP_RATIO
@@ -22,9 +22,8 @@ from ._npz_arrays import MAX_ZIP_RATIO
 MAX_CLOUD_HEADER_BYTES = 1 << 16  # of PLY and PCD
 _MAX_LZF_RATIO = 100  # bytes that a byte of a compressed PCD unpacks to at most (LZF: 88)
 HEAD_BYTES = 4096  # read to detect the format, and of a header
-_MAX_LINE = 1000  # letters of a line of XYZ
+_NPY_COLUMNS = (3, 4, 6, 7)  # x y z, with intensity or r g b or both
 _MAX_POINT_BYTES = 64  # of an array of points: three coordinates of 16 bytes
-COMMENTS = ("#", "//")  # beginnings of comment lines in XYZ files
 
 
 class Points(NamedTuple):
@@ -130,43 +129,6 @@ def _first_message(text: str) -> str:
     return re.sub(r"^\[Open3D \w+\]\s*", "", first)
 
 
-def read_xyz(path: Path) -> Points:
-    """Read a text file with a point per row: x y z in m, or x y z r g b.
-
-    Columns are separated by blanks, commas or semicolons; lines that begin with # or // are skipped. If there are exactly six
-    columns and the last three hold whole numbers from 0 to 255, those are the colours; otherwise all columns after z are ignored.
-
-    Raises
-    ------
-    InputError : the file has no rows, a row has fewer than three numbers or another number of columns than the others, or a
-        value is not a number.
-    """
-    check_points(_count_lines(path), str(path))
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        text = file.read()
-    first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(COMMENTS)), "")
-    if not first:
-        raise InputError(f"{path}: holds no points", code="cloud-empty")
-    for mark in ",;":
-        if mark in first:
-            text = text.replace(mark, " ")
-    try:
-        rows = np.loadtxt(text.splitlines(), comments=COMMENTS, ndmin=2)
-    except ValueError as error:
-        raise damaged(path, f"it is not rows of equally many numbers, x y z first: {error}") from None
-    if rows.shape[1] < 3:
-        raise InputError(f"{path}: has {rows.shape[1]} columns, expected at least x y z", code="points-shape")
-    rest = rows[:, 3:6]  # colours if there are exactly three more columns of whole numbers from 0 to 255
-    has_colors = rows.shape[1] == 6 and bool(((rest >= 0) & (rest <= 255) & (rest == np.rint(rest))).all())
-    return Points(rows[:, :3], rest.astype(np.uint8) if has_colors else None)
-
-
-def _count_lines(path: Path) -> int:
-    """Return the number of lines of a file; one of millions of letters counts as many."""
-    with path.open("rb") as file:
-        return max(sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b"")), path.stat().st_size // _MAX_LINE)
-
-
 def read_npz(path: Path) -> Points:
     """Read a cloud of N points from an NPZ file with the array `points`, (N, 3) m, and optionally `colors`, (N, 3) RGB.
 
@@ -181,6 +143,39 @@ def read_npz(path: Path) -> Points:
         names = [name for name in ("points", "colors") if name in arrays]
         _check_arrays(path, names)
         return Points(*(arrays[name] for name in names))
+
+
+def is_npy_cloud(path: Path) -> bool:
+    """Return whether a .npy file is an array of points: floats (N, C) or (H, W, C), C from 3 to 7, x y z first."""
+    try:
+        shape, _, dtype = array_header(path)
+    except (ValueError, EOFError, OSError):
+        return False
+    return dtype.kind == "f" and len(shape) in (2, 3) and shape[-1] in _NPY_COLUMNS
+
+
+def read_npy(path: Path) -> Points:
+    """Read a cloud from a .npy file of floats, x y z in m, with colors from 0 to 1 or to 255 in the last three of six columns.
+
+    Raises
+    ------
+    InputError : the file is damaged or too large.
+    """
+    check_points(math.prod(array_header(path)[0][:-1]), str(path))
+    array = read_array(path)
+    cells = array.reshape(-1, array.shape[-1])
+    cells = cells[np.isfinite(cells[:, :3]).all(axis=1)]
+    return Points(cells[:, :3], colors_in(cells, True))
+
+
+def colors_in(cells: Array, named: bool) -> Array | None:
+    """Return the colors in the last three of six or seven columns, (N, 3) uint8, or floats from 0 to 1 if they are `named`."""
+    rest = cells[:, -3:]
+    if cells.shape[1] not in (6, 7) or not len(rest) or not (rest >= 0).all():
+        return None
+    if named and (rest <= 1).all():
+        return rest
+    return rest.astype(np.uint8) if ((rest <= 255) & (rest == np.rint(rest))).all() else None
 
 
 def _check_arrays(path: Path, names: list[str]) -> None:

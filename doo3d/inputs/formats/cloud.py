@@ -1,4 +1,4 @@
-"""Point clouds: one in a file (PLY, PCD, XYZ, NPZ, LAS, LAZ), several in an E57 file, a folder of any of these."""
+"""Point clouds and meshes: one in a file (PLY, text, NPZ, LAS, OBJ, ...), several in an E57 file, a folder of any of these."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ from ...types import Array, Cloud
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, ReadOptions
 from ..support.listing import images_in
-from ._cloud_files import COMMENTS, HEAD_BYTES, Points, read_npz, read_open3d, read_xyz
+from ._cloud_files import HEAD_BYTES, Points, is_npy_cloud, read_npy, read_npz, read_open3d
 from ._laser_scans import count_e57, read_e57, read_las
+from ._mesh_files import MESHES, has_faces, read_mesh
 from ._npz_arrays import array_names
+from ._text_clouds import find_table, is_ptx, read_ptx, read_text
 
-SUFFIXES = (".ply", ".pcd", ".xyz", ".npz", ".las", ".laz", ".e57")  # of files in folders
-_NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|inf)"
-_ROW = re.compile(rf"\s*{_NUMBER}(?:[\s,;]+{_NUMBER}){{2,}}[\s,;]*", re.IGNORECASE)
+SUFFIXES = (".ply", ".pcd", ".xyz", ".pts", ".ptx", ".npz", ".las", ".laz", ".e57")  # of files in folders
+_SHARED_SUFFIXES = (".obj", ".stl", ".off", ".npy", ".csv", ".txt")  # in folders of clouds alone: they have other uses
+_BESIDE_MESHES = (".mtl",)  # files that do not make a folder one of something else
+_FIRST = re.compile(rb"\s*(?:#[^\n]*\s+)*(?:v|vn|vt|f|o|g|mtllib|usemtl)\s")  # the first line of an OBJ but comments
 
 
 class CloudCapture:
@@ -34,26 +37,33 @@ class CloudCapture:
     """
 
     what: ClassVar[str] = (
-        "a cloud file, or a folder of them: PLY, PCD, XYZ (columns x y z, with r g b if six), NPZ (points, with colors), "
-        "LAS, LAZ, E57"
+        "a cloud file, or a folder of them: PLY, PCD, XYZ, PTS, PTX, CSV (columns x y z, with r g b), NPZ (points, with colors), "
+        "NPY (N, 3), LAS, LAZ, E57; or a mesh: OBJ, STL, OFF, PLY with faces"
     )
     format = "cloud"
     options: ClassVar[frozenset[str]] = frozenset()
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
-        files = images_in(path, SUFFIXES).values() if path.is_dir() else [path]
+        files = list(images_in(path, (*SUFFIXES, *_SHARED_SUFFIXES)).values()) if path.is_dir() else [path]
+        meshes = [file.name for file in files if _is_mesh(file)]
+        self.notes = [f"{meshes[0]} is a mesh: points are drawn evenly on its faces, the same at each run"] if meshes else []
         self.frames = [frame for file in files for frame in _frames_of(file, single=file == path)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
         """Return whether `path` is a cloud file by its first bytes or its suffix, or a folder with such files.
 
-        In a folder the suffix decides; an NPZ file counts only if it has an array `points`.
+        In a folder the suffix decides; an NPZ file counts only if it has an array `points`, and texts, arrays, OBJ, STL and OFF
+        count only if everything in the folder is a cloud.
         """
-        if path.is_dir():
-            return any(_is_cloud(file) for file in sorted(path.iterdir()) if not file.name.startswith("."))
-        return path.is_file() and _kind(path) is not None
+        if not path.is_dir():
+            return path.is_file() and _kind(path) is not None
+        files = [file for file in sorted(path.iterdir()) if not file.name.startswith(".")]
+        if any(map(_is_cloud, files)):
+            return True
+        files = [file for file in files if file.suffix.lower() not in _BESIDE_MESHES]
+        return bool(files) and all(file.suffix.lower() in _SHARED_SUFFIXES and file.is_file() and _kind(file) for file in files)
 
 
 def _frames_of(file: Path, single: bool) -> list[FrameRef]:
@@ -86,21 +96,35 @@ def _kind(path: Path) -> str | None:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     first = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
-    lines = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
-    rows = [line for line in lines if not line.lstrip().startswith(COMMENTS)]
+    lines, suffix = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()], path.suffix.lower()
+    table = find_table(lines)
     signs: dict[str, object] = {
         "ply": re.match(rb"ply\s", head),
         "las": head.startswith(b"LASF"),
         "e57": head.startswith(b"ASTM-E57"),
         "pcd": head.startswith(b"# .PCD") or re.match(rb"(VERSION|FIELDS)\s", first),
         "npz": head.startswith(b"PK\x03\x04") and b".npy" in head,
-        "xyz": rows and _ROW.fullmatch(rows[0]),
+        "npy": head.startswith(b"\x93NUMPY") and is_npy_cloud(path),
+        "obj": suffix == ".obj" and _FIRST.match(head),
+        "stl": suffix == ".stl",
+        "off": re.match(rb"(?:ST)?(?:C|N)*OFF\s", head),
+        "ptx": is_ptx(lines),
+        "text": table is not None and table.is_cloud,
     }
     if (kind := next((kind for kind, sign in signs.items() if sign), None)) is not None:
         return kind
     # unknown content with the suffix of a cloud: the reader will report the reason
-    suffix = path.suffix.lower()
-    return {".laz": "las"}.get(suffix, suffix[1:]) if suffix in SUFFIXES else None
+    return {".laz": "las", ".xyz": "text", ".pts": "text"}.get(suffix, suffix[1:]) if suffix in SUFFIXES else None
+
+
+def _is_mesh(path: Path) -> bool:
+    """Return whether a cloud file holds faces, of which points are drawn; False if it cannot be read."""
+    try:
+        kind = _kind(path)
+        with path.open("rb") as file:
+            return kind in MESHES or (kind == "ply" and has_faces(file.read(HEAD_BYTES)))
+    except OSError:
+        return False
 
 
 def _load(path: Path, name: str, scan: int = 0) -> FrameData:
@@ -121,6 +145,8 @@ def _read(path: Path, scan: int) -> Points:
     kind = _kind(path) or ""
     if kind == "e57":
         return isolated(read_e57, path, scan, where=str(path))
+    if _is_mesh(path):
+        return isolated(read_mesh, path, kind, where=str(path))
     return isolated(_NATIVE[kind], path, where=str(path)) if kind in _NATIVE else _READERS[kind](path)
 
 
@@ -138,4 +164,4 @@ _NATIVE: dict[str, Callable[[Path], Points]] = {
     "pcd": partial(read_open3d, kind="pcd"),
     "las": read_las,
 }
-_READERS: dict[str, Callable[[Path], Points]] = {"xyz": read_xyz, "npz": read_npz}
+_READERS: dict[str, Callable[[Path], Points]] = {"text": read_text, "ptx": read_ptx, "npz": read_npz, "npy": read_npy}

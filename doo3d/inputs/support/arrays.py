@@ -33,7 +33,7 @@ def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Arra
     ------
     InputError : the file is missing or damaged, the array has another shape or type, or floats seem to be no metres.
     """
-    array = _read(path)
+    array = read_array(path)
     array = array[..., 0] if array.ndim == 3 and array.shape[2] == 1 else array
     if array.ndim != 2:
         remedy = "save several frames as one NPZ, with numpy.savez(file, depth=depth, K=K)"
@@ -56,7 +56,7 @@ def read_color_array(path: Path) -> Array:
     ------
     InputError : the file is missing or damaged, or is no array (H, W), (H, W, 3) or (H, W, 4) of uint8.
     """
-    array = _read(path)
+    array = read_array(path)
     if array.dtype != np.uint8:
         raise InputError(f"{path}: has type {array.dtype}, expected uint8", code="color-type")
     if array.ndim == 2:
@@ -80,8 +80,8 @@ def array_header(path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
         return read_header(file)
 
 
-def _read(path: Path) -> Array:
-    """Read the array of a .npy file; its announced size is checked before."""
+def read_array(path: Path) -> Array:
+    """Read the array of numbers in a .npy file; InputError if it is damaged, or announces more than one image can have."""
     with guarded(path), path.open("rb") as file:
         check_not_pointer(path, file.read(_HEAD_BYTES))
         file.seek(0)
