@@ -16,7 +16,7 @@ from ..types import Bools, Cloud, Floats, Frame, Image
 from .read_options import DEFAULT, ReadOptions
 
 _SHOWN_NAMES = 5  # of frames, in errors
-_OF_READERS = ("path", "format", "frames", "notes", "topics", "extra_files")  # attributes that readers fill
+_OF_READERS = ("path", "format", "frames", "notes", "topics", "extra_files", "no_depth")  # attributes that readers fill
 
 
 @dataclass(frozen=True)
@@ -106,6 +106,8 @@ class Capture(Sequence[FrameRef]):
         a line for each topic or stream of a bag, printed by `doo3d info`.
     extra_files
         files outside of `path` that were read, such as a camera file, whose change is noticed.
+    no_depth
+        why depth that the capture seems to have is not read, if no frame has depth; else empty.
     options
         the options that the capture was read with.
     masks
@@ -126,6 +128,7 @@ class Capture(Sequence[FrameRef]):
     notes: Sequence[str] = ()
     topics: Sequence[str] = ()
     extra_files: Sequence[Path] = ()
+    no_depth: str = ""
     options: ReadOptions = DEFAULT
     masks: Path | None = None
     base_pose: Any = None
@@ -206,9 +209,9 @@ class Capture(Sequence[FrameRef]):
 class CaptureFormat(Protocol):
     """The interface of a class that reads one capture format; calling it with a path and options opens a capture.
 
-    What it returns has `path`, `format` and `frames` of a Capture, and may have `notes`, `topics` and `extra_files`. A class may
-    also have `options`, a frozenset of the names of the ReadOptions that it honors: others are then refused. Without it no option
-    is refused.
+    What it returns has `path`, `format` and `frames` of a Capture, and may have `notes`, `topics`, `extra_files` and `no_depth`.
+    A class may also have `options`, a frozenset of the names of the ReadOptions that it honors: others are then refused.
+    Without it no option is refused.
 
     Attributes
     ----------

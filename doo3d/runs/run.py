@@ -155,9 +155,10 @@ def run(
         the scheduler cannot be reached.
     MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
-    if capture.format in IMAGE_FORMATS and config.mode != "2d":
+    if (capture.no_depth or capture.format in IMAGE_FORMATS) and config.mode != "2d":
+        reason = capture.no_depth or "images alone give no 3-D, which needs depth/ and camera_intrinsic.json"
         raise InputError(
-            f"{capture.path}: images alone give no 3-D, which needs depth/ and camera_intrinsic.json",
+            f"{capture.path}: {reason}",
             code="mode-needs-depth",
             remedy="use a 2-D config, the preset image or paper_2d (-c image)",
         )

@@ -14,6 +14,7 @@ from ...guard.limits import check_pixels, check_points
 from ...types import Array
 from ..support.arrays import to_metres
 from ..support.images import decode_image
+from .rvl import decode_rvl, rvl_size
 
 DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
 _TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
@@ -86,8 +87,11 @@ def size_of(message: Any) -> tuple[int, int]:
     """
     if hasattr(message, "encoding"):
         return int(message.width), int(message.height)
-    data = bytes(message.data)
-    image = _decompress(data[_DEPTH_HEADER.size :] if encoding_of(message) == _TRANSPORT else data)
+    is_transport = encoding_of(message) == _TRANSPORT
+    data = _after_header(message)[1] if is_transport else bytes(message.data)
+    if is_transport and _is_rvl(message):
+        return rvl_size(data)
+    image = _decompress(data)
     return int(image.shape[1]), int(image.shape[0])
 
 
@@ -116,18 +120,27 @@ def depth_of(message: Any, scale: float) -> Array:
 
 def _compressed_depth(message: Any) -> Array:
     """Decode compressed_depth_image_transport: 16UC1 as stored, 32FC1 as a / (value - b) with its parameters, 0 = none."""
-    data = bytes(message.data)
-    if len(data) < _DEPTH_HEADER.size:
-        raise InputError("a compressed depth image is cut off", code="message-damaged")
-    _, a, b = _DEPTH_HEADER.unpack_from(data)
-    if not data.startswith(b"\x89PNG", _DEPTH_HEADER.size):
-        sentence = f"a compressed depth image ({message.format}) is no PNG, other compressions cannot be read"
-        raise InputError(sentence, code="encoding-unsupported")
-    image = _decompress(data[_DEPTH_HEADER.size :])
+    (_, a, b), data = _after_header(message)
+    image = decode_rvl(data) if _is_rvl(message) else _decompress(data)
     if not message.format.startswith("32FC1") or image.dtype != np.uint16 or image.ndim != 2:
         return image
     with np.errstate(divide="ignore"):
         return np.where(image > 0, np.float32(a) / (image.astype(np.float32) - np.float32(b)), 0).astype(np.float32)
+
+
+def _after_header(message: Any) -> tuple[tuple[int, float, float], bytes]:
+    """Return the header of compressed_depth_image_transport and the image after it, a PNG or RVL."""
+    data = bytes(message.data)
+    if len(data) < _DEPTH_HEADER.size:
+        raise InputError("a compressed depth image is cut off", code="message-damaged")
+    if not _is_rvl(message) and not data.startswith(b"\x89PNG", _DEPTH_HEADER.size):
+        sentence = f"a compressed depth image ({message.format}) is neither PNG nor RVL, other compressions cannot be read"
+        raise InputError(sentence, code="encoding-unsupported")
+    return _DEPTH_HEADER.unpack_from(data), data[_DEPTH_HEADER.size :]
+
+
+def _is_rvl(message: Any) -> bool:
+    return "rvl" in message.format.lower()
 
 
 def color_of(message: Any) -> Array:

@@ -57,6 +57,7 @@ class BagCapture:
         require("rosbags.typesys", "bags")
         self.path = path
         self.notes: list[str] = []
+        self.no_depth = ""
         bag = Bag(path)
         try:
             index = bag.index()
@@ -78,7 +79,9 @@ class BagCapture:
                 topic_index = streams.color.topic_index
                 self.frames = _frames(_BagSetup(path, stamp_of(path), topic_index.topic), topic_index, None, options)
             else:
-                raise _no_frames(bag, faults)
+                raise _no_frames(bag, faults, streams.unread_depth)
+            if streams.depth is None and streams.cloud is None:
+                self.no_depth = streams.unread_depth
         finally:
             bag.close()
         if faults:
@@ -229,7 +232,7 @@ def _describes_bag(metadata: Path) -> bool:
         return b"rosbag2_bagfile_information" in file.read(4096)
 
 
-def _no_frames(bag: Bag, faults: list[str]) -> InputError:
+def _no_frames(bag: Bag, faults: list[str], unread: str) -> InputError:
     """Return the error for a bag without any frames."""
     topics = [
         f"{topic.name} ({topic.kind}{'' if topic.encoding in ENCODINGS else ', ' + topic.encoding})"
@@ -238,4 +241,5 @@ def _no_frames(bag: Bag, faults: list[str]) -> InputError:
     if faults and not topics:
         return InputError(f"{bag.path}: nothing in it can be read: {faults[0]}", code="bag-damaged")
     listed = f"it has the topics {', '.join(topics) or '(none)'}"
-    return InputError(f"{bag.path}: has no depth images, no clouds and no colour images; {listed}", code="frames-missing")
+    sentence = unread or "has no depth images, no clouds and no colour images"
+    return InputError(f"{bag.path}: {sentence}; {listed}", code="frames-missing")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 from typing import Any
@@ -70,6 +69,8 @@ class Streams:
         "none", or `options.cloud_topic` names a topic.
     cloud
         messages of the cloud topic; None if no clouds are read. If it is set, it is to be read instead of `color`.
+    unread_depth
+        why a topic that its name says is of depth is not read; empty if there is none.
 
     Raises
     ------
@@ -80,12 +81,16 @@ class Streams:
         self._bag, self._index, self._options = bag, index, options
         self.depth: Stream | None = None
         self.color: Stream | None = None
+        self.unread_depth = ""
+        self._unread: dict[str, InputError] = {}
         self.cloud = self._requested("cloud_topic", ("sensor_msgs/msg/PointCloud2",))
         if self.cloud is not None:
             return
         self._images = self._image_streams()
         self.depth = self._choose("depth_topic", _is_depth, self._depth_rank)
         self.color = self._choose("color_topic", _is_color, self._color_rank)
+        if self.depth is None and options.depth_topic != NONE:
+            self.unread_depth = self._why_unread()
         if self.depth is None:
             clouds = [topic for topic in index.values() if topic.topic.kind.endswith("/PointCloud2") and len(topic)]
             if clouds and (self.color is None or (options.depth_topic is None and options.color_topic is None)):
@@ -100,11 +105,21 @@ class Streams:
         streams = {}
         for name, topic_index in self._index.items():
             for i in range(min(len(topic_index), _MAX_ATTEMPTS) if topic_index.topic.kind in _IMAGES else 0):
-                with suppress(InputError):
+                try:
                     message = self._bag.message(topic_index.topic, topic_index.location(i))
                     streams[name] = Stream(topic_index, encoding_of(message), size_of(message))
                     break
+                except InputError as error:
+                    self._unread[name] = error
+        self._unread = {name: error for name, error in self._unread.items() if name not in streams}
         return streams
+
+    def _why_unread(self) -> str:
+        """Return why the first topic whose name says depth is not read; empty if there is none."""
+        for name, stream in self._images.items():
+            if _is_lossy_depth(stream):
+                return f"{name} is depth in 8 bits (JPEG), which loses it: record compressedDepth or the raw topic"
+        return next((f"{name}: {error}" for name, error in self._unread.items() if _names_depth(name)), "")
 
     def _requested(self, key: str, kinds: tuple[str, ...]) -> TopicIndex | None:
         """Return the topic named by the option `key`, of one of the message types `kinds`; None if the option names none."""
@@ -126,7 +141,9 @@ class Streams:
         if requested is not None:
             stream = self._images.get(requested.topic.name)
             if stream is None:
-                raise InputError(f"{self._bag.path}: {requested.topic.name} has no complete image", code="message-damaged")
+                name = requested.topic.name
+                cause = self._unread[name]
+                raise InputError(f"{self._bag.path}: {name} has no image that can be read: {cause}", code=cause.code)
             return stream
         candidates = [stream.topic_index for stream in self._images.values() if fits(stream)]
         return self._images[self._best(candidates, rank, key).topic.name] if candidates else None
@@ -230,4 +247,15 @@ def _is_depth(stream: Stream) -> bool:
 def _is_color(stream: Stream) -> bool:
     if recorded := realsense.stream_of(stream.name):
         return recorded.rpartition("/")[2].startswith("Color")
-    return is_color(stream.encoding) and not _is_depth(stream)
+    return is_color(stream.encoding) and not _is_depth(stream) and not _is_lossy_depth(stream)
+
+
+def _is_lossy_depth(stream: Stream) -> bool:
+    """Return whether images are depth compressed to 8 bits, by the name of their topic."""
+    return stream.encoding == "compressed" and _names_depth(stream.name)
+
+
+def _names_depth(topic: str) -> bool:
+    """Return whether the last two parts of a topic's name speak of depth and not of color: camera/depth/image_raw."""
+    parts = _TRANSPORT.sub("", topic.lower()).rsplit("/", 2)[-2:]
+    return any("depth" in part for part in parts) and not re.search(r"colou?r|rgb", parts[-1].replace("depth_to_color", ""))
