@@ -18,6 +18,7 @@ from ...guard.guarding import guarded
 from ...guard.parsing import read_yaml
 from ...types import Array
 from ..support.git_lfs import check_not_pointer
+from . import foxglove
 from . import mcap_storage as _mcap
 from . import rosbag1_storage as _rosbag1
 from . import sqlite_storage as _db3
@@ -115,7 +116,7 @@ class Bag:
         indices: dict[str, TopicIndex] = {}
         for storage in self.storages:
             for message in storage.scan():
-                if message.topic.encoding not in ENCODINGS:
+                if not is_readable(message.topic):
                     continue
                 topic_index = indices.setdefault(message.topic.name, TopicIndex(message.topic))
                 try:
@@ -133,6 +134,8 @@ class Bag:
     def _header(self, storage: Storage, message: Message) -> tuple[int, str]:
         """Return the stamp (ns) and the frame_id of a message; (0, "") for types without header."""
         topic = message.topic
+        if foxglove.is_foxglove(topic.encoding):
+            return foxglove.header(storage.read(message.location), topic.encoding)
         if not topic.kind.startswith("sensor_msgs/"):
             return 0, ""
         data = unzstd(storage.read(message.location)) if self.compressed else storage.read(message.location, _HEADER_BYTES)
@@ -185,12 +188,19 @@ def decode_message(data: bytes, topic: Topic) -> Any:
     `topic` gives the message type and the encoding. Bytes after the end of the message are ignored, since RealSense's SDK appends
     some. Damaged bytes may raise any exception, because the decoders are generated code.
     """
+    if foxglove.is_foxglove(topic.encoding):
+        return foxglove.decode(data, topic.encoding)
     store = _types(topic.encoding)
     definition = store.get_msgdef("tf2_msgs/msg/TFMessage" if topic.kind == "tf/msg/tfMessage" else topic.kind)
     if topic.encoding == "ros1":
         return definition.deserialize_ros1(data, 0, definition.cls, store)[0]
     decode = definition.deserialize_cdr_le if data[1] & 1 else definition.deserialize_cdr_be
     return decode(data[4:], 0, definition.cls, store)[0]
+
+
+def is_readable(topic: Topic) -> bool:
+    """Return whether the messages of a topic can be decoded."""
+    return topic.encoding in ENCODINGS or foxglove.is_foxglove(topic.encoding)
 
 
 @lru_cache(maxsize=2)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import BinaryIO
 
+from . import foxglove
 from .records import READ_TYPES, Chunked, DamagedRecord, Message, Topic, check_chunk, read_exactly, ros2_type, unlz4, unzstd
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -55,7 +56,10 @@ class Mcap(Chunked[int]):
             data = read_exactly(source, at, length)
             number, schema = struct.unpack_from("<HH", data)
             name, next_at = _string(data, 4)
-            self.add_topic(number, Topic(name, ros2_type(self._schemas.get(schema, "")), _string(data, next_at)[0]))
+            kind, encoding = ros2_type(self._schemas.get(schema, "")), _string(data, next_at)[0]
+            if kind in foxglove.KINDS and encoding in foxglove.SERIALIZATIONS:
+                kind, encoding = foxglove.KINDS[kind], f"{kind} {encoding}"
+            self.add_topic(number, Topic(name, kind, encoding))
         elif head == _MESSAGE:
             channel, _, time, _ = _MESSAGE_HEADER.unpack(read_exactly(source, at, _MESSAGE_HEADER.size))
             topic = self.channels.get(channel)

@@ -17,7 +17,7 @@ from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, NONE, OF_DEPTH, ReadOptions, check_used, without_color
 from ..support.color_registration import align_color
 from ..support.pose_file import TF
-from .index import ENCODINGS, METADATA, SUFFIXES, Bag, Stamp, TopicIndex, open_bag, stamp_of, storage_class
+from .index import METADATA, SUFFIXES, Bag, Stamp, TopicIndex, is_readable, open_bag, stamp_of, storage_class
 from .messages import cloud_of, color_of, depth_of
 from .pairing import color_geometry, pair_by_time, transforms_of
 from .records import MessageLocation, Topic
@@ -235,11 +235,11 @@ def _describes_bag(metadata: Path) -> bool:
 def _no_frames(bag: Bag, faults: list[str], unread: str) -> InputError:
     """Return the error for a bag without any frames."""
     topics = [
-        f"{topic.name} ({topic.kind}{'' if topic.encoding in ENCODINGS else ', ' + topic.encoding})"
+        f"{topic.name} ({topic.kind}{'' if is_readable(topic) else ', ' + topic.encoding})"
         for topic in sorted(bag.topics.values())
     ]
     if faults and not topics:
         return InputError(f"{bag.path}: nothing in it can be read: {faults[0]}", code="bag-damaged")
     listed = f"it has the topics {', '.join(topics) or '(none)'}"
     sentence = unread or "has no depth images, no clouds and no colour images"
-    return InputError(f"{bag.path}: {sentence}; {listed}", code="frames-missing")
+    return InputError(f"{bag.path}: {sentence}; {'; '.join([listed, *faults[:1]])}", code="frames-missing")
