@@ -17,10 +17,10 @@ from ..capture import Capture, FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions
 from ..support.camera_search import RECORDER_FILE, REMEDY, find_camera
 from ..support.color_registration import ColorCamera, find_color_camera, sizes_differ
-from ..support.depth_frames import camera_for, check_unit, read_frame_pose
+from ..support.depth_frames import camera_for, check_unit, depth_of_distance, read_frame_pose
 from ..support.images import Size, first_size, read_color, read_depth, read_mask
 from ..support.known_cameras import KnownCamera
-from ..support.listing import with_file
+from ..support.listing import RAY_DISTANCE, is_distance, with_file
 
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: millimetres
 
@@ -152,6 +152,8 @@ class Layout:
         sensor, extra_files = None, list[Path]()
         if self.camera is not None or self.searched:
             sensor, extra_files = self._sensor(path, listed, options, notes)
+        if any(files.depth is not None and is_distance(files.depth) for files in listed):
+            notes.append(f"the distances from the camera ({RAY_DISTANCE}) are converted to depth along the optical axis")
         upright = self.upright(path)
         frames = [
             FrameRef(
@@ -218,6 +220,7 @@ def _load(files: Files, sensor: Sensor | None, keep_mask: bool, upright: bool) -
         depth = read_depth(files.depth, sensor.scale, sensor.array_scale)
         check_unit(depth, files.depth, sensor.scale)
         camera = camera_for(sensor.camera.pinhole, depth.shape, sensor.camera.size)
+        depth = depth_of_distance(depth, camera) if is_distance(files.depth) else depth
         color = None if files.color is None else _color(files.color, depth.shape)
         if color is not None and sensor.color is not None:
             color = sensor.color.align(color, depth, camera)

@@ -24,6 +24,7 @@ _SCALE_KEYS = ("depthscale", "depthmapfactor", "depthfactor", "factordepth", "de
 _DISTORTION_KEYS = ("d", "distortioncoefficients", "distortion", "distcoeffs", "dist", "coeffs", "k1", "k2", "p1", "p2", "k3")
 _ALIASES = {"ppx": "cx", "ppy": "cy", "flx": "fx", "fly": "fy", "w": "width", "h": "height"}
 _ALIASES |= {"imagewidth": "width", "imageheight": "height", "resolutionx": "width", "resolutiony": "height"}
+_MIN_APERTURE = 1e-9  # mm, so that a camera of no width is refused as impossible, not divided by zero
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
 
@@ -116,6 +117,11 @@ def _normal(key: str) -> str:
 def _pinhole_in(keys: Mapping[str, Any], path: Path) -> Pinhole | None:
     if all(key in keys for key in ("fx", "fy", "cx", "cy")):
         return check_pinhole(_flat([keys[key] for key in ("fx", "fy", "cx", "cy")]), path, "fx, fy, cx, cy")
+    if {"camerafocallength", "cameraaperture", "renderproductresolution"} <= set(keys):
+        width, height, *_ = [*_flat(keys["renderproductresolution"]), math.nan, math.nan]
+        aperture, *_ = [*_flat(keys["cameraaperture"]), math.nan]  # mm; the vertical one is not used by the renderer
+        focal_px = _flat(keys["camerafocallength"])[0] * width / max(aperture, _MIN_APERTURE)
+        return check_pinhole([focal_px, focal_px, width / 2, height / 2], path, "cameraFocalLength, cameraAperture")
     focal, center = keys.get("focallength", keys.get("focal")), keys.get("principalpoint")
     if focal is not None and isinstance(center, list):
         pair = focal if isinstance(focal, list) else [focal, focal]
@@ -179,7 +185,14 @@ def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
 def _size_in(keys: Mapping[str, Any], path: Path) -> tuple[int, int] | None:
     given = [keys[key] for key in ("width", "height") if key in keys]
     if len(given) != 2:
-        given = next((keys[key] for key in ("resolution", "imagesize", "size") if isinstance(keys.get(key), list)), [])
+        given = next(
+            (
+                keys[key]
+                for key in ("resolution", "imagesize", "size", "renderproductresolution")
+                if isinstance(keys.get(key), list)
+            ),
+            [],
+        )
     if len(given) != 2 or ("d" in keys and given == [0, 0]):  # a CameraInfo without size
         return None
     numbers = [_flat(value)[0] if not isinstance(value, bool | list) else math.nan for value in given]

@@ -15,7 +15,7 @@ from .listing import natural_key, words_of
 RECORDER_FILE = "camera_intrinsic.json"  # of Open3D's recorder; takes precedence over other files
 _CAMERA_WORDS = {"camera", "cameras", "cam", "intrinsic", "intrinsics", "calib", "calibration", "k", "cameraintrinsic"}
 _AMBIGUOUS_WORDS = {"k"}  # in the name of a file above the capture, where it may stand for anything, such as k7.json
-_FOLDERS = ("calib", "calibration", "camera", "intrinsics", "intrinsic")  # sub-folders that are searched, too
+_FOLDERS = ("calib", "calibration", "camera", "intrinsics", "intrinsic", "camera_params")  # sub-folders that are searched, too
 _SUFFIXES = (".json", ".yaml", ".yml")
 _MAX_OTHER_FILES = 20  # JSON and YAML files without a camera's name that are looked into; more are annotations
 _PRINCIPAL_POINT_RANGE = (0.4, 0.6)

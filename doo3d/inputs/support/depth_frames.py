@@ -46,6 +46,12 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
     return Camera(*pinhole, width=width, height=height)
 
 
+def depth_of_distance(distance: Array, camera: Camera) -> Array:
+    """Return the depth along the optical axis, (H, W) float32 m, of distances from the optical center along the rays."""
+    u, v = (np.arange(camera.width) - camera.cx) / camera.fx, (np.arange(camera.height) - camera.cy) / camera.fy
+    return np.asarray(distance / np.sqrt(1 + u**2 + v[:, None] ** 2), dtype=np.float32)
+
+
 def check_unit(depth: Array, path: Path, scale: float) -> None:
     """Raise InputError if the median depth is below 0.01 m or above 100 m, which points to a wrong unit.
 

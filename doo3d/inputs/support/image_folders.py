@@ -9,7 +9,7 @@ from ...errors import InputError
 from ..formats.image_folder import Files
 from ..read_options import ReadOptions, without_color
 from .images import DEPTH_SUFFIXES, SUFFIXES, first_size
-from .listing import Role, frame_key, images_in, is_depth_content, match_images, may_be_depth, natural_key, role_of
+from .listing import Role, frame_key, images_in, is_depth_content, is_distance, match_images, may_be_depth, natural_key, role_of
 
 COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
 _Parts = dict[str, Path | None]
@@ -147,9 +147,9 @@ def _role_folder(path: Path, role: str) -> Path | None:
 
 
 def _sub_folders(path: Path, role: str) -> list[Path]:
-    """Return the sub-folders with images whose names speak of a role, shortest name first."""
+    """Return the sub-folders with images whose names speak of a role, shortest name first, distances last."""
     folders = [item for item in path.iterdir() if not item.name.startswith(".") and role_of(item.name) == role and item.is_dir()]
-    return sorted(filter(_images_in, folders), key=lambda folder: (len(folder.name), folder.name))
+    return sorted(filter(_images_in, folders), key=lambda folder: (is_distance(folder), len(folder.name), folder.name))
 
 
 def _side_by_side(path: Path) -> dict[str, dict[str, Path]]:
@@ -162,6 +162,7 @@ def _side_by_side(path: Path) -> dict[str, dict[str, Path]]:
         depth = [file for file in files if (is_named or roles[file] is None) and is_depth_content(file)]
         if len(depth) < _MIN_DEPTH_SHARE * len(files):
             return {}
+    depth = [file for file in depth if not is_distance(file)] or depth  # Replicator writes both
     of_depth = set(depth)
     rest = {file: role for file, role in roles.items() if file not in of_depth and file.suffix.lower() in (*SUFFIXES, ".npy")}
     colors = [file for file, role in rest.items() if role == "color"]

@@ -16,16 +16,24 @@ _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _DEPTH = {"depth", "depths"}
 _COLOR = {"color", "colors", "colour", "rgb", "bgr", "image", "images", "img", "imgs", "photo"}
 _MASK = {"mask", "masks", "seg", "segmentation"}
+_CLASSES = {"semantic", "instance"}  # of segmentations of a whole scene, which are no masks of an object
 _PREVIEW = {"preview", "colormap", "colorized", "colored", "vis", "viz", "visualization", "pseudo"}
 _OTHER = {"aligned", "registered", "raw", "to"}  # as in aligned_depth_to_color; no part of the frame's name
 _ROLE_WORDS = _DEPTH | _COLOR | _MASK | _OTHER
+RAY_DISTANCE = "distance_to_camera"  # Omniverse Replicator's name of distances along the rays
+_REPLICATORS_DEPTH = re.compile(f"distance_to_image_plane|{RAY_DISTANCE}", re.IGNORECASE)
 _PNG = b"\x89PNG\r\n\x1a\n"
 _MIN_SIDE_PX = 16  # of an array that is an image
 
 
 def words_of(name: str) -> list[str]:
     """Return the words in a name, in lower case: aligned_depth-02 and AlignedDepth02 have the words aligned and depth."""
-    return [word.lower() for word in _WORD.findall(name)]
+    return [word.lower() for word in _WORD.findall(_REPLICATORS_DEPTH.sub("depth", name))]
+
+
+def is_distance(file: Path) -> bool:
+    """Return whether an image is called like Replicator's distances along the rays, or lies in a folder of this name."""
+    return any(RAY_DISTANCE in name.lower() for name in (file.name, file.parent.name))
 
 
 def role_of(name: str) -> Role | None:
@@ -35,7 +43,7 @@ def role_of(name: str) -> Role | None:
     """
     words = set(words_of(name))
     if words & _MASK:
-        return "mask"
+        return None if words & _CLASSES else "mask"
     if words & _DEPTH:
         return None if words & _PREVIEW else "depth"
     return "color" if words & _COLOR else None
@@ -43,6 +51,7 @@ def role_of(name: str) -> Role | None:
 
 def frame_key(stem: str) -> str:
     """Return the part of a file name that depth, color and mask of a frame share: 000 of 000_depth, frame_0 of frame_0.depth."""
+    stem = _REPLICATORS_DEPTH.sub("depth", stem)
     rest = _WORD.sub(lambda word: "" if word[0].lower() in _ROLE_WORDS else word[0], stem)
     return re.sub(r"([-_. ])[-_. ]+", r"\1", rest).strip("-_. ")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import cv2
@@ -117,3 +118,55 @@ def test_several_cameras_are_named(tmp_path):
     save_camera(tmp_path)
     notes = check(tmp_path)[0].notes
     assert any("cam_a_depth is read" in note and "cam_b_depth" in note for note in notes)
+
+
+def save_replicator(
+    folder: Path, name: str = "distance_to_image_plane", metres: np.ndarray = METRES, apart: bool = False
+) -> Path:
+    """What BasicWriter writes: side by side, or each annotator `apart` in a folder of its name."""
+    parts = {
+        "rgb": ("png", np.dstack([COLOR, np.full(DEPTH.shape, 255, np.uint8)])),
+        "semantic_segmentation": ("png", np.full((*DEPTH.shape, 4), 200, np.uint8)),
+        name: ("npy", metres.astype(np.float32)),
+    }
+    for part, (suffix, image) in parts.items():
+        file = folder / (part if apart else "") / f"{part}_0000.{suffix}"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        np.save(file, image) if suffix == "npy" else save(file, image)
+    values = {
+        "cameraFocalLength": 2 * FOCAL / WIDTH * 10,
+        "cameraAperture": [20, 15.29],
+        "renderProductResolution": [WIDTH, HEIGHT],
+    }
+    file = folder / ("camera_params" if apart else "") / "camera_params_0000.json"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(values))
+    return folder
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_replicator(tmp_path, apart):
+    capture, camera = check(save_replicator(tmp_path, apart=apart))
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (FOCAL, FOCAL, WIDTH / 2, HEIGHT / 2)
+    assert capture[0].load().mask is None
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_distances_along_the_rays(tmp_path, apart):
+    u, v = np.meshgrid(np.arange(WIDTH) - WIDTH / 2, np.arange(HEIGHT) - HEIGHT / 2)
+    distance = METRES * np.sqrt(1 + (u / FOCAL) ** 2 + (v / FOCAL) ** 2)
+    distance[0, 0] = np.inf  # nothing there
+    capture = open_capture(save_replicator(tmp_path, "distance_to_camera", distance, apart))
+    depth = capture[0].load().data.depth
+    assert np.abs(depth - METRES)[1:].max() < 1e-6
+    assert depth[0, 0] == 0
+    assert any("distance_to_camera" in note for note in capture.notes)
+    check(save_replicator(tmp_path, apart=apart))  # the depth goes first
+
+
+@pytest.mark.parametrize("change", [{"cameraFocalLength": 0}, {"cameraAperture": []}, {"renderProductResolution": ["a", 1]}])
+def test_damaged_camera_of_replicator(tmp_path, change):
+    file = save_replicator(tmp_path) / "camera_params_0000.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    with refuses("intrinsics-invalid", "camera_params_0000.json"):
+        open_capture(tmp_path)
