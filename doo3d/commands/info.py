@@ -23,6 +23,15 @@ MAX_REASONS = 3  # reasons printed for unreadable frames; mostly all have the sa
 _PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
+def _list_formats(wanted: bool) -> None:
+    """Print a line for each format, then end the command."""
+    if wanted:
+        from ..inputs import FORMATS
+
+        typer.echo("\n".join(f"{name:<10}  {reader.what}" for name, reader in FORMATS.working() if hasattr(reader, "what")))
+        raise typer.Exit
+
+
 def info(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture, as for doo3d detect.")],
     contact_sheet: Annotated[
@@ -30,6 +39,9 @@ def info(
         typer.Option(metavar="FILE", help="Draw the checked frames into this PNG or JPEG; without it nothing is written."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    formats: Annotated[
+        bool, typer.Option("--formats", callback=_list_formats, is_eager=True, help="List the formats that can be read.")
+    ] = False,
     samples: Annotated[int, typer.Option(min=1, metavar="N", help="Number of frames to check, evenly spaced.")] = 8,
     mask: MaskOption = None,
     input_options: InputOption = None,
@@ -44,6 +56,7 @@ def info(
     \b
     Examples:
       doo3d info sample_clouds/crossing
+      doo3d info --formats
       doo3d info sample_clouds/crossing --contact-sheet sheet.png --samples 12
 
     Exit code 0: all checked frames can be read; 1: some cannot; 2: none can. Nothing but the contact sheet is written.

@@ -13,25 +13,31 @@ from .support.images import PHOTO_SUFFIXES
 _MAX_LISTED = 5  # captures or kinds of files that an error names
 _MAX_LOOKED_AT = 2000  # files of a folder that are counted
 _ARCHIVES = (".zip", ".tar", ".gz", ".tgz", ".7z", ".rar", ".bz2", ".xz", ".zst")
-_ARRAYS = (".npy", ".npz", ".mat", ".h5", ".hdf5", ".pkl", ".pt", ".raw", ".bin", ".csv", ".txt", ".oni", ".klg", ".svo", ".json")
+_ARRAYS = (".npz", ".mat", ".h5", ".hdf5", ".pkl", ".pt", ".bin", ".oni", ".klg", ".svo", ".json")
+_REMEDIES = {
+    ".npy": "an array is read as depth (H, W), or as points (N, 3) of floats",
+    ".raw": "the depth of a snapshot of RealSense's Viewer needs its <name>_metadata.csv beside it",
+    **dict.fromkeys((".csv", ".txt", ".asc"), "a cloud has rows of numbers, x y z first or named in a line above, in metres"),
+    **dict.fromkeys((".glb", ".gltf", ".fbx", ".dae", ".3mf"), "save the mesh as PLY, OBJ or STL, in metres"),
+}
 _SAVE = "numpy.savez('capture.npz', depth=depth, K=K)"
 _LAYOUT = "name the depth images <frame>_depth.png (16 bits, millimetres) and the color images <frame>_color.png"
 
 
 def unknown_format(path: Path, formats: Sequence[CaptureFormat]) -> InputError:
     """Return the error for a file or folder that none of the formats can read."""
-    listed = f"Formats that can be read: {'; '.join(str(reader.what) for reader in formats if hasattr(reader, 'what'))}"
+    listed = "doo3d info --formats lists what can be read"
     if path.is_file():
-        return InputError(f"{path}: the format of this file is unknown; {_remedy_of_file(path)}. {listed}", code="format-unknown")
+        return InputError(f"{path}: the format of this file is unknown: {_remedy_of_file(path)}; {listed}", code="format-unknown")
     inside = sorted(path.iterdir())
     if not inside:
-        return InputError(f"{path}: this folder is empty. {listed}", code="folder-empty")
+        return InputError(f"{path}: this folder is empty; {listed}", code="folder-empty")
     if captures := [item.name for item in inside if any(_can_read(reader, item) for reader in formats)]:
         more = f" and {len(captures) - _MAX_LISTED} more" if len(captures) > _MAX_LISTED else ""
         sentence = f"this folder is not a capture but holds {len(captures)} captures, give one of these"
         return InputError(f"{path}: {sentence}: {', '.join(captures[:_MAX_LISTED])}{more}", code="folder-of-captures")
     found = f"holds nothing in a known format. Found: {_inventory(inside)}. To make it readable, {_remedy_of_folder(inside)}"
-    return InputError(f"{path}: {found}. {listed}", code="format-unknown")
+    return InputError(f"{path}: {found}; {listed}", code="format-unknown")
 
 
 def _can_read(reader: CaptureFormat, path: Path) -> bool:
@@ -55,9 +61,9 @@ def _remedy_of_file(path: Path) -> str:
 
 def _remedy_of(suffixes: Sequence[str]) -> str:
     """Return the remedy for the first of some suffixes that is known; "" if none is."""
-    first = next((suffix for suffix in suffixes if suffix in (*_ARCHIVES, *_ARRAYS)), "")
+    first = next((suffix for suffix in suffixes if suffix in (*_ARCHIVES, *_ARRAYS, *_REMEDIES)), "")
     array = f"load it in Python and save its depth in metres and the camera matrix with {_SAVE}" if first else ""
-    return "unpack it and give the folder" if first in _ARCHIVES else array
+    return "unpack it and give the folder" if first in _ARCHIVES else _REMEDIES.get(first, array)
 
 
 def _remedy_of_folder(inside: Sequence[Path]) -> str:

@@ -12,10 +12,10 @@ from doo3d.errors import DooError, InputError
 
 
 @contextmanager
-def refuses(code: str, *parts: str, kind: type[DooError] = InputError) -> Iterator[None]:
+def refuses(code: str, *parts: str, kind: type[DooError] = InputError) -> Iterator[pytest.ExceptionInfo[DooError]]:
     """Expect an error of type `kind` with this code, whose sentence contains each of the parts (file name, shape, value)."""
     with pytest.raises(kind) as caught:
-        yield
+        yield caught
     assert caught.value.code == code, f"{caught.value.code}: {caught.value}"
     for part in parts:
         assert part in str(caught.value)

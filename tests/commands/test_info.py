@@ -130,3 +130,9 @@ def test_manifest_names_external_masks_and_selection(doo3d, capture):
 def test_compare_some_frames(doo3d, capture):
     doo3d("compare", capture(frames=3, mask=True), "--frames", "1")
     assert sorted(os.listdir("compare")) == ["000001.png", "comparison.json"]
+
+
+def test_list_of_formats(doo3d):
+    code, out, err = doo3d("info", "--formats")
+    assert (code, err) == (0, "")
+    assert {"bag", "cloud", "folder", "video"} <= {line.split()[0] for line in out.splitlines()}

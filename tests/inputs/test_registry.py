@@ -22,7 +22,7 @@ def test_missing_path(tmp_path):
 
 
 def test_empty_folder(tmp_path):
-    with refuses("folder-empty", str(tmp_path), "depth/", "camera_intrinsic.json"):
+    with refuses("folder-empty", str(tmp_path), "doo3d info --formats"):
         open_capture(tmp_path)
 
 
@@ -50,11 +50,21 @@ def test_clouds_are_clouds_in_both_modes(tmp_path, flat):
 
 
 @pytest.mark.parametrize("content", [b"", b"hello\n", bytes(range(256)), b"{}", b"\x89PNG"])
-def test_unknown_file_lists_the_formats(tmp_path, content):
+def test_unknown_file_says_where_the_formats_are(tmp_path, content):
     path = tmp_path / "a.bin"
     path.write_bytes(content)
-    with refuses("format-unknown", "a.bin", "PLY", "PCD", "XYZ", "NPZ", "depth/", "MP4"):
+    with refuses("format-unknown", "a.bin", "doo3d info --formats") as caught:
         open_capture(path)
+    assert len(str(caught.value)) < 300 + len(str(path))
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("a.csv", "x y z first"), ("a.npy", "(N, 3)"), ("a.glb", "OBJ"), ("a.zip", "unpack")]
+)
+def test_unknown_file_says_what_would_be_read(tmp_path, name, words):
+    (tmp_path / name).write_bytes(b"nothing\n")
+    with refuses("format-unknown", name, words):
+        open_capture(tmp_path / name)
 
 
 def test_unreadable_file(tmp_path, monkeypatch):

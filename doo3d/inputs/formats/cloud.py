@@ -41,14 +41,14 @@ class CloudCapture:
         "NPY (N, 3), LAS, LAZ, E57; or a mesh: OBJ, STL, OFF, PLY with faces"
     )
     format = "cloud"
-    options: ClassVar[frozenset[str]] = frozenset()
+    options: ClassVar[frozenset[str]] = frozenset({"depth_scale"})
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         files = list(images_in(path, (*SUFFIXES, *_SHARED_SUFFIXES)).values()) if path.is_dir() else [path]
         meshes = [file.name for file in files if _is_mesh(file)]
         self.notes = [f"{meshes[0]} is a mesh: points are drawn evenly on its faces, the same at each run"] if meshes else []
-        self.frames = [frame for file in files for frame in _frames_of(file, single=file == path)]
+        self.frames = [frame for file in files for frame in _frames_of(file, options.depth_scale or 1.0, single=file == path)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -66,7 +66,7 @@ class CloudCapture:
         return bool(files) and all(file.suffix.lower() in _SHARED_SUFFIXES and file.is_file() and _kind(file) for file in files)
 
 
-def _frames_of(file: Path, single: bool) -> list[FrameRef]:
+def _frames_of(file: Path, scale: float, single: bool) -> list[FrameRef]:
     count = 1
     try:
         if _kind(file) == "e57":
@@ -78,7 +78,7 @@ def _frames_of(file: Path, single: bool) -> list[FrameRef]:
             raise
         count = 1  # loading this frame reports the error
     names = [f"{file.stem}_{i:03d}" for i in range(count)] if count > 1 else [file.stem]
-    return [FrameRef(name, file, partial(_load, file, name, i)) for i, name in enumerate(names)]
+    return [FrameRef(name, file, partial(_load, file, name, scale, i)) for i, name in enumerate(names)]
 
 
 def _is_cloud(file: Path) -> bool:
@@ -127,17 +127,22 @@ def _is_mesh(path: Path) -> bool:
         return False
 
 
-def _load(path: Path, name: str, scan: int = 0) -> FrameData:
+def _load(path: Path, name: str, scale: float, scan: int = 0) -> FrameData:
     try:
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
         read = _read(path, scan)
-        cloud = Cloud(read.points, _colors_8_bit(read.colors), read.viewpoint, name)
+        points, viewpoint = (read.points, read.viewpoint) if scale == 1 else (read.points / scale, _scaled(read.viewpoint, scale))
+        cloud = Cloud(points, _colors_8_bit(read.colors), viewpoint, name)
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):
         raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
     return FrameData(cloud)
+
+
+def _scaled(point: Array | None, scale: float) -> Array | None:
+    return None if point is None else point / scale
 
 
 def _read(path: Path, scan: int) -> Points:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from ...config import SegmentConfig
@@ -38,6 +39,12 @@ AUTO_NOTES = {
     "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
 }
 """Notes on the method that `auto` took where nobody said what the object is: advice for a frame whose result is doubtful."""
+
+HOLE_MARGIN_PX = 16
+"""Width of the border of an object whose readings tell why the object has none: stereo makes its holes up to 8 px too wide."""
+
+MIN_DEPTH_SHARE_AROUND = 0.3
+"""Of the pixels in that border; a hole that is 8 px too wide leaves a half."""
 
 EXTENT_TOLERANCE = 10
 """Times by which the extent of a cloud may lie outside the range of depths: the object is not as long as it is far away."""
@@ -141,6 +148,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if frame.color is not None and not is_told and not cleaned.removed_wide:  # what is left of a gripper is no plug
         facts = remove_plugs(facts, frame.color)
     if pixels:
+        if not facts.readings and frame.depth.any():
+            raise _without_depth(frame, facts.mask, pixels)
         _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
     split = SplitMask(facts.mask, 0, None)
     if method != "everything":
@@ -213,7 +222,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     spread = quantiles(cloud.points, SPREAD) if len(cloud.points) else np.zeros((len(SPREAD), 3))
-    _check_extent(spread, len(cloud.points), config)
+    _check_extent(spread, len(cloud.points), config, bool(cloud.views))
     method, made = _select(cloud, config, mask, seed, (len(cloud.points),))
     selected, note, plane = made[:3]
     is_told = cloud.segmented or _is_told(method, config)
@@ -305,7 +314,7 @@ def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, 
     if median is None:
         raise InputError(
             f"no depth at any of the {pixels} pixels of the {part}: is the depth aligned to the mask, and in metres?",
-            code="mask-without-depth" if frame.depth.any() else "depth-none",
+            code="depth-none",
         )
     if not config.min_depth <= median <= config.max_depth:
         raise InputError(
@@ -315,7 +324,21 @@ def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, 
         )
 
 
-def _check_extent(spread: Floats, count: int, config: SegmentConfig) -> None:
+def _without_depth(frame: Frame, mask: Array, pixels: int) -> InputError:
+    """Return the error for an object without any reading: its material's, if the pixels around the object have readings."""
+    around = (cv2.dilate(mask.astype(np.uint8), np.ones((2 * HOLE_MARGIN_PX + 1,) * 2, np.uint8)) > 0) & ~mask
+    share = float(np.mean(frame.depth[around] > 0)) if around.any() else 0.0
+    sentence = f"no depth at any of the {pixels} pixels of the object"
+    if share > MIN_DEPTH_SHARE_AROUND:
+        sentence += (
+            f", though {share:.0%} of those around it have depth: black and shiny materials return none. Detect it in the color "
+            "image (-c image), or record it from another side or in other light"
+        )
+        return InputError(sentence, code="mask-without-depth")
+    return InputError(f"{sentence}: is the depth aligned to the mask, and in metres?", code="mask-without-depth")
+
+
+def _check_extent(spread: Floats, count: int, config: SegmentConfig, is_fused: bool) -> None:
     """Refuse a cloud of so many points without extent, or with one in the wrong unit, by its quantiles at SPREAD, (6, 3) m."""
     least, _, low, high, _, largest = spread
     if not (largest > least).any():
@@ -325,7 +348,11 @@ def _check_extent(spread: Floats, count: int, config: SegmentConfig) -> None:
         )
     extent = float(np.linalg.norm(high - low))
     if not config.min_depth / EXTENT_TOLERANCE <= extent <= EXTENT_TOLERANCE * config.max_depth:
-        raise InputError(
-            f"the cloud is {extent:.6g} m across: points are expected in metres, check the unit (depth_scale of the recorder)",
-            code="points-unit",
+        remedy = (
+            "points are expected in metres: for millimetres give --input-option depth_scale=1000 (units per metre), or set "
+            "segment.min_depth and segment.max_depth"
         )
+        if is_fused:
+            remedy = "the poses are expected to be camera to world, with translations in metres: are they in millimetres?"
+        part = "fused views are" if is_fused else "cloud is"
+        raise InputError(f"the {part} {extent:.6g} m across: {remedy}", code="points-unit")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders.errors import refuses
 
-from doo3d.inputs import open_capture
+from doo3d.inputs import ReadOptions, open_capture
 
 POINTS = np.random.default_rng(0).uniform(-1, 1, (300, 3)).round(5)
 COLORS = np.random.default_rng(1).integers(0, 256, (300, 3))
@@ -141,3 +141,10 @@ def test_folder_of_texts_and_arrays(tmp_path):
     (tmp_path / "notes.txt").write_text("a note\n")
     with refuses("folder-of-captures", "a.npy, b.csv"):
         open_capture(tmp_path)
+
+
+def test_cloud_in_millimetres(tmp_path):
+    (tmp_path / "a.ptx").write_text(ptx(1000 * POINTS, (1000, 2000, 3000)))
+    cloud = open_capture(tmp_path / "a.ptx", options=ReadOptions(depth_scale=1000))[0].load().data
+    assert np.allclose(cloud.points, POINTS, atol=1e-9)
+    assert np.allclose(cloud.viewpoint, (1, 2, 3))

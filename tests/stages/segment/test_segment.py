@@ -11,7 +11,7 @@ from builders.errors import refuses
 from builders.paths import SAMPLES
 
 from doo3d.config import SegmentConfig
-from doo3d.types import Cloud, Frame, Image
+from doo3d.types import CameraView, Cloud, Frame, Image
 
 CONFIG = SegmentConfig()
 
@@ -40,8 +40,15 @@ def test_no_depth(mask):
 
 
 def test_no_depth_in_the_mask():
-    with refuses("mask-without-depth"):
+    with refuses("mask-without-depth", "black and shiny"):
         foreground_of(frame(np.where(SEEN, 0, 0.6)), CONFIG, SEEN)
+    wide = cv2.dilate(SEEN.astype(np.uint8), np.ones((17, 17), np.uint8)) > 0
+    with refuses("mask-without-depth", "black and shiny"):
+        foreground_of(frame(np.where(wide, 0, 0.6)), CONFIG, SEEN)
+    elsewhere = np.zeros(SEEN.shape)
+    elsewhere[:5] = 0.6
+    with refuses("mask-without-depth", "aligned"):
+        foreground_of(frame(elsewhere), CONFIG, SEEN)
 
 
 @pytest.mark.parametrize("mask", [None, SEEN])
@@ -90,6 +97,12 @@ def test_clouds_without_extent(points):
 def test_clouds_in_the_wrong_unit(factor):
     with refuses("points-unit", "depth_scale"):
         foreground_of(Cloud(factor * surface(wave(), RADIUS)), CONFIG)
+
+
+def test_fused_views_of_poses_in_the_wrong_unit():
+    view = CameraView(CAMERA, np.eye(4), SEEN, DEPTH)
+    with refuses("points-unit", "poses"):
+        foreground_of(Cloud(1e4 * surface(wave(), RADIUS), views=(view,)), CONFIG)
 
 
 def test_the_input_is_not_written_to():
