@@ -13,10 +13,12 @@ from ...errors import InputError
 from ...guard.guarding import guarded, read_bytes
 from ...guard.image_size import Size as Size
 from ...guard.image_size import announced_size
+from ...guard.isolation import isolated
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
 from .arrays import array_header, read_color_array, read_depth_array, to_metres
 from .camera_files import read_camera_file
+from .exr import read_exr
 from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
@@ -24,6 +26,8 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
 DEPTH_SUFFIXES = (*SUFFIXES, ".npy", ".raw")  # beside images: arrays that numpy.save wrote, depth of RealSense's Viewer
 PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
 _PNG = b"\x89PNG\r\n\x1a\n"
+_EXR = b"v/1\x01"
+_EXR_HEAD_BYTES = 1 << 16  # within which the size is announced
 _JPEG = b"\xff\xd8\xff"
 _SIGNATURES = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF, HEIC
     rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|II[*+]\0|MM\0[*+]|BM|GIF8|RIFF....WEBP|v/1\x01|\0\0\0\x0cjP  |"
@@ -51,6 +55,8 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
         return read_depth_array(path, scale, array_scale or 1.0)
     if path.suffix.lower() == ".raw":
         return to_metres(_without_saturated(_read_raw(path)), scale)
+    if path.suffix.lower() == ".exr":
+        return to_metres(_read_exr(path), scale, array_scale or 1.0)
     image = decode_image(path, cv2.IMREAD_UNCHANGED)
     if image.ndim != 2:
         sentence = f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?"
@@ -62,6 +68,18 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
             code="depth-type",
         )
     return to_metres(_without_saturated(image), scale, array_scale or 1.0)
+
+
+def _read_exr(path: Path) -> Array:
+    """Return the depth in an EXR image, decoded in the process for native readers after a check of its size."""
+    with guarded(path), path.open("rb") as file:
+        head = file.read(_EXR_HEAD_BYTES)
+    check_not_pointer(path, head[:64])
+    size = announced_size(head)
+    if not head.startswith(_EXR) or size is None:
+        raise InputError(f"{path}: is no EXR image, or damaged", code="file-damaged")
+    check_pixels(*size, str(path))
+    return isolated(read_exr, path, where=str(path))
 
 
 def _without_saturated(image: Array) -> Array:
@@ -219,6 +237,9 @@ def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:
     if "premature end" in native.text.lower() or (image is None and (_PNG.startswith(data[:8]) or _JPEG.startswith(data[:3]))):
         raise damaged
     if image is None:
+        if data.startswith(_EXR):
+            sentence = f"{path}: is an EXR image, of which only depth is read: save color and masks as PNG"
+            raise InputError(sentence, code="encoding-unsupported")
         if _HEIC.match(data):
             sentence = f"{path}: is a HEIC photo, which cannot be decoded: save it as JPEG or PNG"
             raise InputError(sentence, code="encoding-unsupported")

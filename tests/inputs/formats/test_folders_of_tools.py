@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from pathlib import Path
 
 import cv2
@@ -170,3 +171,44 @@ def test_damaged_camera_of_replicator(tmp_path, change):
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
     with refuses("intrinsics-invalid", "camera_params_0000.json"):
         open_capture(tmp_path)
+
+
+def save_exr(folder: Path, channels: dict[str, np.ndarray]) -> Path:
+    openexr = pytest.importorskip("OpenEXR")
+    save(folder / "rgb" / "0.png", COLOR)
+    save_camera(folder)
+    (folder / "depth").mkdir()
+    openexr.File({}, channels).write(str(folder / "depth" / "0.exr"))
+    return folder
+
+
+@pytest.mark.parametrize(
+    "channels",
+    [
+        {"R": METRES},
+        {"R": METRES, "G": METRES, "B": METRES},
+        {"ViewLayer.Combined.R": 0 * METRES, "ViewLayer.Combined.G": METRES + 1, "ViewLayer.Depth.Z": METRES},
+    ],
+)
+def test_depth_in_exr(tmp_path, channels):
+    check(save_exr(tmp_path, {name: image.astype(np.float32) for name, image in channels.items()}))
+
+
+def test_exr_without_depth(tmp_path):
+    folder = save_exr(tmp_path, {"R": METRES.astype(np.float32), "G": METRES.astype(np.float32) + 1})
+    with refuses("depth-shape", "0.exr", "R", "G"):
+        open_capture(folder)[0].load()
+
+
+def test_damaged_exr(tmp_path):
+    file = save_exr(tmp_path, {"R": METRES.astype(np.float32)}) / "depth" / "0.exr"
+    content = file.read_bytes()
+    huge = content.replace(struct.pack("<4i", 0, 0, WIDTH - 1, HEIGHT - 1), struct.pack("<4i", 0, 0, 1 << 20, 1 << 20))
+    for broken, code in (
+        (content[: len(content) // 2], "file-damaged"),
+        (content[:20], "file-damaged"),
+        (huge, "size-too-large"),
+    ):
+        file.write_bytes(broken)
+        with refuses(code, "0.exr"):
+            open_capture(tmp_path)[0].load()
