@@ -30,7 +30,7 @@ from .rig.calibration_files import find_pair_calibration
 from .support.camera_search import RECORDER_FILE, has_camera_file, scaled
 from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
 from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
-from .support.images import PHOTO_SUFFIXES, Size, first_size, is_image
+from .support.images import PHOTO_SUFFIXES, Size, decode_image, first_size, is_image, scaled_range
 from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
 from .support.listing import images_in, match_images, natural_key, role_of
 
@@ -44,6 +44,7 @@ _FLIP_Y = np.diag([1.0, -1.0, 1.0, 1.0])
 _ROWS_PER_POSE = 5  # in a .log file: three numbers, then a 4x4 matrix
 _MM_PER_M = 1000.0
 _MASKS = ("mask", "masks")
+_ALL_BITS = (0, 65535)  # range of 16-bit images that use it
 
 
 def _first_folder(path: Path, *names: str) -> Path | None:
@@ -351,9 +352,24 @@ def _photo_root(path: Path) -> Path:
     return folder.parent if path != folder and folder.name in ("color", "images", "rgb") else folder
 
 
+def _range_note(first: Path | None) -> list[str]:
+    """Return a note if the first photograph has 16 bits of which it uses few, so that photographs are scaled by their range."""
+    if first is None or first.suffix.lower() not in (".png", ".tif", ".tiff"):
+        return []
+    try:
+        image = decode_image(first, cv2.IMREAD_UNCHANGED)
+    except InputError:  # loading it reports the error
+        return []
+    low, high = scaled_range(image) if image.dtype == np.uint16 else _ALL_BITS
+    if (low, high) == _ALL_BITS:
+        return []
+    return [f"{first.name} has 16 bits and values from {low:.0f} to {high:.0f}: each such image is scaled by its range"]
+
+
 def _list_photos(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
     folder = _first_folder(_photo_root(path), *_MASKS)
     masks = images_in(folder, PHOTO_SUFFIXES) if folder else {}
+    notes += _range_note(path if not path.is_dir() else next(iter(_photos_in(_photo_folder(path)).values()), None))
     if not path.is_dir():
         return [Files(path.stem, color=path, masks=(masks[path.stem],) if path.stem in masks else ())]
     photos = _photos_in(_photo_folder(path))

@@ -67,6 +67,11 @@ def _remedy_of(suffixes: Sequence[str]) -> str:
 
 
 def _remedy_of_folder(inside: Sequence[Path]) -> str:
+    if any(item.name == "meta" and (item / "info.json").is_file() for item in inside):
+        return (
+            "if it is a LeRobot dataset, load its frames in Python with lerobot's LeRobotDataset, which turns the codes of depth "
+            f"videos into metres, and save them with {_SAVE}"
+        )
     if any(item.suffix.lower() in PHOTO_SUFFIXES for folder in inside if folder.is_dir() for item in _first_files(folder)):
         return "call the sub-folders of the images depth and color"
     suffixes = Counter(item.suffix.lower() for item in inside[:_MAX_LOOKED_AT] if not item.is_dir())

@@ -101,3 +101,11 @@ def test_unknown_file_is_answered_with_what_would_make_it_readable(tmp_path, nam
     (tmp_path / name).write_bytes(b"\x01\x02nothing known")
     with refuses("format-unknown", name, part):
         open_capture(tmp_path / name)
+
+
+def test_dataset_of_lerobot_is_named(tmp_path):
+    (tmp_path / "meta").mkdir()
+    (tmp_path / "meta" / "info.json").write_text('{"codebase_version": "v3.0"}')
+    (tmp_path / "videos").mkdir()
+    with refuses("format-unknown", "LeRobotDataset", "numpy.savez"):
+        open_capture(tmp_path)

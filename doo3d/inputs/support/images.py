@@ -38,6 +38,8 @@ _HEIC = re.compile(rb"....ftyp(?:he[iv][cx]|mif1)", re.DOTALL)
 _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's compressed data
 _MAX_TRIED = 5  # images whose headers are read for their size; no more are damaged
 _SATURATED = np.iinfo(np.uint16).max  # of a depth image: no measurement, as 7-Scenes says and saturated sensors mean
+_FEW_BITS = 1 << 14  # values below: cameras of 12 and 14 bits, and microscopes, stored in 16
+_DARKEST = 0.01  # percent of the pixels that may be darker or brighter than the range: hot pixels
 _COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
 
 
@@ -198,11 +200,19 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
     return mask
 
 
+def scaled_range(image: Array) -> tuple[float, float]:
+    """Return the values of a 16-bit image that become 0 and 255: those of its type, or its own where these use few bits."""
+    low, high = np.percentile(image, (_DARKEST, 100 - _DARKEST)).tolist()
+    return (low, high) if high < _FEW_BITS else (0, _SATURATED)
+
+
 def _eight_bits(path: Path, image: Array) -> Array:
     if image.dtype == np.uint8:
         return image
     if image.dtype == np.uint16:
-        return np.asarray(cv2.convertScaleAbs(image, alpha=255 / 65535))
+        low, high = scaled_range(image)
+        scale = 255 / max(high - low, 1)
+        return np.asarray(cv2.convertScaleAbs(np.clip(image, int(low), int(high)), alpha=scale, beta=-low * scale))
     if np.issubdtype(image.dtype, np.floating) and ((image >= 0) & (image <= 1)).all():
         return np.asarray(cv2.convertScaleAbs(image, alpha=255.0))
     raise InputError(

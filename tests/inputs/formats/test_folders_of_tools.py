@@ -204,6 +204,7 @@ def test_damaged_exr(tmp_path):
     file = save_exr(tmp_path, {"R": METRES.astype(np.float32)}) / "depth" / "0.exr"
     content = file.read_bytes()
     huge = content.replace(struct.pack("<4i", 0, 0, WIDTH - 1, HEIGHT - 1), struct.pack("<4i", 0, 0, 1 << 20, 1 << 20))
+    (frame,) = open_capture(tmp_path)
     for broken, code in (
         (content[: len(content) // 2], "file-damaged"),
         (content[:20], "file-damaged"),
@@ -211,4 +212,4 @@ def test_damaged_exr(tmp_path):
     ):
         file.write_bytes(broken)
         with refuses(code, "0.exr"):
-            open_capture(tmp_path)[0].load()
+            frame.load()

@@ -305,3 +305,18 @@ def test_heic(tmp_path):
 def test_two_photographs_of_one_stem(album):
     put(album / "9.jpg", picture())
     refused(album, "names-clash", "9.jpg")
+
+
+def test_photograph_of_16_bits_with_few_values(tmp_path):
+    image = np.full((40, 60), 80, np.uint16)
+    image[20, 5:55] = 560
+    assert cv2.imwrite(str(tmp_path / "a.tif"), image)
+    capture = open_capture(tmp_path / "a.tif")
+    color = capture[0].load().data.color
+    assert (color[20, 5:55] == 255).all()
+    assert (color[21] == 0).all()
+    assert any("values from 80 to 560" in note for note in capture.notes)
+    assert cv2.imwrite(str(tmp_path / "b.tif"), image * 100)
+    capture = open_capture(tmp_path / "b.tif")
+    assert capture[0].load().data.color.max() == round(56000 * 255 / 65535)
+    assert not capture.notes
