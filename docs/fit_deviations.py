@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from fit_confidence import rendered
+from confidence_frames import rendered
 from scipy.optimize import minimize
 
 from doo3d import Cloud, DooError, load_config
@@ -67,7 +67,7 @@ def collect(cache: Path | None, seeds: dict[str, tuple[int, ...]]) -> Iterator[J
     """Detect in the scenes of all families and sensors, and yield the joints of right chains."""
     for sensor, numbers in seeds.items():
         for case in scene_cases(list(FAMILIES), list(numbers), sensor, (1280, 720)):
-            known, seed = rendered(f"{sensor}_{case.name}", case.load, cache), int(case.name.rpartition("_")[2])
+            known, seed = rendered(case, cache), int(case.name.rpartition("_")[2])
             ragged = ragged_mask(known.mask, family_rng(f"{case.name}/ragged", 0))
             for name, mask in (("true", known.mask), ("ragged", ragged)):
                 yield from joints_of(known.data, mask, known.truths, (sensor, name, seed))

@@ -249,7 +249,8 @@ def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, 
     crossings = branched.without_junctions(find_crossings(branched.chains, context, config.crossings))
     dropped = sum(item.length for item in merged.dropped if item.setting == "merge.chains")
     bodies = [item.chains for item in branched.objects]
-    chains, evidence = with_confidence(branched.chains, crossings, dropped, context, config, bodies)
+    joined = {end for junction in branched.junctions for end in junction.ends}
+    chains, evidence = with_confidence(branched.chains, dropped, context, config, bodies, joined)
     clock("crossings")
     products = segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings
     stages = Stages(*products, clock.seconds, evidence=evidence, branched=branched)
@@ -492,11 +493,8 @@ def _finite_rows(cloud: Cloud, mask: Array) -> Array:
 
 def _is_doubtful(stages: Stages, config: Config) -> bool:
     """Return whether a frame shows no chain, or one of low confidence."""
-    shown = (
-        chain.confidence
-        for chain, evidence in zip(stages.chains, stages.evidence, strict=True)
-        if chain.confidence >= config.output.min_confidence or not evidence.may_be_clutter
-    )
+    least = 0.0 if object_given(stages, config) else config.output.min_confidence
+    shown = (chain.confidence for chain in stages.chains if chain.confidence >= least)
     return min(shown, default=0.0) < DOUBTFUL_CONFIDENCE
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from builders.paths import ROOT
 
 from doo3d.runs.frame_record import FrameRecord
-from doo3d.stages.confidence.evidence import TOLD, UNTOLD, UNTOLD_IMAGE, UNTOLD_NETWORK
+from doo3d.stages.confidence.evidence import AUTO, GIVEN
 from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef
 
 PAGES = ROOT / "docs" / "pages"
@@ -55,6 +55,6 @@ def test_keys_of_a_frame_in_the_manifest():
 def test_weights_of_the_confidence():
     text = (PAGES / "how-it-works.md").read_text(encoding="utf-8")
     rows = text[text.index("| evidence | amount |") :].split("\n\n")[0].splitlines()[2:]
-    columns = zip(*(row.split("|")[3:7] for row in rows), strict=True)
+    columns = zip(*(row.split("|")[3:5] for row in rows), strict=True)
     stated = [sorted(float(cell) for cell in column if cell.strip()) for column in columns]
-    assert stated == [sorted(weights.values()) for weights in (TOLD, UNTOLD, UNTOLD_IMAGE, UNTOLD_NETWORK)]
+    assert stated == [sorted(weights.values()) for weights in (GIVEN, AUTO)]

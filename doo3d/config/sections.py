@@ -117,7 +117,7 @@ class RefineConfig(Section):
     )
     min_radius_ratio: float = expert(
         0.0,
-        "Remove chains thinner than this fraction of the thickest chain's radius, such as lines of the background. 0 "
+        "Remove chains thinner than this fraction of a longer chain's radius, such as lines of the background. 0 "
         "to below 1; 0 turns it off. Lower it for objects of different widths.",
         ge=0,
         lt=1,

@@ -347,7 +347,7 @@ def _refine(stages: Stages, in_words: _Lengths) -> Account:
     # chains are cut at junctions, so that their number does not say how many were dropped
     dropped = len(stages.filled) - len(stages.chains) - len(stages.unchosen) if not stages.context.branches else 0
     refined = (*stages.chains, *stages.unchosen)
-    reason = "shorter than half a segment, or thin beside the thickest (refine.min_radius_ratio)"
+    reason = "shorter than half a segment, or thin beside a longer chain (refine.min_radius_ratio)"
     return Account(
         "refine",
         f"{counted(len(refined), 'chain')}: {', '.join(in_words(chain.length) for chain in refined)}",

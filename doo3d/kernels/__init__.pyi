@@ -2396,16 +2396,16 @@ def strand_sides(
     core, sides, color_sides
         radii from the axis at which the strand itself is looked at, and the depth and the color of a side.
     limits
-        (8,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
+        (7,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
         radii by which a strand rises at least; standard deviation in radii above which depth tells nothing; standard deviations
-        per median absolute deviation; difference of colors that is noise; the ratio of colors at most.
+        per median absolute deviation; share of the samples whose contrast is lower than the one returned.
 
     Returns
     -------
     flat : by how much more than half of the windows the strand does not rise from both sides, 0 to 1. The rise is the median in a
         window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
-    edge : difference of the mean 8-bit CIELAB colors of the sides over that of the strand to the nearer one plus noise, in the
-        median of the samples; 0 without color.
+    contrast : difference of the strand's color to the more similar side at the sample below which `limits` has the share of
+        samples, in 8-bit CIELAB; infinite without color.
     """
 
 def strands_ahead(
@@ -2450,44 +2450,6 @@ def strands_ahead(
     Returns
     -------
     (E, C) bool
-    """
-
-def strands_beside(
-    view: Floats,
-    tangents: Floats,
-    bounds: Ints,
-    reach: Floats,
-    along: Floats,
-    around: Floats,
-    reaches: float,
-    apart: float,
-    min_cosine: float,
-    max_pairs: float,
-) -> NDArray[np.bool_]:
-    """Tell which samples of chains have another strand beside them in the view, nearly parallel.
-
-    Parameters
-    ----------
-    view, tangents
-        (S, 2) float64, position in the view of S samples, of C chains one after the other, and the unit tangent there
-    bounds
-        (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
-    reach, along
-        (S,) float64, radius of the strand in the view, and position along the chain
-    around
-        (C,) float64, length of a closed chain, in the unit of `along`; infinite for an open one
-    reaches
-        two strands are beside each other if they are nearer than this many of the larger `reach`
-    apart
-        difference of `along` from which on two samples of one chain are of two strands
-    min_cosine
-        cosine of the angle between the two strands at least
-    max_pairs
-        pairs of samples that are compared at most, or one of two samples, of four and so on is taken for its neighbors
-
-    Returns
-    -------
-    (S,) bool
     """
 
 def surface_ahead(

@@ -36,6 +36,9 @@ DOUBTFUL_LENGTH_RADII = 60.0
 """Length of an object in radii from which on it is doubtful, and not left out, where its confidence is below the threshold: what
 is as long as 30 of its widths is more often a cable than an edge, a finger or a tool, whatever else speaks against it."""
 
+MIN_DOUBTFUL_CONFIDENCE = 0.01
+"""Confidence from which on an object is doubtful: below, four of five frames without a cable would hold one."""
+
 MODES = ("3d", "2d")
 MAX_ID = 2**63
 """Ids are below: those of other programs are of 64 bits."""
@@ -448,8 +451,8 @@ class Detection(Drawn):
 
         An object is as confident as its most confident chain: of a branched one all chains are kept, or none. Crossings and
         junctions of the other objects are removed. Of these objects, those at least 60 times as long as their radius become
-        `doubtful`, and the most confident one if no chain is left, unless its confidence is 0. The rest is left out, and a note
-        counts it.
+        `doubtful`, and the most confident one if no chain is left, unless its confidence is below 0.01. The rest is left out, and
+        a note counts it.
 
         min_confidence : 0 to 1; 0 keeps all.
 
@@ -466,7 +469,7 @@ class Detection(Drawn):
         kept = sorted(k for body in bodies if confidence_of(body) >= min_confidence for k in body)
         if len(kept) == len(self.chains):
             return self
-        low = [body for body in bodies if 0 < confidence_of(body) < min_confidence]
+        low = [body for body in bodies if MIN_DOUBTFUL_CONFIDENCE <= confidence_of(body) < min_confidence]
         best = [max(low, key=confidence_of)] if low and not kept else []
         doubted = {k for body in low if body in best or self._is_long(body) for k in body}
         doubtful = (*self.doubtful, *(self.chains[k] for k in sorted(doubted)))

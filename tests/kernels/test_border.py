@@ -151,13 +151,10 @@ CALLS = {
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
-        np.array([1.0, 0.5, 16.0, 0.4, 1.0, 1.5, 6.0, 2.0]),
+        np.array([1.0, 0.5, 16.0, 0.4, 1.0, 1.5, 0.2]),
     ),
     "strands_ahead": (
         POINTS, POINTS, POINTS, POINTS, np.ones(6), np.ones(6), POINTS, np.ones(6), np.array([0, 6]), 0.5, 1.0, 0.1, 0.1,
-    ),
-    "strands_beside": (
-        POINTS[:, :2].copy(), POINTS[:, :2].copy(), np.array([0, 6]), np.ones(6), np.arange(6.0), np.ones(1), 2.0, 1.0, 0.5, 1e2,
     ),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
     "surface_beside": (

@@ -17,7 +17,7 @@ from doo3d.stages.confidence import Evidence, interpretations, most_probable, ot
 from doo3d.types import Chain, Foreground
 
 CONFIG = doo3d.load_config("default")
-DOUBT = Evidence(unclaimed=1.0)
+DOUBT = Evidence(residual=3.0)
 
 
 def chains_of(*evidence: Evidence) -> tuple[list[Chain], list[Evidence]]:
@@ -57,7 +57,7 @@ def test_strands_found_by_shape_and_clouds_need_no_other_interpretation(foregrou
 
 
 def test_clutter_that_is_left_out_makes_no_frame_uncertain(foreground):
-    stray = Evidence(stray=1.0, unclaimed=1.0)
+    stray = Evidence(stray=1.0, stubby=4.0, residual=3.0)
     assert stray.confidence < CONFIG.output.min_confidence
     assert other_interpretations(*chains_of(Evidence(), stray), foreground, CONFIG) == ()
 
@@ -81,7 +81,7 @@ def test_of_equal_interpretations_the_first_is_kept_without_loss():
 
 
 def test_interpretations_are_told_apart_where_their_confidence_is_zero():
-    best, (evidence,) = most_probable([[Evidence(undecided=2000.0)], [Evidence(undecided=1000.0)]], CONFIG)
+    best, (evidence,) = most_probable([[Evidence(bend=2000.0)], [Evidence(bend=1000.0)]], CONFIG)
     assert best == 1
     assert evidence.confidence == 0.0
 

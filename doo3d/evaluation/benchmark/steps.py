@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import logit
 
-from ...stages.confidence.evidence import TOLD
+from ...stages.confidence.evidence import GIVEN
 from .trials import BRANCHED
 
 _STAGES = "doo3d.stages"
@@ -89,8 +89,8 @@ class _NoSupport:
 
 
 def _confidence_without(kind: str) -> Ablation:
-    weights = {name: 0.0 if name == kind else weight for name, weight in TOLD.items()}
-    return Ablation(places={f"{_STAGES}.confidence.evidence:TOLD": weights}, made_for=("frames", "stereo", "ragged", "images"))
+    weights = {name: 0.0 if name == kind else weight for name, weight in GIVEN.items()}
+    return Ablation(places={f"{_STAGES}.confidence.evidence:GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
 
 
 DEPTH = ("stereo", "ragged")
@@ -206,6 +206,6 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.branches.clouds",),
         made_for=("harness clouds",),
     ),
-    **{f"confidence by {kind}": _confidence_without(kind) for kind in TOLD if kind != "base"},
+    **{f"confidence by {kind}": _confidence_without(kind) for kind in GIVEN if kind != "base"},
 }
 """Name of a step -> how it is taken out."""

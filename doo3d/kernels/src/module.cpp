@@ -49,7 +49,6 @@ void bind_strand_depth(Module&);
 void bind_strand_places(Module&);
 void bind_strand_sides(Module&);
 void bind_strands_ahead(Module&);
-void bind_strands_beside(Module&);
 void bind_strokes(Module&);
 void bind_surface_ahead(Module&);
 void bind_surface_beside(Module&);
@@ -115,7 +114,6 @@ NB_MODULE(_native, native) {
     bind_strand_places(m);
     bind_strand_sides(m);
     bind_strands_ahead(m);
-    bind_strands_beside(m);
     bind_strokes(m);
     bind_surface_ahead(m);
     bind_surface_beside(m);

@@ -1,4 +1,4 @@
-// A strand and what lies on both of its sides: whether the strand rises from these, and whether they have one color.
+// A strand and what lies on both of its sides: whether the strand rises from these, and differs from them in color.
 #include "lab.h"
 #include "medians.h"
 
@@ -7,7 +7,7 @@
 namespace {
 
 struct SideLimits {
-    double margin, min_reach, window, rise, max_noise, per_median, color_noise, max_edge;
+    double margin, min_reach, window, rise, max_noise, per_median, low_share;
 };
 
 double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::min(a, b); }
@@ -110,16 +110,18 @@ Color mean_color(const Across& strand, const Volume<Byte>& color, Index sample, 
     return mean;
 }
 
-// Return the difference of the colors on both sides over the contrast of the strand, in the median.
-double edge_ratio(const Across& strand, const Volume<Byte>& color, const Vector<double>& core, const Vector<double>& sides) {
-    std::vector<double> ratios;
+// Return the contrast of the strand with the more similar side that a share of the samples is below; infinite without pixels.
+double low_contrast(const Across& strand, const Volume<Byte>& color, const Vector<double>& core, const Vector<double>& sides) {
+    std::vector<double> contrasts;
     for (Index i = 0; i < strand.samples(); ++i) {
-        const Color own = mean_color(strand, color, i, core, 0), left = mean_color(strand, color, i, sides, -1);
-        const Color right = mean_color(strand, color, i, sides, 1);
-        const double ratio = (left - right) / (smaller(own - left, own - right) + strand.limits.color_noise);
-        if (std::isfinite(ratio)) ratios.push_back(ratio);
+        const Color own = mean_color(strand, color, i, core, 0);
+        const double contrast = smaller(own - mean_color(strand, color, i, sides, -1), own - mean_color(strand, color, i, sides, 1));
+        if (std::isfinite(contrast)) contrasts.push_back(contrast);
     }
-    return ratios.empty() ? 0.0 : std::min(median(ratios), strand.limits.max_edge);
+    if (contrasts.empty()) return INFINITY;
+    const auto low = contrasts.begin() + std::ptrdiff_t(strand.limits.low_share * double(contrasts.size() - 1));
+    std::nth_element(contrasts.begin(), low, contrasts.end());
+    return *low;
 }
 
 auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vector<double> reach, double radius, Matrix<float> depth,
@@ -129,13 +131,13 @@ auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vect
     require(depth.shape(0) * depth.shape(1) == 0 || (depth.shape(0) == height && depth.shape(1) == width), "depth and mask differ in size");
     const bool colored = color.shape(0) * color.shape(1) > 0;
     require(!colored || (color.shape(0) == height && color.shape(1) == width && color.shape(2) == CHANNELS), "color is not (H, W, 3)");
-    require(samples > 0 && limits.shape(0) == 8, "there are no samples, or limits are not (8,)");
+    require(samples > 0 && limits.shape(0) == 7, "there are no samples, or limits are not (7,)");
     const Across strand{{view, across, mask, samples}, reach,
-                        {limits(0), limits(1), limits(2), limits(3), limits(4), limits(5), limits(6), limits(7)}};
+                        {limits(0), limits(1), limits(2), limits(3), limits(4), limits(5), limits(6)}};
     count_visits(Index(samples * (core.shape(0) + 2 * sides.shape(0) + 2 * color_sides.shape(0))));
     nb::gil_scoped_release released;
     const double flat = depth.shape(0) * depth.shape(1) > 0 ? flat_share(strand, depth, core, sides, radius) : 0.0;
-    return std::make_pair(flat, colored ? edge_ratio(strand, color, core, color_sides) : 0.0);
+    return std::make_pair(flat, colored ? low_contrast(strand, color, core, color_sides) : INFINITY);
 }
 
 }  // namespace
@@ -158,16 +160,16 @@ void bind_strand_sides(Module& m) {
     // core, sides, color_sides
     //     radii from the axis at which the strand itself is looked at, and the depth and the color of a side.
     // limits
-    //     (8,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
+    //     (7,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
     //     radii by which a strand rises at least; standard deviation in radii above which depth tells nothing; standard deviations
-    //     per median absolute deviation; difference of colors that is noise; the ratio of colors at most.
+    //     per median absolute deviation; share of the samples whose contrast is lower than the one returned.
     //
     // Returns
     // -------
     // flat : by how much more than half of the windows the strand does not rise from both sides, 0 to 1. The rise is the median in a
     //     window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
-    // edge : difference of the mean 8-bit CIELAB colors of the sides over that of the strand to the nearer one plus noise, in the
-    //     median of the samples; 0 without color.
+    // contrast : difference of the strand's color to the more similar side at the sample below which `limits` has the share of
+    //     samples, in 8-bit CIELAB; infinite without color.
     m.def("strand_sides", &strand_sides, "view"_a.noconvert(), "across"_a.noconvert(), "reach"_a.noconvert(), "radius"_a,
           "depth"_a.noconvert(), "color"_a.noconvert(), "mask"_a.noconvert(), "core"_a.noconvert(), "sides"_a.noconvert(),
           "color_sides"_a.noconvert(), "limits"_a.noconvert());

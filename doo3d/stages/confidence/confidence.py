@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -15,15 +15,16 @@ from ...config import Config
 from ...facts.frame_facts import facts_of
 from ...geometry.curves import Curves
 from ...geometry.depth_support import DepthSupport, depth_support
-from ...geometry.limits import MAX_CELLS, MAX_SAMPLES
+from ...geometry.limits import MAX_SAMPLES
+from ...geometry.polyline import unit
 from ...geometry.projection import Projection
 from ...geometry.radii import STEP_RADII
-from ...kernels import percentiles, strands_beside, turn_cosines
-from ...types import Array, Chain, Crossing, Floats, Foreground, Ints
+from ...kernels import percentiles, turn_cosines
+from ...types import Array, Chain, Floats, Foreground, Ints
 from .. import FrameContext
 from .deviations import deviations_of
 from .evidence import Evidence
-from .looks import Looks, looks_of
+from .looks import looks_of
 
 BEND_SAMPLES = 4
 """Samples on either side of another one between which a chain turns: two radii."""
@@ -34,10 +35,6 @@ SUPPORTED_SHARE = 0.5
 RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = np.array((90.0,)), 3.0
 """Percentile over a chain's segments of the difference of its readings, and the most that counts."""
 
-BESIDE_RADII, BESIDE_ANGLE, APART_RADII = 2.0, math.radians(25), 8.0
-"""Radii in the view within which another strand is beside one, the angle between them at most, and the radii along a chain from
-which on it counts as another strand."""
-
 CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
 """Distance in the view from an axis within which a pixel of the mask is that chain's."""
 
@@ -47,8 +44,14 @@ DRAWN_EVERY = 3
 MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 """px; positions farther out are not drawn, and the widest line that can be."""
 
-STRAY_LENGTH_SHARE = 0.2
-"""Share of the longest object's length up to which another one may be a stub of noise or clutter beside it."""
+AHEAD_RADII, AHEAD_ACROSS_RADII = np.linspace(1.5, 4.0, 6), np.array((-0.5, 0.0, 0.5))
+"""Radii ahead of an end, and across, at which the mask is looked at: beyond the rounding of a tip, as wide as half the strand."""
+
+END_SAMPLES = 8
+"""Samples from an end over which its direction is taken: four radii."""
+
+STRAY_RATIO = 5.0
+"""How many times as long for its radius another object is beside a stray: a stub, a blob of noise, clutter."""
 
 MAX_DROPPED_RADII = 20.0
 """Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
@@ -56,11 +59,11 @@ MAX_DROPPED_RADII = 20.0
 
 def with_confidence(
     chains: Sequence[Chain],
-    crossings: Sequence[Crossing],
     dropped: float,
     context: FrameContext,
     config: Config,
     bodies: Sequence[Sequence[int]] | None = None,
+    joined: Collection[tuple[int, int]] = (),
 ) -> tuple[list[Chain], list[Evidence]]:
     """Return the chains with their confidence and the deviations of their joints, and the evidence that confidence comes from.
 
@@ -68,16 +71,16 @@ def with_confidence(
     ----------
     chains
         the chains of one frame, m (px in 2-D).
-    crossings
-        where they cross in the view.
     dropped
         length of the pieces dropped because of the wanted number of chains, m (px in 2-D).
     context
         the data of the frame.
     config
-        the settings: `merge.chains` tells whether the number of objects is given, `segment.max_width` how wide one may be.
+        the settings: `segment.max_width` says how wide an object may be.
     bodies
         indices of the chains of each branched object; None if each chain is an object.
+    joined
+        the chain ends, (index of the chain, 0 for its first joint or 1 for its last), that meet at junctions.
 
     Returns
     -------
@@ -87,41 +90,34 @@ def with_confidence(
         return [], []
     foreground = context.foreground
     lengths = _object_lengths(chains, bodies)
-    longest = int(np.argmax(lengths))
+    slender = [length / chain.radius if chain.radius > 0 else math.inf for length, chain in zip(lengths, chains, strict=True)]
+    most_slender = max(filter(math.isfinite, slender), default=0.0)
     curves = Curves.of([chain.joints for chain in chains])
     samples = _samples(curves, chains, context.view)
-    beside = _beside(samples, chains)
     turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
     support = depth_support(curves, [chain.radius for chain in chains], foreground)
     doubts = _depth_doubts(curves, chains, support)
     deviations = deviations_of(curves, chains, support, foreground) if curves.points.shape[1] == 3 else [None] * len(chains)
     unclaimed = np.sqrt(_unclaimed(samples, foreground)).tolist()
+    ahead = _mask_ahead(samples, chains, foreground, joined)
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
         unsupported, residual = doubts[i]
-        is_stray = config.merge.chains is None and lengths[i] <= STRAY_LENGTH_SHARE * lengths[longest]
-        looks = Looks()
-        if is_stray or not foreground.is_told:
-            looks = looks_of(chain, lengths[i], samples.view[i], samples.reach[samples.view.parts[i]], foreground)
+        looks = looks_of(chain, lengths[i], samples.view[i], samples.reach[samples.view.parts[i]], foreground)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
                 unsupported=math.sqrt(unsupported),
                 residual=residual,
                 bend=turns[i],
-                undecided=sum(1 - each.confidence for each in crossings if i in (each.upper.chain, each.lower.chain)),
-                beside=math.sqrt(beside[i]),
                 unclaimed=unclaimed[i],
                 dropped=share_dropped,
+                mask_ahead=ahead[i],
                 **looks._asdict(),
-                stray=float(is_stray),
-                odd=_radius_ratio(chain, chains[longest]) if is_stray else 0.0,
+                stray=float(STRAY_RATIO * slender[i] <= most_slender),
                 is_wide=not foreground.is_told and foreground.camera is not None and 2 * chain.radius > config.segment.max_width,
                 is_told=foreground.is_told,
-                is_in_view=foreground.camera is not None,
-                is_planar=chain.joints.shape[1] == 2,
-                is_judged=foreground.probability is not None and not foreground.is_told,
             )
         )
     if not foreground.is_told:
@@ -148,21 +144,15 @@ def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]] | N
     return lengths
 
 
-def _radius_ratio(first: Chain, second: Chain) -> float:
-    """Return the logarithm of the ratio of two radii, absolute; 0 if one is unknown."""
-    return abs(math.log(first.radius / second.radius)) if first.radius > 0 and second.radius > 0 else 0.0
-
-
 @dataclass(frozen=True)
 class _Samples:
     """S samples along all of C chains, one chain after the other.
 
-    view : the samples as curves in the view. reach : (S,), radius in the view. along : (S,) radii, position along the chain.
+    view : the samples as curves in the view. reach : (S,), radius in the view.
     """
 
     view: Curves
     reach: Floats
-    along: Floats
 
 
 def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samples:
@@ -170,14 +160,13 @@ def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samp
     radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
     spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
     samples, _ = curves.sampled(spacing, np.ceil(curves.lengths / spacing).astype(int), curves.closed)
-    along = (np.arange(len(samples.points)) - samples.bounds[samples.owner]) * spacing[samples.owner]
     positions = view.project(samples.points)
     seen = np.isfinite(positions).all(axis=1)
     owner = samples.owner[seen]
     reach = radius[owner] * view.scale(view.distance(samples.points[seen]))
     starts = np.searchsorted(owner, np.arange(len(chains) + 1))
     in_view = Curves(np.ascontiguousarray(positions[seen]), starts, curves.closed)
-    return _Samples(in_view, reach, along[seen] / radius[owner])
+    return _Samples(in_view, reach)
 
 
 def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport | None) -> list[tuple[float, float]]:
@@ -194,13 +183,31 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport
     return doubts
 
 
-def _beside(samples: _Samples, chains: Sequence[Chain]) -> list[float]:
-    """Return for each chain the share of its samples that have another strand beside them in the view, nearly parallel."""
-    around = np.array([chain.length / chain.radius if chain.closed else np.inf for chain in chains])
-    view, alike = samples.view, (BESIDE_RADII, APART_RADII, math.cos(BESIDE_ANGLE), MAX_CELLS)
-    flags = strands_beside(view.points, view.tangents, view.bounds, samples.reach, samples.along, around, *alike)
-    total = np.append(0, np.cumsum(flags))[view.bounds]
-    return [float(share) for share in np.diff(total) / np.maximum(view.counts, 1)]
+def _mask_ahead(
+    samples: _Samples, chains: Sequence[Chain], foreground: Foreground, joined: Collection[tuple[int, int]]
+) -> list[float]:
+    """Return for each chain the share of the pixels ahead of its ends that are in the mask, summed over both ends, 0 to 2.
+
+    Where the mask continues ahead of an end, there is no tip: the object continues, or the end is at the side of another strand.
+    Ends that are `joined` at a junction do not count.
+    """
+    view, mask, shares = samples.view, foreground.mask, [0.0] * len(chains)
+    is_open = [not chain.closed and view.counts[i] > 1 for i, chain in enumerate(chains)]
+    ends = [(i, side) for i in range(len(chains)) for side in (0, 1) if is_open[i] and (i, side) not in joined]
+    if mask is None or not ends:
+        return shares
+    owner, side = np.array(ends).T
+    tips = np.where(side, view.bounds[owner + 1] - 1, view.bounds[owner])
+    inward = np.minimum(END_SAMPLES, view.counts[owner] - 1)
+    forward = unit(view.points[tips] - view.points[tips + np.where(side, -inward, inward)])
+    across = forward[:, ::-1] * (-1, 1)
+    offsets = AHEAD_RADII[:, None, None] * forward[:, None, None] + AHEAD_ACROSS_RADII[:, None] * across[:, None, None]
+    pixels = np.rint(view.points[tips, None, None] + samples.reach[tips, None, None, None] * offsets)
+    in_view = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1)
+    u, v = np.where(in_view[..., None], pixels, 0).astype(int).transpose(3, 0, 1, 2)
+    for i, share in zip(owner.tolist(), (in_view & mask[v, u]).mean(axis=(1, 2)).tolist(), strict=True):
+        shares[i] += share
+    return shares
 
 
 def _unclaimed(samples: _Samples, foreground: Foreground) -> Floats:

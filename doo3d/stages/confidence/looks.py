@@ -1,9 +1,9 @@
-"""How little a chain looks like a cable by itself, where nobody said what the object is.
+"""How little a chain looks like a cable by itself.
 
 A segmentation that looks for strands by their shape alone also takes edges of boxes and tables, fingers, tools and shadows for
 strands. They differ from a cable in what is measured here: they are short for their width, their width changes, they do not rise
-on both sides from what lies beside them, or they lie between two surfaces of different colors. In a photograph a network says how
-probable each pixel is, and most cables leave the view, which rods do not.
+on both sides from what lies beside them, or hardly differ from it in color. In a photograph a network says how probable each
+pixel is.
 """
 
 from __future__ import annotations
@@ -15,15 +15,14 @@ import cv2
 import numpy as np
 from scipy.special import logit
 
-from ...geometry.noise import COLOR_NOISE, MAD_TO_DEVIATION
+from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import unit
 from ...geometry.radii import CORE_OFFSETS
 from ...kernels import percentiles, strand_sides
 from ...types import Array, Chain, Floats, Foreground
 
-CABLE_WIDTHS = 40.0
-"""Widths of length from which on a chain is as long as a cable's: 95 % of the right chains in the rendered scenes are longer, and
-half of the others are shorter than a quarter of it."""
+CABLE_WIDTHS = 350.0
+"""Widths of length from which on a chain cannot look more like a cable: 5 m of one that is 14 mm wide."""
 
 UNEVEN_PERCENTILES, MAX_UNEVEN = np.array((15.0, 50.0, 85.0)), 0.5
 """Percentiles of the radii along a chain: the difference of the outer two over the median tells how uneven it is. And the most
@@ -44,18 +43,20 @@ above which depth does not tell a flat strand from one that rises: a cable on a 
 MIN_FLAT_REACH_PX = 2.0
 """Radius in the view, px, below which depth does not show whether a strand rises: the windows of a stereo camera are wider."""
 
-MAX_EDGE = 2.0
-"""Differences of the colors on both sides, over the contrast of the strand, that count at most."""
+CLEAR_CONTRAST, MIN_CONTRAST, LOW_CONTRAST_SHARE = 40.0, 2.0, 0.2
+"""Difference in 8-bit CIELAB between a strand and its more similar side from which on it stands out clearly, the least that
+counts, and the share of the samples whose contrast may be lower: half of the right chains in photographs have about as much, half
+of the clutter a third of it."""
 
 SURE_ODDS, DOUBTFUL_ODDS, CLEAR_ODDS = logit((0.95, 0.5, 0.995)).tolist()
 """Logarithms of the odds of pixels. Of the mean over an axis: above which a network is sure, and below which it cannot doubt
 more, so that a network alone leaves out no strand that has nothing else against it. Of one pixel: beyond which more says nothing.
-Chosen with the kinds of evidence on the frames of docs/measure_without_cable.py and the photographs."""
+Chosen on rendered scenes without a cable and on photographs."""
 
 SIDE_LIMITS = np.array(
     (
         *(SIDE_MARGIN_PX, MIN_FLAT_REACH_PX, FLAT_WINDOW_SAMPLES, FLAT_RISE_RADII),
-        *(MAX_RISE_NOISE_RADII, MAD_TO_DEVIATION, COLOR_NOISE, MAX_EDGE),
+        *(MAX_RISE_NOISE_RADII, MAD_TO_DEVIATION, LOW_CONTRAST_SHARE),
     )
 )
 """The numbers above in the order in which the kernel takes them."""
@@ -71,24 +72,21 @@ class Looks(NamedTuple):
     uneven
         spread of its radius where it is seen, in medians of the radius.
     flat
-        1 if it does not rise from both sides, 0 if at least half of it does, in between linear; 0 without depth.
-    edge
-        difference of the colors on its two sides over that of its own color to the nearer of them, median over its samples, at
-        most 2: a strand lies on one surface, the edge of a box is between two. 0 without color.
+        1 if it does not rise from both sides, 0 if at least half of it does, in between linear; 0 without depth, and where the
+        object is given.
+    faint
+        logarithm of CLEAR_CONTRAST over the contrast of its color with the more similar side, which 80 % of its samples exceed.
+        0 without color, and where the object is given.
     doubted
         by how much the logarithm of the odds of the pixels on its axis, by a network and the rules, is below SURE_ODDS, mean over
         the axis, down to DOUBTFUL_ODDS; 0 without a network.
-    rod
-        1 if both ends are in the view, more than two radii from the border, and it is straight, as pens and handles are, 0 if it
-        bows by its width or more, in between linear; 0 without a network.
     """
 
     stubby: float = 0.0
     uneven: float = 0.0
     flat: float = 0.0
-    edge: float = 0.0
+    faint: float = 0.0
     doubted: float = 0.0
-    rod: float = 0.0
 
 
 def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foreground: Foreground) -> Looks:
@@ -108,20 +106,17 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     slender = length / (2 * chain.radius) if chain.radius > 0 else CABLE_WIDTHS
     stubby = max(0.0, math.log(CABLE_WIDTHS / max(slender, 1e-3)))
     mask = foreground.mask
-    if mask is None or len(view) < 2:
+    if foreground.is_told or mask is None or len(view) < 2:
         return Looks(stubby, _uneven(chain))
     across = unit(np.gradient(view, axis=0))[:, ::-1] * (-1, 1)
     depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
     color = np.zeros((0, 0, 3), np.uint8) if foreground.color is None else np.ascontiguousarray(foreground.color)
-    flat, edge = strand_sides(
+    flat, contrast = strand_sides(
         view, across, reach, chain.radius, depth, color, mask, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
     )
-    looks = Looks(stubby, _uneven(chain), flat, edge)
-    if foreground.probability is None:
-        return looks
-    is_whole = not chain.closed and _both_ends_inside(view, reach, mask.shape)
-    rod = _straightness(view, reach) if is_whole else 0.0
-    return looks._replace(doubted=_doubted(view, foreground.probability), rod=rod)
+    faint = math.log(CLEAR_CONTRAST / min(max(contrast, MIN_CONTRAST), CLEAR_CONTRAST))
+    doubted = 0.0 if foreground.probability is None else _doubted(view, foreground.probability)
+    return Looks(stubby, _uneven(chain), flat, faint, doubted)
 
 
 def _doubted(view: Floats, probability: Array) -> float:
@@ -130,20 +125,6 @@ def _doubted(view: Floats, probability: Array) -> float:
     read = cv2.remap(probability, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     odds = np.asarray(logit(read.astype(float))).clip(-CLEAR_ODDS, CLEAR_ODDS)
     return float(SURE_ODDS - odds.mean().clip(DOUBTFUL_ODDS, SURE_ODDS))
-
-
-def _straightness(view: Floats, reach: Floats) -> float:
-    """Return 1 for a straight axis (S, 2) px of radii (S,) px, 0 for one that bows by its width or more; in between linear."""
-    across = unit(view[-1:] - view[:1])[0, ::-1] * (-1, 1)
-    bow = float(np.abs((view - view[0]) @ across).max())
-    return max(0.0, 1 - bow / (2 * float(np.median(reach))))
-
-
-def _both_ends_inside(view: Floats, reach: Floats, shape: tuple[int, ...]) -> bool:
-    """Tell whether both ends of an axis (S, 2) px are more than two radii (S,) inside a view of (height, width)."""
-    ends, last = view[[0, -1]], np.array(shape[::-1]) - 1
-    border = np.minimum(ends, last - ends).min(axis=1)
-    return bool((border > 2 * reach[[0, -1]] + SIDE_MARGIN_PX).all())
 
 
 def _uneven(chain: Chain) -> float:

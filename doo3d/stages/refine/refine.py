@@ -148,10 +148,9 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
                 depth_filled=filled[slice(*whole.segment_bounds[k : k + 2])][::order],
             )
         )
-    thickest = max(chain.radius for chain in chains)
-    return sorted(
-        (chain for chain in chains if chain.radius >= config.min_radius_ratio * thickest), key=lambda chain: -chain.length
-    )
+    chains.sort(key=lambda chain: -chain.length)
+    thickest = np.maximum.accumulate([chain.radius for chain in chains])  # of those as long: an arm beside a wire is shorter
+    return [chain for chain, most in zip(chains, thickest, strict=True) if chain.radius >= config.min_radius_ratio * most]
 
 
 def _wall_end(ahead: SurfaceAhead, radius: float) -> float:
