@@ -53,7 +53,7 @@ def test_long_chains_are_doubtful_and_short_ones_are_left_out():
 
 
 def test_the_most_confident_chain_of_a_frame_without_others_is_doubtful_however_short():
-    found = Detection((chain(0.025, count=LONG), chain(0.03), chain(0.04), chain(0.02), chain(0.019, count=LONG)))
+    found = Detection((chain(0.025, count=LONG), chain(0.03), chain(0.04), chain(0.02), chain(0.005, count=LONG)))
     kept = found.confident(0.05)
     assert (kept.chains, kept.doubtful) == ((), (found.chains[0], found.chains[2]))
     assert "left out 3 chains" in kept.notes[0]

@@ -1,4 +1,4 @@
-"""The numbers typed at the top of the method's modules, in Python and C++: each is a decision, and there may only be fewer."""
+"""The numbers typed in the method, in Python and C++: each is a decision, and there may only be fewer."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from builders.paths import ROOT
 
 from doo3d.evaluation.benchmark.source_size import SourceSize, file_size, method_files, size_of
 
-MOST = {"Python": 333, "C++": 26}
+MOST = {"Python": 664, "C++": 194}
 """Lower one when numbers go; a new one needs an old one to go, and a docstring that names where its value comes from."""
 
 
@@ -24,17 +24,18 @@ def test_there_are_no_more_numbers_than_before():
 @pytest.mark.parametrize(
     ("text", "numbers"),
     [
-        ("A = 1", 1),
+        ("A = 1", 0),
         ("A: float = -1.5", 1),
-        ("A, B = 0.5, 2 * 3", 1),
-        ("A = [1, (2, 3)]", 1),
-        ("A = B + 1", 0),
+        ("A, B = 0.5, 3 * 4", 3),
+        ("A = [3, (4, 5)]", 3),
+        ("A = {'a': 0.1, 'b': np.array((0.2, 7))}", 3),
         ("A = True", 0),
         ("A = 'a'", 0),
-        ("def f(a=1):\n    b = 2\n    return a + b", 0),
+        ("def f(a=1, *, b=0.5):\n    c = 9\n    return a + c", 1),
+        ("class A:\n    b: float = 0.3", 1),
     ],
 )
-def test_a_number_is_an_assignment_of_numbers_alone(tmp_path, text, numbers):
+def test_a_number_is_typed_where_it_is_decided(tmp_path, text, numbers):
     (tmp_path / "a.py").write_text(text)
     assert file_size(tmp_path / "a.py").numbers == numbers
 
@@ -55,12 +56,14 @@ def test_lines_of_code_are_those_without_docstrings_comments_and_empty_ones(tmp_
         return A
     '''
     (tmp_path / "a.py").write_text(textwrap.dedent(text))
-    assert file_size(tmp_path / "a.py") == SourceSize(5, 1)
+    assert file_size(tmp_path / "a.py") == SourceSize(5, 0)
 
 
-def test_constants_of_cpp_count_too(tmp_path):
-    (tmp_path / "a.cpp").write_text("constexpr int A = 1;\n    static constexpr double B = 2.0;\nconst int C = 3;\n")
-    assert file_size(tmp_path / "a.cpp").numbers == 2
+def test_numbers_of_cpp_count_too(tmp_path):
+    (tmp_path / "a.cpp").write_text(
+        "constexpr int A = 7;\n    static constexpr double B = 2.0;  // 9.5\nconst double C = 0.3 + 3;\n"
+    )
+    assert file_size(tmp_path / "a.cpp") == SourceSize(3, 2)
 
 
 def test_modules_are_added_up():

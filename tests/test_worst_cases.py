@@ -251,20 +251,6 @@ def test_junctions_are_looked_for_on_the_longest_chains(monkeypatch):
     assert in_objects == set(range(len(detection.chains)))
 
 
-def test_beside_is_the_same_when_the_pairs_are_thinned(monkeypatch):
-    """Two parallel strands lie beside each other along their whole length, however few samples tell."""
-    confidence = import_module("doo3d.stages.confidence.confidence")
-    along = np.linspace(0, 300, 600)
-    view = np.concatenate([np.column_stack((along, np.full(600, y))) for y in (0.0, 7.0)])
-    samples = confidence._Samples(Curves.of(np.split(view, 2)), np.full(1200, 4.0), np.tile(along / 4, 2))
-    chains = doo3d.detect(image_of(lines((320, 60), 30, 5)), "image", mask=lines((320, 60), 30, 5)).chains[:2]
-    assert len(chains) == 2
-    whole = confidence._beside(samples, chains)
-    monkeypatch.setattr(confidence, "MAX_CELLS", 2000)
-    thinned = confidence._beside(samples, chains)
-    assert thinned == whole == [1.0, 1.0]
-
-
 def test_of_too_many_samples_along_the_paths_they_are_farther_apart(monkeypatch):
     stages = stages_of(sticks((480, 270), 20, 5), **UNEXTENDED)
     module = import_module("doo3d.stages.refine.samples")

@@ -26,7 +26,7 @@ def test_one_line_per_frame_and_the_files(doo3d, capture):
     assert code == 0
     first, second, last = out.splitlines()
     assert first.startswith("000000   1 chain   0.")
-    for word in (" m ", "radius ", " mm", "% occluded", "confidence 1.00", " ms"):
+    for word in (" m ", "radius ", " mm", "% occluded", "confidence 0.8", " ms"):
         assert word in first
     assert second.startswith("000001   1 chain")
     assert last == "2 frames, 2 chains -> results"

@@ -192,7 +192,7 @@ def test_a_strand_that_has_the_color_of_one_side_is_faint(plain):
         middle = np.interp(np.arange(width), *((u, v) if u[0] < u[-1] else (u[::-1], v[::-1])))
         color[np.arange(height)[:, None] < middle] = shade
         color[plain.context.foreground.mask] = (200, 200, 200)
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, color=color))
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, color=color, depth=None))
         values.append(with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1][0].faint)
     assert values[0] == 0.0
     assert values[1] == pytest.approx(np.log(CLEAR_CONTRAST / 10), abs=0.2)

@@ -1,4 +1,4 @@
-"""The size of the method: lines of code, and numbers typed at the top of a module."""
+"""The size of the method: lines of code, and typed numbers, in Python and C++."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import ast
 import io
 import re
 import tokenize
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-METHOD = ("facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py")
+METHOD = ("facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py", "working_picture.py")
 """Packages and modules of `doo3d` in which the method is; the rest reads, writes, draws and measures."""
 
-_CPP_NUMBER = re.compile(r"^\s*(?:static\s+|inline\s+)*constexpr\s+\w[\w:<>]*\s+\w+\s*=", re.M)
+_CPP_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.S)
+_CPP_CONSTANT = re.compile(r"\s*(?:static\s+|inline\s+)*constexpr\b[^(]*=")
+_CPP_FLOAT, _CPP_NUMBER = (
+    re.compile(rf"(?<![\w.])(?:\d+\.\d*(?:e-?\d+)?f?|\d+e-?\d+f?{whole})(?![\w.])") for whole in ("", r"|\d+")
+)
+_HARMLESS = {0.0, 0.25, 0.5, 1.0, 2.0, 3.0, 4.0}
 _SKIPPED = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER)
 
 
@@ -26,7 +31,8 @@ class SourceSize(NamedTuple):
     lines
         lines with code on them; docstrings, comments and empty lines are not.
     numbers
-        assignments of a number, or of a tuple of numbers, at the top of a Python module; `constexpr` in C++.
+        numbers typed at the top of a module or in a class body, also within tuples, dicts and calls, and as defaults of arguments,
+        but for whole numbers from -2 to 2; in C++ those of a `constexpr`, and all with a decimal point but a few simple ones.
     """
 
     lines: int
@@ -61,14 +67,13 @@ def file_size(file: Path) -> SourceSize:
     """Return the size of one file of Python or C++."""
     text = file.read_text(encoding="utf-8")
     if file.suffix != ".py":
-        return SourceSize(text.count("\n"), len(_CPP_NUMBER.findall(text)))
+        lines = [line for line in _CPP_COMMENT.sub(lambda found: "\n" * found[0].count("\n"), text).splitlines() if line.strip()]
+        found = [each for line in lines for each in (_CPP_NUMBER if _CPP_CONSTANT.match(line) else _CPP_FLOAT).findall(line)]
+        return SourceSize(len(lines), sum(float(each.rstrip("f")) not in _HARMLESS for each in found))
     tree = ast.parse(text)
     tokens = tokenize.generate_tokens(io.StringIO(text).readline)
     code = {token.start[0] for token in tokens if token.type not in _SKIPPED}
-    numbers = sum(
-        isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None and _is_number(node.value) for node in tree.body
-    )
-    return SourceSize(len(code - _docstring_lines(tree)), numbers)
+    return SourceSize(len(code - _docstring_lines(tree)), sum(map(_numbers_in, _decisions(tree))))
 
 
 def _root() -> Path:
@@ -78,15 +83,22 @@ def _root() -> Path:
     return Path(spec.origin).parent
 
 
-def _is_number(value: ast.expr) -> bool:
-    """Tell whether an expression is a number, a calculation with numbers alone, or a tuple of such."""
-    if isinstance(value, ast.UnaryOp):
-        return _is_number(value.operand)
-    if isinstance(value, ast.BinOp):
-        return _is_number(value.left) and _is_number(value.right)
-    if isinstance(value, ast.Tuple | ast.List):
-        return bool(value.elts) and all(map(_is_number, value.elts))
-    return isinstance(value, ast.Constant) and isinstance(value.value, int | float) and not isinstance(value.value, bool)
+def _decisions(tree: ast.AST) -> Iterator[ast.expr]:
+    """Yield what is assigned at the top of a module and in class bodies, and the defaults of arguments."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef):
+            yield from (
+                each.value for each in node.body if isinstance(each, ast.Assign | ast.AnnAssign) and each.value is not None
+            )
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from (each for each in (*node.args.defaults, *node.args.kw_defaults) if each is not None)
+
+
+def _numbers_in(value: ast.expr) -> int:
+    """Return how many numbers are typed in an expression, but for whole numbers from -2 to 2."""
+    typed = [each.value for each in ast.walk(value) if isinstance(each, ast.Constant)]
+    numbers = [each for each in typed if isinstance(each, int | float) and not isinstance(each, bool)]
+    return sum(isinstance(each, float) or abs(each) > 2 for each in numbers)
 
 
 def _docstring_lines(tree: ast.AST) -> set[int]:

@@ -30,18 +30,18 @@ from it, where the object is given, by a mask or a color: fitted by docs/fit_con
 are the mean over all interpretations."""
 
 AUTO = {
-    "base": 8.09,
-    "unsupported": 1.80,
-    "bend": 0.75,
-    "unclaimed": 2.14,
-    "mask_ahead": 1.37,
-    "stubby": 1.01,
-    "uneven": 0.33,
-    "flat": 0.41,
-    "faint": 1.33,
-    "doubted": 0.56,
-    "stray": 0.89,
-    "unsure": 1.61,
+    "base": 8.15,
+    "unsupported": 2.30,
+    "bend": 0.73,
+    "unclaimed": 2.44,
+    "mask_ahead": 1.31,
+    "stubby": 1.04,
+    "uneven": 0.85,
+    "flat": 0.61,
+    "faint": 1.14,
+    "doubted": 0.53,
+    "stray": 1.03,
+    "unsure": 1.49,
 }
 """The same where strands were looked for by their shape alone, in frames, photographs and clouds: fitted by the same script."""
 

@@ -76,7 +76,7 @@ class Looks(NamedTuple):
         object is given.
     faint
         logarithm of CLEAR_CONTRAST over the contrast of its color with the more similar side, which 80 % of its samples exceed.
-        0 without color, and where the object is given.
+        0 with depth, which shows a strand of any color, and where the object is given.
     doubted
         by how much the logarithm of the odds of the pixels on its axis, by a network and the rules, is below SURE_ODDS, mean over
         the axis, down to DOUBTFUL_ODDS; 0 without a network.
@@ -110,9 +110,19 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
         return Looks(stubby, _uneven(chain))
     across = unit(np.gradient(view, axis=0))[:, ::-1] * (-1, 1)
     depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
-    color = np.zeros((0, 0, 3), np.uint8) if foreground.color is None else np.ascontiguousarray(foreground.color)
+    color = foreground.color if foreground.depth is None and foreground.color is not None else np.zeros((0, 0, 3), np.uint8)
     flat, contrast = strand_sides(
-        view, across, reach, chain.radius, depth, color, mask, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2], SIDE_LIMITS
+        view,
+        across,
+        reach,
+        chain.radius,
+        depth,
+        np.ascontiguousarray(color),
+        mask,
+        CORE_OFFSETS,
+        SIDE_RADII,
+        SIDE_RADII[:2],
+        SIDE_LIMITS,
     )
     faint = math.log(CLEAR_CONTRAST / min(max(contrast, MIN_CONTRAST), CLEAR_CONTRAST))
     doubted = 0.0 if foreground.probability is None else _doubted(view, foreground.probability)

@@ -10,6 +10,7 @@ import pytest
 from builders.paths import ROOT
 
 import doo3d
+from doo3d.pipeline import detect_with_stages
 from doo3d.stages.segment.methods.network import PACKAGED, object_probability
 from doo3d.training.drawing import draw
 from doo3d.types import Image
@@ -48,10 +49,9 @@ def test_an_empty_surface_has_no_strand(shade):
     assert object_probability(np.clip(noise, 0, 255).astype(np.uint8)).max() < 0.5
 
 
-def test_auto_says_that_it_took_the_network():
+def test_auto_takes_the_network_and_a_good_frame_has_no_note():
     image = np.full((240, 320, 3), (200, 190, 170), np.uint8)
     rows, columns = np.mgrid[0:240, 0:320]
     image[np.abs(rows - 120 - 50 * np.sin(columns / 60)) < 6] = (30, 60, 200)
-    detection = doo3d.detect(Image(image), config="image")
-    assert len(detection.chains) == 1
-    assert any("method network (auto)" in note for note in detection.notes)
+    detection, stages = detect_with_stages(Image(image), doo3d.load_config("image"))
+    assert (len(detection.chains), stages.segmentation.method, detection.notes) == (1, "network", ())
