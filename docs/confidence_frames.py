@@ -4,8 +4,8 @@ A source is one data set, or one kind of rendered scenes, with one way of giving
 data sets: photos, cset, mbest, bundles, zed_pairs, hard_scenes and device_files; a folder that is absent is left out.
 
 A chain is right in a frame with depth if it follows one cable from end to end without a wrong connection, by the strict rule
-where the object is given, and in the image where nothing is. In a photograph with labels it is if its DICE with one cable is above
-0.8, drawn; in a bundle, whose labels give each cable the width of the bundle, if it runs along one cable from end to end; in a
+where the object is given, and in the image where nothing is. In a photograph with labels it is if its drawn DICE with a cable is
+above 0.8; in a bundle, whose labels give each cable the width of the bundle, if it runs along one cable from end to end; in a
 photograph with one mask of all cables, if nine tenths of its joints lie on it.
 """
 

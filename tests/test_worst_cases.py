@@ -11,7 +11,6 @@ from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 
 import doo3d
 from doo3d.config import VoxelizeConfig
-from doo3d.geometry.curves import Curves
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
 from doo3d.stages.links import TOO_MANY
 from doo3d.stages.links.terms.gap_path import GapPaths
