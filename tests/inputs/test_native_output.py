@@ -40,3 +40,36 @@ def test_output_of_the_library_is_captured_and_that_of_other_threads_is_not():
         repr(("", "of the library")),
     ]
     assert done.stderr == "an error of another thread\nafter\n"
+
+
+THREADS = """
+import gc, sys, threading
+from concurrent.futures import ThreadPoolExecutor
+from doo3d.inputs.support.native_output import capture_native_output
+
+kept = []
+together = threading.Barrier(4)
+
+def read(number):
+    together.wait()
+    with capture_native_output() as captured:
+        print(f"of call {number}", end="")
+        kept.append(sys.stdout)
+    return captured.text
+
+before = sys.stdout
+with ThreadPoolExecutor(4) as threads:
+    texts = list(threads.map(read, range(40)))
+assert texts == [f"of call {number}" for number in range(40)], texts
+assert sys.stdout is before
+kept[0].close()
+kept[0].write("a late text\\n")
+del kept[:]
+gc.collect()
+print("stdout is open")
+"""
+
+
+def test_threads_that_capture_at_the_same_time_leave_stdout_open():
+    done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("a late text\nstdout is open\n", "")

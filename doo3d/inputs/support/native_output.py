@@ -9,8 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass
-from io import StringIO
-from typing import IO, Any
+from typing import IO, Any, cast
 
 _ONE_AT_A_TIME = threading.RLock()  # there is one stderr in a process
 _beside: list[
@@ -25,23 +24,32 @@ class NativeOutput:
     text: str = ""
 
 
-class _OfThisThread(StringIO):
-    """What takes the place of stdout: it holds what this thread writes; what other threads write goes on to stdout."""
+class _OfThisThread:
+    """What takes the place of stdout: it keeps what this thread writes until `end`; everything else is passed to stdout.
+
+    It is no IOBase: Python closes one that is no longer used, from whichever thread collects it.
+    """
 
     def __init__(self, stdout: Any) -> None:
-        super().__init__()
-        self._stdout, self._thread = stdout, threading.get_ident()
+        self._stdout, self._thread, self._texts = stdout, threading.get_ident(), [""]
 
     def write(self, text: str) -> int:
         """Write a text here, or to stdout."""
-        if threading.get_ident() == self._thread:
-            return super().write(text)
-        return int(self._stdout.write(text))
+        if threading.get_ident() != self._thread:
+            return 0 if self._stdout is None else int(self._stdout.write(text))
+        self._texts.append(str(text))
+        return len(text)
 
-    def __getattribute__(self, name: str) -> Any:
-        """Return an attribute of stdout for other threads, such as `isatty`."""
-        if name in ("write", "_stdout", "_thread", "__class__") or threading.get_ident() == self._thread:
-            return super().__getattribute__(name)
+    def end(self) -> str:
+        """Return what this thread wrote; from here on its texts are passed to stdout as well."""
+        self._thread = -1
+        return "".join(self._texts)
+
+    def close(self) -> None:
+        """Leave stdout open: it belongs to the program."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of stdout, such as `isatty` or `flush`."""
         return getattr(self._stdout, name)
 
 
@@ -52,12 +60,13 @@ def capture_native_output() -> Iterator[NativeOutput]:
     Yields a NativeOutput; its `text` is filled when the block ends. Other threads go on writing with Python; what their libraries
     write to stderr is captured as well: keep the block to one call of a library.
     """
-    captured, out = NativeOutput(), _OfThisThread(sys.stdout)
+    captured = NativeOutput()
     with _ONE_AT_A_TIME, tempfile.TemporaryFile() as file:
+        out = _OfThisThread(sys.stdout)
         sys.stderr.flush()
         saved = os.dup(2)
         try:
-            with redirect_stdout(out), _stderr_beside(saved):
+            with redirect_stdout(cast(IO[str], out)), _stderr_beside(saved):
                 os.dup2(file.fileno(), 2)
                 try:
                     yield captured
@@ -66,7 +75,7 @@ def capture_native_output() -> Iterator[NativeOutput]:
         finally:
             os.close(saved)
             file.seek(0)
-            captured.text = (file.read().decode(errors="replace") + out.getvalue()).strip()
+            captured.text = (file.read().decode(errors="replace") + out.end()).strip()
 
 
 def _stderr_beside(saved: int) -> Any:
