@@ -47,6 +47,12 @@ def first_line(error: BaseException) -> str:
     return next(iter(str(error).strip().splitlines()), type(error).__name__)[:_MAX_LETTERS]
 
 
+def check_regular(path: Path, where: str | None = None, kind: type[DooError] = InputError) -> None:
+    """Raise `kind` if a path leads to a device or a pipe, which may have no end; `where` is its name in the error."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise kind(f"{where or path}: is a device or a pipe, expected a file", code="file-unreadable")
+
+
 def read_bytes(
     path: str | Path, max_bytes: int, where: str | None = None, kind: type[DooError] = InputError, code: str = "file-damaged"
 ) -> bytes:
@@ -71,8 +77,7 @@ def read_bytes(
     with guarded(name, kind, code):
         file = Path(path)
         size = file.stat().st_size
-        if file.exists() and not (file.is_file() or file.is_dir()):
-            raise kind(f"{name}: is a device or a pipe, expected a file", code="file-unreadable")
+        check_regular(file, name, kind)
         if size > max_bytes:
             raise kind(
                 f"{name}: has {size} bytes, more than such a file can have ({max_bytes}): is it another file?",

@@ -2,27 +2,72 @@
 
 from __future__ import annotations
 
+import mmap
 import re
 import struct
+from pathlib import Path
+
+from .guarding import read_bytes
+from .limits import current_limits
 
 Size = tuple[int, int]
 """width, height in px."""
 
 _JPEG_MARKER = re.compile(rb"\xff([^\x00\x01\xd0-\xd9\xff])")
+MAX_SEGMENTS = 1 << 16
+"""Segments and scans of a JPEG: a profile, depth or a second image in the header takes one for each 64 kB."""
+
 _JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}  # markers of a frame header
-_PORTABLE = re.compile(rb"P[1-7FfxX](?:\s|#[^\n]*\n)+(?:WIDTH\s+)?(\d{1,18})(?:\s|#[^\n]*\n)+(?:HEIGHT\s+)?(\d{1,18})")
-_RADIANCE = re.compile(rb"[-+]Y\s+(\d{1,18})\s+[-+]X\s+(\d{1,18})")
-_TIFF_TYPES = {3: "H", 4: "I", 16: "Q"}
+_PORTABLE = re.compile(rb"P[1-6Ffx](?:\s|#[^\r\n]*[\r\n])+(\d{1,18})(?:\s|#[^\r\n]*[\r\n])+(\d{1,18})")
+_PAM_SIDE = {name: re.compile(name + rb"\s+(\d{1,18})") for name in (b"WIDTH", b"HEIGHT")}
+_RADIANCE = re.compile(rb"-Y\s*\+?(\d{1,18})\s*\+X\s*\+?(\d{1,18})")
+_TIFF_WHOLE = {1: "B", 3: "H", 4: "I", 6: "b", 8: "h", 9: "i", 16: "Q", 17: "q"}  # types of whole numbers
+_TIFF_SIDES = {256: 0, 257: 1, 322: 0, 323: 1}  # width and height, of the picture and of its tiles
 _MAX_TAGS = 4096  # of a TIFF
 _WINDOW = re.compile(rb"(?:dataWindow|displayWindow)\0box2i\0")  # in the header of an EXR
-_HEAD_BYTES = 1 << 16  # within which the boxes of AVIF and JPEG 2000, and the headers of EXR, give the size
+_HEAD_BYTES = 1 << 16  # within which the headers of AVIF, EXR, portable maps and Radiance give the size
+_MAX_PIXEL_BYTES = 16
+"""Bytes of a file for each of its pixels at most: four channels of 32 bits."""
+
+_MAX_EXTRA_BYTES = 1 << 26
+"""Bytes of a file besides its pixels at most: profiles, previews, the video that a phone appends."""
 
 
-def announced_size(data: bytes) -> Size | None:
-    """Return (width, height) px that the header of an encoded image announces; None if it has no header that is known.
+def read_encoded(path: str | Path, where: str | None = None) -> bytes:
+    """Return the content of an image file, which has no more bytes than the size in its header can need.
+
+    Parameters
+    ----------
+    path
+        the file.
+    where
+        the file as errors name it; None: its path.
+
+    Raises
+    ------
+    InputError : the file is missing, cannot be read, is a device or a pipe, or is larger.
+    """
+    width, height = file_size(path) or (0, 0)
+    pixels = min(width * height, current_limits().max_pixels)
+    return read_bytes(path, _MAX_EXTRA_BYTES + _MAX_PIXEL_BYTES * pixels, where)
+
+
+def file_size(path: str | Path) -> Size | None:
+    """Return `announced_size` of a file, of which only the header is read; None also if it is none, or cannot be read."""
+    try:
+        if not Path(path).is_file():
+            return None
+        with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+            return announced_size(data)
+    except (OSError, ValueError):
+        return None
+
+
+def announced_size(data: bytes | mmap.mmap) -> Size | None:
+    """Return (width, height) px that the header of an encoded image announces; None if that is not sure.
 
     Known are PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun raster.
-    Of several sizes in one file the largest counts.
+    Of several sizes in one file the largest counts: decoders differ in which one they take.
     """
     try:
         return _announced(data)
@@ -30,40 +75,41 @@ def announced_size(data: bytes) -> Size | None:
         return None
 
 
-def _announced(data: bytes) -> Size | None:
-    if data.startswith(b"\x89PNG\r\n\x1a\n"):
-        if data[12:16] != b"IHDR":
-            return None
-        return _largest([struct.unpack_from(">II", data, 16)])
-    if data.startswith(b"\xff\xd8\xff"):
-        return _jpeg(data)
-    if data[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
-        return _tiff(data, "<" if data[:1] == b"I" else ">")
-    if data.startswith(b"BM"):
-        small = struct.unpack_from("<I", data, 14)[0] == 12
-        width, height = struct.unpack_from("<HH" if small else "<ii", data, 18)
-        return abs(width), abs(height)
-    if data.startswith(b"GIF8"):
-        return _largest([struct.unpack_from("<HH", data, 6)])
-    if data.startswith(b"RIFF") and data[8:12] == b"WEBP":
-        return _webp(data)
+def _announced(data: bytes | mmap.mmap) -> Size | None:
     head = data[:_HEAD_BYTES]
-    if data.startswith(b"v/1\x01"):
-        boxes = [struct.unpack_from("<4i", data, match.end() + 4) for match in _WINDOW.finditer(head)]
+    if head.startswith(b"\x89PNG\r\n\x1a\n"):
+        if head[12:16] != b"IHDR":
+            return None
+        return _largest([struct.unpack_from(">II", head, 16)])
+    if head.startswith(b"\xff\xd8\xff"):
+        return _jpeg(data)
+    if head[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
+        return _tiff(data, "<" if head[:1] == b"I" else ">")
+    if head.startswith(b"BM"):
+        small = struct.unpack_from("<I", head, 14)[0] == 12
+        width, height = struct.unpack_from("<HH" if small else "<ii", head, 18)
+        return abs(width), abs(height)
+    if head.startswith(b"GIF8"):
+        return _largest([struct.unpack_from("<HH", head, 6)])
+    if head.startswith(b"RIFF") and head[8:12] == b"WEBP":
+        return _webp(head)
+    if head.startswith(b"v/1\x01"):
+        boxes = [struct.unpack_from("<4i", head, match.end() + 4) for match in _WINDOW.finditer(head)]
         return _largest([(right - left + 1, below - above + 1) for left, above, right, below in boxes])
-    if data.startswith(b"\0\0\0\x0cjP  "):
-        at = head.find(b"ihdr")
-        height, width = struct.unpack_from(">II", data, at + 4) if at >= 0 else (0, 0)
-        streams = [struct.unpack_from(">II", data, match.end() + 4) for match in re.finditer(rb"\xffO\xffQ", head)]
-        return _largest([(width, height), *streams])
-    if data[4:8] == b"ftyp":
-        return _largest([struct.unpack_from(">II", data, match.end() + 4) for match in re.finditer(rb"ispe", head)])
-    if data.startswith(b"\x59\xa6\x6a\x95"):
-        return _largest([struct.unpack_from(">II", data, 4)])
+    if head.startswith((b"\0\0\0\x0cjP  ", b"\xffO\xffQ")):  # a file, and a codestream alone
+        streams = re.finditer(rb"\xffO\xffQ", data[:_MAX_EXTRA_BYTES])  # the boxes before it give no size that decoders use
+        return _largest([struct.unpack_from(">II", data, match.end() + 4) for match in streams])
+    if head[4:8] == b"ftyp":
+        return _largest([struct.unpack_from(">II", head, match.end() + 4) for match in re.finditer(rb"ispe", head)])
+    if head.startswith(b"\x59\xa6\x6a\x95"):
+        return _largest([struct.unpack_from(">II", head, 4)])
+    if head.startswith(b"P7"):
+        width, height = (max((int(match[1]) for match in side.finditer(head)), default=0) for side in _PAM_SIDE.values())
+        return (width, height) if b"ENDHDR" in head else None
     if match := _PORTABLE.match(head):
         return int(match[1]), int(match[2])
-    if data.startswith(b"#?") and (match := _RADIANCE.search(head)):
-        return int(match[2]), int(match[1])
+    if head.startswith(b"#?") and b"\n\n" in head:  # the size is in the line after the first empty one, or before
+        return _largest([(int(match[2]), int(match[1])) for match in _RADIANCE.finditer(head)])
     return None
 
 
@@ -72,9 +118,11 @@ def _largest(sizes: list[Size] | list[tuple[int, ...]]) -> Size | None:
     return None if largest is None else (abs(largest[0]), abs(largest[1]))
 
 
-def _jpeg(data: bytes) -> Size | None:
+def _jpeg(data: bytes | mmap.mmap) -> Size | None:
     at = 2
-    while (marker := _JPEG_MARKER.search(data, at)) is not None:
+    for _ in range(MAX_SEGMENTS):
+        if (marker := _JPEG_MARKER.search(data, at, _MAX_EXTRA_BYTES)) is None:
+            return None
         at = marker.end()
         if marker[1][0] in _JPEG_FRAMES:
             height, width = struct.unpack_from(">HH", data, at + 3)
@@ -85,18 +133,22 @@ def _jpeg(data: bytes) -> Size | None:
     return None
 
 
-def _tiff(data: bytes, order: str) -> Size | None:
-    """Return the size of the first picture of a TIFF or BigTIFF: its tags 256 and 257."""
-    is_big = data[2:3] == b"+" or data[3:4] == b"+"
+def _tiff(data: bytes | mmap.mmap, order: str) -> Size | None:
+    """Return the size of the first picture of a TIFF or BigTIFF, or of its tiles if they are larger; None without both sides."""
+    is_big = b"+" in data[2:4]
     at = struct.unpack_from(order + ("Q" if is_big else "I"), data, 8 if is_big else 4)[0]
     count = struct.unpack_from(order + ("Q" if is_big else "H"), data, at)[0]
     step, first = (20, at + 8) if is_big else (12, at + 2)
-    values = {}
+    sides, found = [0, 0], set[int]()
     for start in range(first, first + step * min(count, _MAX_TAGS), step):
         tag, kind = struct.unpack_from(order + "HH", data, start)
-        if tag in (256, 257) and kind in _TIFF_TYPES:
-            values[tag] = struct.unpack_from(order + _TIFF_TYPES[kind], data, start + (12 if is_big else 8))[0]
-    return (values[256], values[257]) if len(values) == 2 else None
+        if tag in _TIFF_SIDES:
+            if kind not in _TIFF_WHOLE:
+                return None
+            value = struct.unpack_from(order + _TIFF_WHOLE[kind], data, start + (12 if is_big else 8))[0]
+            sides[_TIFF_SIDES[tag]] = max(sides[_TIFF_SIDES[tag]], abs(value))
+            found.add(tag)
+    return (sides[0], sides[1]) if count <= _MAX_TAGS and {256, 257} <= found else None
 
 
 def _webp(data: bytes) -> Size | None:

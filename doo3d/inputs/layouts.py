@@ -168,7 +168,7 @@ def _times_in(images: dict[str, Path]) -> Floats | None:
 
 def _find_log(path: Path) -> Path | None:
     """Return the trajectory beside the images: a file in Redwood's layout, preferably with traj in its name; or None."""
-    files = [file for file in sorted([*path.glob("*.log"), *path.glob("*traj*.txt")]) if _is_log(file)]
+    files = [file for file in sorted([*path.glob("*.log"), *path.glob("*traj*.txt")]) if file.is_file() and _is_log(file)]
     return next(iter(sorted(files, key=lambda file: "traj" not in file.name.lower())), None)
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from ..errors import InputError
-from ..guard.image_size import announced_size
+from ..guard.image_size import announced_size, read_encoded
 from ..guard.limits import current_limits
 from ..types import Array
 from . import JOURNAL, MANIFEST, PICTURES, SUFFIXES
@@ -99,8 +99,8 @@ def read_picture(path: Path | None) -> Array | None:
     if path is None:
         return None
     try:
-        data = np.frombuffer(path.read_bytes(), np.uint8)
-    except OSError:
+        data = np.frombuffer(read_encoded(path), np.uint8)
+    except InputError:
         return None
     announced = announced_size(data.tobytes())
     if announced is None or announced[0] * announced[1] > current_limits().max_pixels:

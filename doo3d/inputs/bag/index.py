@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, require
-from ...guard.guarding import guarded
+from ...guard.guarding import check_regular, guarded
 from ...guard.parsing import read_yaml
 from ...types import Array
 from ..support.git_lfs import check_not_pointer
@@ -219,6 +219,7 @@ def storage_class(path: Path) -> Any:
 
     None if the file is none of these.
     """
+    check_regular(path)
     with path.open("rb") as file:
         head = file.read(16)
     return next((storage for magic, storage in STORAGES.items() if head.startswith(magic)), None)

@@ -7,7 +7,8 @@ vectors, and a line x y z intensity [r g b] for each cell, 0 0 0 if the cell has
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -20,8 +21,9 @@ from ...types import Array
 from ._cloud_files import Points, colors_in, damaged
 
 _COMMENTS = ("#", "//")  # beginnings of comment lines
-_MAX_LINE = 1000  # letters of a line
-_NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|inf)"
+_MAX_LINE = 1000  # letters of a line that counts as one point
+_MAX_LETTERS = 1 << 20  # of a line, comments included
+_NUMBER = r"[-+]?(?:\d+(?:\.\d*)?(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|nan|inf)"
 _ROW = re.compile(rf"\s*{_NUMBER}(?:[\s,;]+{_NUMBER}){{2,}}[\s,;]*", re.IGNORECASE)
 _COORDINATES, _COLORS = ("x", "y", "z"), ("r", "g", "b")
 _ALIASES = {"easting": "x", "northing": "y", "elevation": "z", "red": "r", "green": "g", "blue": "b"}
@@ -99,30 +101,32 @@ def read_text(path: Path) -> Points:
     InputError : the file has no rows, or fewer than its count, a row has fewer than three numbers or another number of columns
         than the others, or a value is not a number.
     """
-    lines = _lines_of(path)
-    table = find_table(lines)
+    table = find_table(_lines_of(path))
     if table is None:
         raise InputError(f"{path}: holds no points", code="cloud-empty")
-    rows = lines[table.first :]
-    if table.announced is not None:  # PTS has one before each scan
-        rows = [line for line in rows if not line.strip().isdecimal()]
-        if len(rows) < table.announced:
-            raise damaged(path, f"it announces {table.announced} points and holds {len(rows)} rows")
+    check_points(count_lines(path), str(path))
+    rows = islice(_lines_of(path), table.first, None)
     named = [table.names.index(name) for name in (*_COORDINATES, *_COLORS) if name in table.names]
     named = named if len(named) == len(_COORDINATES) + len(_COLORS) else named[: len(_COORDINATES)]
     mark = table.mark if named else None
-    if table.decimal_comma or (table.mark and not named):
-        rows = [line.replace(",", ".") if table.decimal_comma else line for line in rows]
-        rows = rows if named or table.mark is None else [line.replace(table.mark, " ") for line in rows]
-    cells = _numbers(path, rows, mark, named or None)
+    if table.announced is not None:  # PTS has a count before each scan
+        rows = (line for line in rows if not line.strip().isdecimal())
+    replaced = {",": "."} if table.decimal_comma else {}
+    if table.mark and not named:
+        replaced[table.mark] = " "
+    cells = _numbers(path, (line.translate(str.maketrans(replaced)) for line in rows), mark, named or None)
+    if len(cells) < (table.announced or 0):
+        raise damaged(path, f"it announces {table.announced} points and holds {len(cells)} rows")
     return Points(cells[:, :3], colors_in(cells, bool(named)))
 
 
-def _lines_of(path: Path) -> list[str]:
-    """Return the lines of a text, after a check of their number; one of millions of letters counts as many."""
-    check_points(count_lines(path), str(path))
+def _lines_of(path: Path) -> Iterator[str]:
+    """Yield the lines of a text; InputError at one that is too long to be a point."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return file.read().splitlines()
+        while line := file.readline(_MAX_LETTERS + 1):
+            if len(line) > _MAX_LETTERS:
+                raise damaged(path, f"it has a line of more than {_MAX_LETTERS} letters, expected rows of numbers, x y z first")
+            yield line
 
 
 def count_lines(path: Path) -> int:
@@ -154,17 +158,18 @@ def read_ptx(path: Path) -> Points:
     ------
     InputError : the file is cut off, or a line has other numbers than its format prescribes.
     """
-    lines, at, scans = [line for line in _lines_of(path) if line.strip()], 0, list[Points]()
-    while at < len(lines):
-        head = lines[at : at + _PTX_HEAD]
+    check_points(count_lines(path), str(path))
+    lines, at, scans = (line for line in _lines_of(path) if line.strip()), 0, list[Points]()
+    while head := list(islice(lines, _PTX_HEAD)):
         if not is_ptx(head):
             raise damaged(path, f"line {at + 1} does not begin a scan (columns, rows, scanner, matrix)")
         count = int(head[0][:_MAX_LINE]) * int(head[1][:_MAX_LINE])
-        at += _PTX_HEAD + count
-        if at > len(lines):
+        rows = list(islice(lines, min(count, sys.maxsize)))
+        if len(rows) < count:
             raise damaged(path, f"a scan announces {count} cells, and the file ends before")
+        at += _PTX_HEAD + count
         pose = _numbers(path, head[6:])
-        cells = _numbers(path, islice(lines, at - count, at)) if count else np.zeros((0, 4))
+        cells = _numbers(path, rows) if rows else np.zeros((0, 4))
         cells = cells[(cells[:, :3] != 0).any(axis=1)]
         scans.append(Points(cells[:, :3] @ pose[:3, :3] + pose[3, :3], colors_in(cells, False), pose[3, :3]))
     colors = [scan.colors for scan in scans if scan.colors is not None]

@@ -25,7 +25,7 @@ from ._text_clouds import find_table, is_ptx, read_ptx, read_text
 SUFFIXES = (".ply", ".pcd", ".xyz", ".pts", ".ptx", ".npz", ".las", ".laz", ".e57")  # of files in folders
 _SHARED_SUFFIXES = (".obj", ".stl", ".off", ".npy", ".csv", ".txt")  # in folders of clouds alone: they have other uses
 _BESIDE_MESHES = (".mtl",)  # files that do not make a folder one of something else
-_FIRST = re.compile(rb"\s*(?:#[^\n]*\s+)*(?:v|vn|vt|f|o|g|mtllib|usemtl)\s")  # the first line of an OBJ but comments
+_FIRST = re.compile(rb"\s*(?:#[^\n]*\n\s*)*(?:v|vn|vt|f|o|g|mtllib|usemtl)\s")  # the first line of an OBJ but comments
 
 
 class CloudCapture:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import guarded
+from ...guard.guarding import read_bytes
 from ...types import Floats
 from ..support.depth_frames import numbers
 
 Row = tuple[int, list[str]]
 """Number of a line from 1, and its words."""
+_MAX_TABLE_BYTES = 1 << 26  # of a table
+_MAX_ROWS = 1_000_000  # nine hours at 30 Hz
+_MAX_LINE_LETTERS = 10_000  # a row has a few numbers and names of files
 _MAX_NORM_ERROR = 1e-2  # of a quaternion: those in files are rounded
 
 
@@ -122,14 +126,17 @@ def read_lines(path: Path, columns: int, layout: str) -> list[Row]:
     ------
     InputError : the file is missing or not text, has no rows, or has a row with fewer words.
     """
-    with guarded(path):
-        data = path.read_bytes()
     try:
-        lines = data.decode("utf-8-sig").splitlines()
+        lines = StringIO(read_bytes(path, _MAX_TABLE_BYTES).decode("utf-8-sig"), newline=None)
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not a text file, expected lines of {layout}", code="file-not-text") from None
-    numbered = enumerate((line.strip() for line in lines), 1)
-    rows = [(number, line.replace(",", " ").split()) for number, line in numbered if line and not line.startswith("#")]
+    rows = list[Row]()
+    for number, line in enumerate(map(str.strip, lines), 1):
+        if len(rows) == _MAX_ROWS or len(line) > _MAX_LINE_LETTERS:
+            limits = f"{_MAX_ROWS} rows, or than {_MAX_LINE_LETTERS} letters in line {number}"
+            raise InputError(f"{path}: has more than {limits}, expected lines of {layout}", code="size-too-large")
+        if line and not line.startswith("#"):
+            rows.append((number, line.replace(",", " ").split()))
     if not rows:
         raise InputError(f"{path}: is empty, expected lines of {layout}", code="file-empty")
     if short := [(number, len(words)) for number, words in rows if len(words) < columns]:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import guarded
+from ...guard.guarding import check_regular, guarded
 from ...types import Array
 from .git_lfs import check_not_pointer
 
 MAX_ARRAY_BYTES = 1 << 28  # of one image
 _HEAD_BYTES = 64
+_MAX_HEADER_BYTES = 10_000  # as NumPy allows
 
 
 def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Array:
@@ -69,6 +71,11 @@ def read_color_array(path: Path) -> Array:
 def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     """Return shape, whether it is stored column by column, and type of an array that numpy.save wrote; ValueError for another."""
     version = np.lib.format.read_magic(file)
+    if version != (1, 0):  # NumPy reads the header before it looks at the length
+        length = int.from_bytes(file.read(4), "little")
+        if length > _MAX_HEADER_BYTES:
+            raise ValueError(f"its header has {length} bytes")
+        file.seek(-4, os.SEEK_CUR)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, fortran, dtype = read(file)
     return tuple(shape), fortran, dtype
@@ -76,12 +83,15 @@ def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
 
 def array_header(path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     """Return the header of a .npy file as `read_header` does; OSError if it cannot be read."""
+    if not path.is_file():  # such as a pipe, which may have no end
+        raise OSError(f"{path} is no file")
     with path.open("rb") as file:
         return read_header(file)
 
 
 def read_array(path: Path) -> Array:
     """Read the array of numbers in a .npy file; InputError if it is damaged, or announces more than one image can have."""
+    check_regular(path)
     with guarded(path), path.open("rb") as file:
         check_not_pointer(path, file.read(_HEAD_BYTES))
         file.seek(0)

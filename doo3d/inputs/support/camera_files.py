@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...guard.guarding import guarded
+from ...guard.guarding import read_bytes
 from ...guard.parsing import parse_json, parse_yaml
 from .calibration import NUMBER, Calibration, camera_of, cameras_in, check_pinhole
 from .git_lfs import check_not_pointer
@@ -35,11 +35,8 @@ def read_camera_file(path: Path) -> list[Calibration]:
     ------
     InputError : the file cannot be read, is damaged, has no camera, or an impossible one.
     """
-    with guarded(path), path.open("rb") as file:
-        data = file.read(MAX_FILE_BYTES + 1)
+    data = read_bytes(path, MAX_FILE_BYTES)
     check_not_pointer(path, data)
-    if len(data) > MAX_FILE_BYTES:
-        raise InputError(f"{path}: is too large for the description of a camera", code="size-too-large")
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
         found = list(cameras_in(_parse_yaml(path, data), path, path.stem))

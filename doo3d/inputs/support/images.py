@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import guarded, read_bytes
+from ...guard.guarding import check_regular, guarded, read_bytes
+from ...guard.image_size import MAX_SEGMENTS, announced_size, file_size, read_encoded
 from ...guard.image_size import Size as Size
-from ...guard.image_size import announced_size
 from ...guard.isolation import isolated
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
@@ -35,6 +36,10 @@ _SIGNATURES = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AV
     re.DOTALL,
 )
 _HEIC = re.compile(rb"....ftyp(?:he[iv][cx]|mif1)", re.DOTALL)
+_ANY_SIZE = re.compile(  # AVIF and JPEG 2000, whose data may unpack to more than the header says
+    rb"....ftyp|\0\0\0\x0cjP  |\xffO\xffQ", re.DOTALL
+)
+_BASE_BYTES, _DECODED_BYTES = 1 << 28, 32  # that a decoder of those may take: at all, and for each pixel announced
 _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's compressed data
 _MAX_TRIED = 5  # images whose headers are read for their size; no more are damaged
 _SATURATED = np.iinfo(np.uint16).max  # of a depth image: no measurement, as 7-Scenes says and saturated sensors mean
@@ -74,6 +79,7 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
 
 def _read_exr(path: Path) -> Array:
     """Return the depth in an EXR image, decoded in the process for native readers after a check of its size."""
+    check_regular(path)
     with guarded(path), path.open("rb") as file:
         head = file.read(_EXR_HEAD_BYTES)
     check_not_pointer(path, head[:64])
@@ -128,7 +134,7 @@ def image_size(path: Path) -> Size | None:
             return shape[1], shape[0]
         if path.suffix.lower() == ".raw":
             return _raw_size(path)
-        return announced_size(path.read_bytes())
+        return file_size(path)
     except (OSError, ValueError, IndexError, InputError):
         return None
 
@@ -228,23 +234,20 @@ def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:
     InputError : the file is missing or damaged, is no image, or announces too many pixels.
     """
     if data is None:
-        with guarded(path):
-            data = path.read_bytes()
+        data = read_encoded(path)
     if not data:
         raise InputError(f"{path}: is empty", code="file-empty")
     check_not_pointer(path, data[:64])
     damaged = InputError(f"{path}: is cut off or damaged: copy it again from where it was recorded", code="file-damaged")
     if data.startswith(_JPEG) and not _jpeg_ends(data):
         raise damaged
-    if (size := announced_size(data)) is not None:
+    size, image, text = announced_size(data), None, ""
+    if size is not None:
         check_pixels(*size, str(path))
-    image, exception = None, ""
-    with capture_native_output() as native:
-        try:
-            image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-        except cv2.error as error:
-            exception = error.err
-    if "premature end" in native.text.lower() or (image is None and (_PNG.startswith(data[:8]) or _JPEG.startswith(data[:3]))):
+        memory = _BASE_BYTES + _DECODED_BYTES * size[0] * size[1]
+        decode = partial(isolated, _decode, where=str(path), memory=memory) if _ANY_SIZE.match(data) else _decode
+        image, text = decode(data, flags)
+    if "premature end" in text.lower() or (image is None and (_PNG.startswith(data[:8]) or _JPEG.startswith(data[:3]))):
         raise damaged
     if image is None:
         if data.startswith(_EXR):
@@ -253,15 +256,28 @@ def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:
         if _HEIC.match(data):
             sentence = f"{path}: is a HEIC photo, which cannot be decoded: save it as JPEG or PNG"
             raise InputError(sentence, code="encoding-unsupported")
-        reason = exception or native.text.rpartition("\n")[2]
+        reason = text.rpartition("\n")[2]
         raise InputError(f"{path}: cannot be read as an image" + (f" ({reason})" if reason else ""), code="image-unreadable")
     return np.asarray(image)
+
+
+def _decode(data: bytes, flags: int) -> tuple[Array | None, str]:
+    """Return what OpenCV decodes an image to, None for no image, and what it and its libraries say about it."""
+    image, exception = None, ""
+    with capture_native_output() as native:
+        try:
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        except cv2.error as error:
+            exception = error.err
+    return image, "\n".join(filter(None, (native.text, exception)))
 
 
 def _jpeg_ends(data: bytes) -> bool:
     """Return whether a JPEG has its end marker; data that phones append (a video, a second image) is ignored."""
     at = 2
-    while (marker := _JPEG_MARKER.search(data, at)) is not None:
+    for _ in range(MAX_SEGMENTS):
+        if (marker := _JPEG_MARKER.search(data, at)) is None:
+            return False
         at = marker.end()
         if data[at - 1] == 0xD9:
             return True

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from ...errors import InputError
+from ...guard.guarding import check_regular
 from .arrays import array_header
 from .images import DEPTH_SUFFIXES, SUFFIXES, raw_size_file
 
@@ -110,6 +111,7 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
         if (first := images.setdefault(file.stem, file)) is not file:
             sentence = f"{folder}: two images are called {file.stem} ({first.name}, {file.name}): remove one"
             raise InputError(sentence, code="names-clash")
+        check_regular(file)
     return images
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....config import SegmentConfig
 from ....errors import InputError, unread_code
-from ....guard.image_size import announced_size
+from ....guard.image_size import announced_size, read_encoded
 from ....guard.limits import check_pixels
 from ....types import Array, Bools, Cloud, Frame, Image
 
@@ -90,10 +90,10 @@ def _read_reference(path: str, flags: int) -> Array:
 def _decode(path: str, flags: int, modified: int, size: int) -> Array:
     """Return the image; `modified` and `size` of the file are there to make another key of the cache."""
     try:
-        data = np.fromfile(path, dtype=np.uint8)
-        if (announced := announced_size(data.tobytes())) is not None:
+        data = read_encoded(path, f"segment.reference {path}")
+        if (announced := announced_size(data)) is not None:
             check_pixels(*announced, f"segment.reference {path}")
-        image = cv2.imdecode(data, flags)
+        image = None if announced is None else cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except (OSError, cv2.error) as error:
         raise InputError(f"segment.reference {path}: cannot be read ({error})", code="file-unreadable") from None
     if image is None:
