@@ -122,7 +122,7 @@ class Bag:
                 try:
                     stamp, frame = self._header(storage, message)
                 except (DamagedRecord, ValueError, IndexError, struct.error) as error:
-                    storage.faults.append(f"has a damaged message on {message.topic.name} ({error})")
+                    storage.add_fault(f"has a damaged message on {message.topic.name} ({error})")
                     continue
                 if not len(topic_index):
                     topic_index.frame = frame

@@ -25,6 +25,7 @@ class Mcap(Chunked[int]):
         self._schemas: dict[int, str] = {}
         try:
             for op, at, length in self.records(self.file, len(MAGIC), self.size):
+                self.count_record()
                 if op == _DATA_END:
                     return
                 if op == _CHUNK:

@@ -29,6 +29,14 @@ READ_TYPES = {
 MAX_CHUNK_BYTES = 1 << 28
 """Bytes of a decompressed chunk: recorders begin a new one at 1 to 16 MB, unless a single message is larger."""
 
+_MAX_TOPICS = 4096  # of a file: robots have some hundreds
+_MAX_FAULTS = 20  # of a file that are described
+_FREE_RECORDS, _MIN_RECORD_BYTES = 10_000, 4
+"""Records that any file may have, and bytes of the file for each further one: repeated messages compress to about 10."""
+
+_FREE_BYTES, _MAX_RATIO = 1 << 28, 200
+"""Bytes to which any file may unpack, and for each byte of the file: depth images compress to a third or a tenth."""
+
 _PIECE_BYTES = 1 << 22  # read or decompressed at once without a look at the size: both take the memory for what they may return
 
 
@@ -89,13 +97,26 @@ class Storage:
     topics
         all topics in the file; complete after `scan`.
     faults
-        damage found by `scan`: phrases to be put after the file's name, such as "ends after 3 of 7 chunks".
+        damage found by `scan`, of which the first is described: phrases to be put after the file's name, such as "ends after 3
+        of 7 chunks".
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
         self.path, self.number, self.size = path, number, path.stat().st_size
         self.topics: list[Topic] = []
         self.faults: list[str] = []
+        self._records = 0
+
+    def count_record(self) -> None:
+        """Count a record or row that `scan` comes to; DamagedRecord if the file cannot hold so many."""
+        self._records += 1
+        if self._records > _FREE_RECORDS + self.size // _MIN_RECORD_BYTES:
+            raise DamagedRecord(f"holds more than {self._records - 1} records, too many for its size")
+
+    def add_fault(self, fault: str) -> None:
+        """Take note of damage, unless much of it is described already."""
+        if len(self.faults) < _MAX_FAULTS:
+            self.faults.append(fault)
 
     def scan(self) -> Iterator[Message]:
         """Yield the messages of the types that doo3d reads, in file order, without their content; fill `topics` and `faults`.
@@ -136,6 +157,7 @@ class Chunked(Storage, Generic[R]):
         super().__init__(path, number)
         self.file: BinaryIO = path.open("rb")
         self.channels: dict[int, Topic] = {}
+        self._unpacked = 0
         self._cached_chunk: tuple[int, bytes] = (-1, b"")
 
     def close(self) -> None:
@@ -158,7 +180,9 @@ class Chunked(Storage, Generic[R]):
         raise NotImplementedError
 
     def add_topic(self, number: int, topic: Topic) -> None:
-        """Take note of the topic of a channel, unless the channel has one."""
+        """Take note of the topic of a channel, unless the channel has one; DamagedRecord if there are too many."""
+        if len(self.channels) >= _MAX_TOPICS and number not in self.channels:
+            raise DamagedRecord(f"declares more than {_MAX_TOPICS} topics")
         if self.channels.setdefault(number, topic) is topic and topic not in self.topics:
             self.topics.append(topic)
 
@@ -170,13 +194,17 @@ class Chunked(Storage, Generic[R]):
         try:
             begin = first()
             content = self._chunk_content(at) if begin is None else None
+            self._unpacked += len(content or b"")
+            if self._unpacked > _FREE_BYTES + _MAX_RATIO * self.size:
+                raise DamagedRecord(f"the file unpacks to more than {_FREE_BYTES + _MAX_RATIO * self.size} bytes")
             source, end = (self.file, min(at + length, self.size)) if content is None else (BytesIO(content), len(content))
             for head, start, size in self.records(source, begin or 0, end):
+                self.count_record()
                 if start + size <= end:
                     yield from self.record(source, at if begin is None else -1, head, start, size)
         except DamagedRecord as error:
             if at + length <= self.size:  # else the file ends here, reported once by `scan`
-                self.faults.append(f"has a damaged chunk at byte {at} ({error}), its messages are lost")
+                self.add_fault(f"has a damaged chunk at byte {at} ({error}), its messages are lost")
 
     def _chunk_content(self, at: int) -> bytes:
         """Return the decompressed content of a chunk, kept in memory until another chunk is requested."""

@@ -24,6 +24,7 @@ class Rosbag1(Chunked[_Fields]):
         chunks, declared, at, length = 0, None, 0, 0
         try:
             for fields, at, length in self.records(self.file, len(MAGIC), self.size):
+                self.count_record()
                 op = _number(fields, b"op")
                 if op == _BAG and _number(fields, b"index_pos"):
                     declared = _number(fields, b"chunk_count")
@@ -42,7 +43,7 @@ class Rosbag1(Chunked[_Fields]):
         """Yield header fields, offset of the data and its length of each record."""
         while at < end:
             size = int.from_bytes(read_exactly(file, at, 4), "little")
-            if size > _MAX_HEADER_BYTES:
+            if not 0 < size <= _MAX_HEADER_BYTES:
                 raise DamagedRecord(f"there is no valid record at byte {at}")
             head = read_exactly(file, at + 4, size + 4)
             length = int.from_bytes(head[size:], "little")
