@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
+from yaml.composer import Composer
+from yaml.constructor import SafeConstructor
+from yaml.parser import Parser
+from yaml.reader import Reader
+from yaml.resolver import Resolver
+from yaml.scanner import Scanner
 
 from ..errors import DooError, InputError
 from .guarding import first_line, read_bytes
@@ -14,8 +20,14 @@ from .guarding import first_line, read_bytes
 MAX_JSON_BYTES = 1 << 26
 """bytes of a JSON file: an hour of a recording's metadata has 40 MB; parsed it takes up to 30 times as much."""
 
+MAX_JSON_VALUES = 3_500_000
+"""Values of a JSON text at most, by its commas and brackets: an hour of a recording's poses has 3 million; they take 500 MB."""
+
 MAX_YAML_BYTES = 1 << 20
-"""bytes of a YAML text: a bag's description of 4000 files; it is parsed in Python, at 100 kB/s."""
+"""bytes of a YAML text: a bag's description of 4000 files."""
+
+MAX_YAML_VALUES = 100_000
+"""Values of a YAML text: a bag's description of 4000 files has 80,000; they take two seconds."""
 
 MAX_DEPTH = 60
 """Depth of lists and objects in each other: nothing that is read has more than 10."""
@@ -68,7 +80,10 @@ def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError)
         beyond the largest float.
     """
     try:
-        value = json.loads(text.decode("utf-8-sig") if isinstance(text, bytes) else text)
+        text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
+        if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
+            raise ValueError(f"more than {MAX_JSON_VALUES} values")
+        value = json.loads(text)
         _check_values(value)
     except (ValueError, RecursionError, MemoryError) as error:
         raise kind(f"{where}: is not valid JSON ({first_line(error)})", code="json-invalid") from None
@@ -111,16 +126,37 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError,
     return value
 
 
-class _Loader(yaml.SafeLoader):
+class _PythonParser(Reader, Scanner, Parser):
+    """PyYAML's own parser, ten times slower than libyaml."""
+
+    def __init__(self, text: str) -> None:
+        Reader.__init__(self, text)
+        Scanner.__init__(self)
+        Parser.__init__(self)
+
+
+if TYPE_CHECKING or not yaml.__with_libyaml__:
+    _Parser = _PythonParser
+else:
+    from yaml.cyaml import CParser as _Parser
+
+
+class _Loader(Composer, _Parser, SafeConstructor, Resolver):
     """PyYAML's loader of plain values, with bounds; they are checked on nodes, before values are made of them."""
 
     def __init__(self, text: str) -> None:
-        super().__init__(text)
-        self._depth = 0
+        _Parser.__init__(self, text)
+        Composer.__init__(self)
+        SafeConstructor.__init__(self)
+        Resolver.__init__(self)
+        self._depth = self._count = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        """Compose a node, unless it is too deep inside others."""
+        """Compose a node, unless it is too deep inside others, or one too many."""
         self._depth += 1
+        self._count += 1
+        if self._count > MAX_YAML_VALUES:
+            raise ValueError(f"more than {MAX_YAML_VALUES} values")
         if self._depth > MAX_DEPTH:
             raise ValueError(f"nested more than {MAX_DEPTH} deep")
         node = super().compose_node(parent, index)

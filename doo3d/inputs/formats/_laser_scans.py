@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -122,19 +123,22 @@ def read_e57(path: Path, scan: int) -> Points:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
-    """Yield the library of pye57 and the open file; what the library raises becomes an InputError."""
+    """Yield the library of pye57 and the open file, which stays open; what the library raises becomes an InputError."""
     require("pye57", "e57")
     library = require("pye57.libe57", "e57")
     if not path.stat().st_size:
         raise InputError(f"{path}: is empty", code="file-empty")
     try:
-        image = library.ImageFile(str(path), "r")
-        try:
-            yield library, image
-        finally:
-            image.close()
+        status = path.stat()
+        yield library, _image_file(str(path), status.st_mtime_ns, status.st_size)
     except library.E57Exception as error:
         raise damaged(path, first_line(error)) from None
+
+
+@lru_cache(maxsize=1)
+def _image_file(path: str, changed: int, size: int) -> Any:
+    """Return the open file, kept for all of its scans, whose headers are parsed at once; time and size tell a new version."""
+    return require("pye57.libe57", "e57").ImageFile(path, "r")
 
 
 def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Array | None]:

@@ -27,7 +27,7 @@ _ALIASES = {  # other names of the arrays, in lower case, tried in this order
     "timestamps": ("timestamp",),
 }
 _MAX_PART_BYTES = 1 << 28  # of one frame's part of a stack, and of a small array as a whole
-_MAX_FRAMES = 1_000_000  # nine hours at 30 Hz
+_FREE_FRAMES, _MIN_FRAME_BYTES = 1000, 8  # that any file may have, and its bytes for each further one: 90x90 px of one value
 MAX_ZIP_RATIO = 1100  # bytes that a byte of a ZIP unpacks to at most (deflate: 1032)
 
 
@@ -116,7 +116,8 @@ class ArrayStack:
             raise InputError(sentence, code="array-shape")
         total, frames = math.prod(shape) * self.dtype.itemsize, shape[0] if self.stacked else 1
         at_once = self.part_bytes if is_stack else total
-        if at_once > _MAX_PART_BYTES or total > MAX_ZIP_RATIO * self._path.stat().st_size or frames > _MAX_FRAMES:
+        max_frames = _FREE_FRAMES + self._path.stat().st_size // _MIN_FRAME_BYTES
+        if at_once > _MAX_PART_BYTES or total > MAX_ZIP_RATIO * self._path.stat().st_size or frames > max_frames:
             raise InputError(f"{where}: has shape {shape}, too large for this file or for any recording", code="array-too-large")
         if is_stack:
             check_pixels(self.part_shape[1], self.part_shape[0], where)

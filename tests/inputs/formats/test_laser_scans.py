@@ -15,6 +15,7 @@ from doo3d import errors
 from doo3d.errors import InputError, MissingDependency
 from doo3d.inputs import open_capture
 from doo3d.inputs.formats import cloud
+from doo3d.inputs.formats._laser_scans import count_e57, read_e57
 
 COUNT = 400
 UTM = np.array((450123.25, 5412345.5, 210.125))
@@ -146,6 +147,17 @@ def test_e57_colours_of_16_bits(tmp_path, points, colors, limits):
         fields[f"color{name}"] = (colors[:, i].astype(np.float64) * 257, "IntegerNode", (0, 0, 65535))
     (cloud,) = clouds(e57_of(tmp_path / "a.e57", fields, limits)).values()
     assert np.array_equal(cloud.colors, colors)
+
+
+def test_an_e57_is_opened_once_for_all_of_its_scans(tmp_path, points, monkeypatch):
+    path = tmp_path / "a.e57"
+    write_e57(path, *[(points, None, (1, 0, 0, 0), (0, 0, 0))] * 3)
+    opened = []
+    open_file = pye57.libe57.ImageFile
+    monkeypatch.setattr(pye57.libe57, "ImageFile", lambda *args: opened.append(args) or open_file(*args))
+    assert count_e57(path) == 3
+    assert [len(read_e57(path, scan).points) for scan in range(3)] == [len(points)] * 3
+    assert len(opened) == 1
 
 
 def test_e57_without_scans(tmp_path):

@@ -204,3 +204,8 @@ def test_header_that_declares_more_than_the_file_holds(tmp_path):
         file.writestr("K.npy", zipfile.ZipFile(tmp_path / "k.npz").read("K.npy"))
     assert open_capture(tmp_path / "a.npz").frames[0].load().data.depth[0, 0] == 1
     refused(tmp_path / "a.npz", "file-damaged", "depth", index=1)
+
+
+def test_an_npz_of_more_frames_than_its_bytes_can_hold(tmp_path):
+    np.savez_compressed(tmp_path / "a.npz", depth=np.zeros((100_000, 1, 1), np.uint16), K=np.eye(3))
+    refused(tmp_path / "a.npz", "array-too-large", "depth", "(100000, 1, 1)")
