@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from .former import FIXED, FORMER, FORMER_VALUES
 from .models import Config
-from .section import is_expert
+from .section import MAX_NUMBER, MIN_NUMBER, is_expert
 
 COMMENT_COLUMNS = 110
 BOUND_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
@@ -99,8 +99,9 @@ def markdown() -> str:
         "object. A preset (`doo3d presets`) or a YAML file of your own sets what differs from the defaults below; "
         "`--set section.setting=value` sets one for one run. `doo3d config` prints the basic settings as YAML, "
         "`doo3d config --all` the expert ones too.",
-        "Lengths are metres in 3-D and pixels in 2-D; lengths given in radii or voxels scale with the object. This page is made "
-        "from `doo3d/config/` by `doo3d config --markdown`.",
+        "Lengths are metres in 3-D and pixels in 2-D; lengths given in radii or voxels scale with the object. Numbers "
+        f"other than 0 are from {MIN_NUMBER:g} to {MAX_NUMBER}, by amount. This page is made from "
+        "`doo3d/config/` by `doo3d config --markdown`.",
     ]
     basic = [setting for setting in all_settings() if not is_expert(setting.field)]
     expert = [setting for setting in all_settings() if is_expert(setting.field)]

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 from pydantic.fields import FieldInfo
 
 EXPERT = "expert"
 """The tier of a setting in its `json_schema_extra`; settings without one are basic."""
+
+
+MIN_NUMBER, MAX_NUMBER = 1e-6, 2**31 - 1
+"""The smallest and the largest number of a setting, its sign and 0 aside.
+
+A micrometre or a millionth is below what any sensor resolves. The largest whole number of 32 bits is more than any image has
+pixels; its square and its cube are far from the largest float.
+"""
+
+_MAY_BE_INFINITE = {"max_width", "max_width_ratio", "max_cost", "max_gap"}
+"""Settings that a preset turns off by the value .inf."""
 
 
 def expert(default: Any, description: str, **bounds: Any) -> Any:
@@ -37,6 +49,18 @@ class Section(BaseModel):
     """Base class of the configuration's sections: values cannot be changed, and unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=True)
+
+    @field_validator("*")
+    @classmethod
+    def _is_usable(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse numbers that are beyond those of any camera or object, or so small that they are none."""
+        given = value.values() if isinstance(value, dict) else value if isinstance(value, tuple) else (value,)
+        for number in given:
+            if type(number) not in (int, float) or (number == math.inf and info.field_name in _MAY_BE_INFINITE):
+                continue
+            if number and not MIN_NUMBER <= abs(number) <= MAX_NUMBER:
+                raise ValueError(f"is {str(number)[:20]}, expected a number of {MIN_NUMBER:g} to {MAX_NUMBER}")
+        return value
 
     def __repr__(self) -> str:
         """Return the settings that differ from their defaults, by dotted key, such as "Config(merge.chains=1)"."""

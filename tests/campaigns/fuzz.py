@@ -3,7 +3,8 @@
 `python tests/campaigns/fuzz.py --count 10000 --seed 1`. An input is one of `fuzz_seeds`, one file of which is changed as
 `fuzz_mutations` does, or arrays of odd shapes, types and values. It fails the campaign if it raises anything but an error of
 doo3d, prints a warning of Python, ends the process, takes more than 5 s of CPU time, or more than 2 GB of memory. `--only N`
-repeats one input, and leaves its files in the folder that is printed.
+repeats one input, and leaves its files in the folder that is printed. `--settings` gives each number among the settings values at
+its bounds and beyond them, for a frame, a cloud and an image; the limits are the same.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -31,6 +33,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import numpy as np
 from fuzz_mutations import mutated
 from fuzz_seeds import PINHOLE, points, scene, write_seeds
+from fuzz_settings import SETTINGS, one_setting
 
 MAX_CPU_SECONDS = 5.0
 MAX_BYTES = 2 << 30
@@ -317,7 +320,11 @@ def _peak_bytes() -> int:
     return sum(peaks)
 
 
-def _work(pipe: Connection, numbers: range, seed: int, seeds: dict[str, Path], work: Path) -> None:
+Prepare = Callable[[int], tuple[str, Callable[[], Any]]]
+"""Prepares the input of a number: what it is, and the function that uses it."""
+
+
+def _work(pipe: Connection, numbers: range, prepare: Prepare) -> None:
     """Do inputs one by one in a forked process; each is announced before it begins."""
     import resource
 
@@ -325,15 +332,14 @@ def _work(pipe: Connection, numbers: range, seed: int, seeds: dict[str, Path], w
     resource.setrlimit(resource.RLIMIT_DATA, (LIMIT_BYTES, LIMIT_BYTES))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     for number in numbers:
-        what, action = one(number, seed, seeds, work)
+        what, action = prepare(number)
         pipe.send((number, what))
         pipe.send(judged(number, what, action))
     pipe.send(None)
 
 
-def campaign(numbers: range, seed: int, folder: Path) -> Iterator[Outcome]:
+def campaign(numbers: range, prepare: Prepare) -> Iterator[Outcome]:
     """Yield the outcome of each input; a process that ends is replaced."""
-    seeds = write_seeds(folder)
     at = numbers.start
     while at < numbers.stop:
         here, there = Pipe()
@@ -342,7 +348,7 @@ def campaign(numbers: range, seed: int, folder: Path) -> Iterator[Outcome]:
             status = 1
             try:
                 here.close()
-                _work(there, range(at, numbers.stop), seed, seeds, folder / "work" / "input")
+                _work(there, range(at, numbers.stop), prepare)
                 status = 0
             finally:
                 os._exit(status)
@@ -376,6 +382,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0, help="number of the first input")
+    parser.add_argument("--settings", action="store_true", help="settings at their bounds in place of changed inputs")
     parser.add_argument("--only", type=int, help="number of an input to repeat")
     parser.add_argument("--sentences", action="store_true", help="print an example of each sentence about unforeseen content")
     given = parser.parse_args()
@@ -384,15 +391,20 @@ def main() -> int:
     import doo3d.inputs
     import doo3d.pipeline  # noqa: F401 - loaded once, before processes are forked
 
+    if given.settings:
+        prepare, count, name = one_setting, len(SETTINGS), "settings"
+    else:
+        prepare = partial(one, seed=given.seed, seeds=write_seeds(folder), work=folder / "work" / "input")
+        count, name = given.count, f"inputs of seed {given.seed}"
     if given.only is not None:
-        what, action = one(given.only, given.seed, write_seeds(folder), folder / "work" / "input")
+        what, action = prepare(given.only)
         outcome = judged(given.only, what, action)
         print(folder, *outcome, sep="\n")
         return outcome.end not in ("result", "sentence")
     ends: Counter[str] = Counter()
     unforeseen: dict[str, str] = {}
     faults, slowest, largest, start = [], 0.0, 0, time.monotonic()
-    for outcome in campaign(range(given.first, given.first + given.count), given.seed, folder):
+    for outcome in campaign(range(given.first, given.first + count), prepare):
         ends[outcome.end] += 1
         slowest, largest = max(slowest, outcome.seconds), max(largest, outcome.peak)
         if " at " in outcome.detail and "is not what its format prescribes" in outcome.detail:
@@ -409,10 +421,7 @@ def main() -> int:
     if given.sentences:
         print(*unforeseen.values(), sep="\n")
     counted = ", ".join(f"{count} {end}" for end, count in ends.most_common())
-    print(
-        f"{given.count} inputs of seed {given.seed}: {counted}; "
-        f"the slowest {slowest:.1f} s of CPU, the largest {largest >> 20} MB"
-    )
+    print(f"{count} {name}: {counted}; the slowest {slowest:.1f} s of CPU, the largest {largest >> 20} MB")
     print(f"{len(unforeseen)} kinds of content met the guard; {time.monotonic() - start:.0f} s")
     return bool(faults)
 

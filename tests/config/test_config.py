@@ -211,3 +211,18 @@ def test_every_field_says_what_it_is():
         inner = getattr(field.annotation, "model_fields", {name: field})
         for key, item in inner.items():
             assert item.description, f"{name}.{key}"
+
+
+@pytest.mark.parametrize("value", [5e-324, 1e-8, 1e300, 2**64, 10**400, float("inf"), float("nan")])
+@pytest.mark.parametrize("key", ["voxelize.radius", "merge.min_length", "fit.segment_length", "merge.chains", "seed"])
+def test_numbers_beyond_any_camera_or_object_are_refused(key, value):
+    with pytest.raises(ConfigError) as caught:
+        load_config("default", {key: value})
+    assert key in str(caught.value)
+    assert len(str(caught.value)) < 1000
+
+
+def test_no_limit_is_infinite_where_presets_say_so():
+    assert load_config("default", {"merge.max_gap": float("inf")}).merge.max_gap == float("inf")
+    with pytest.raises(ConfigError, match="custom_costs"):
+        load_config("default", {"merge.custom_costs": {"a": 1e300}})
