@@ -18,8 +18,8 @@ class VoxelizeConfig(Section):
 
     radius: float | None = Field(
         None,
-        gt=0,
-        description="Radius of the object, if it is known. m (px in 2-D), over 0; null measures it. Set it if the "
+        ge=1e-4,  # a tenth of a millimetre: voxels of thinner objects are finer than any depth, and take memory without bound
+        description="Radius of the object, if it is known. m (px in 2-D), 0.0001 or more; null measures it. Set it if the "
         "measured one is wrong.",
     )
     size: float | None = expert(

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from ..types import Detection
-from ..types.tables import DEVIATIONS
+from ..types.tables import DEVIATIONS, cell
 from .motion import JointMotion, MotionExport
 from .trees import graph_of
 
@@ -42,7 +42,7 @@ class Csv(MotionExport):
         of the same segment), deviation_across and deviation_along (standard deviations of the joint; not in 2-D), vx, vy, vz
         and ax, ay, az (velocity and acceleration of the joint, per s and per s²). Lengths are in m, or px in 2-D. An unknown
         timestamp, id, deviation, velocity or acceleration is an empty field, an unknown radius is "nan". `occluded`, `depth`
-        and `from_time` are empty at the last joint of a chain.
+        and `from_time` are empty at the last joint of a chain. A name that begins like a formula has an apostrophe before it.
 
         With the option `table` set to nodes: frame, node (number in its frame), kind ("junction" or "tip"), x, y, z. With edges:
         frame, chain, object, first_node, last_node, length, radius, confidence.
@@ -69,7 +69,7 @@ class Csv(MotionExport):
                 joints = frame.table("joints") | _motion_columns(motions, axes)
                 empty = [None] * len(joints["frame"])
                 values = [_as_digits(joints[name]) if name in FLAGS else joints.get(name, empty) for name in columns]
-                table.writerows(zip(*values, strict=True))
+                table.writerows(zip(*(map(cell, column) for column in values), strict=True))
 
 
 def _write_graph(frames: Sequence[Detection], path: Path, table: str) -> None:
@@ -82,12 +82,12 @@ def _write_graph(frames: Sequence[Detection], path: Path, table: str) -> None:
             graph = graph_of(frame)
             if table == "nodes":
                 for number, position in enumerate(graph.positions.tolist()):
-                    rows.writerow([frame.frame, number, "junction" if graph.junction[number] else "tip", *position])
+                    rows.writerow([cell(frame.frame), number, "junction" if graph.junction[number] else "tip", *position])
             else:
                 for number, chain in enumerate(frame.chains):
                     first, last = graph.edges[number].tolist()
                     values = [int(graph.objects[number]), first, last, chain.length, chain.radius, chain.confidence]
-                    rows.writerow([frame.frame, number, *values])
+                    rows.writerow([cell(frame.frame), number, *values])
 
 
 def _as_digits(flags: list[bool | None]) -> list[int | None]:

@@ -111,14 +111,20 @@ def is_frame_line(values: dict[str, Any]) -> bool:
         and all(_is_number(values.get(key)) for key in ("timestamp", "seconds", "occluded"))
         and values.get("seconds") is not None
         and values.get("picture") in (None, *PICTURES)
-        and all(isinstance(values.get(key), list) and all(map(_is_number, values[key])) for key in ("lengths", "radii"))
+        and all(_are_numbers(values.get(key)) for key in ("lengths", "radii"))
+        and _are_numbers(values.get("confidences", []))  # absent in the journal of an early version
         and isinstance(values.get("doubtful", []), list)
-        and all(isinstance(each, list) and len(each) == 2 and all(map(_is_number, each)) for each in values.get("doubtful", []))
+        and all(_are_numbers(each) and len(each) == 2 for each in values.get("doubtful", []))
+        and all(_is_number(values.get(key)) for key in ("objects", "junctions"))
         and isinstance(values.get("notes"), list)
         and all(isinstance(note, str) for note in values["notes"])
         and isinstance(values.get("stages"), dict)
         and all(_is_number(seconds) for seconds in values["stages"].values())
     )
+
+
+def _are_numbers(values: Any) -> bool:
+    return isinstance(values, list) and all(map(_is_number, values))
 
 
 def _is_number(value: Any) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 Table = dict[str, list[Any]]
 
+_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")  # first letters: owasp.org/www-community/attacks/CSV_Injection
 DEVIATIONS = ("deviation_across", "deviation_along")
 """Columns of the standard deviations of a joint."""
 
@@ -133,3 +134,8 @@ def _framed(detection: Any, columns: Table) -> Table:
     count = len(next(iter(columns.values())))
     stamp = None if detection.timestamp is None else float(detection.timestamp)
     return {"frame": [detection.frame] * count, "timestamp": [stamp] * count, **columns}
+
+
+def cell(value: Any) -> Any:
+    """Return a value of a table; a text that a spreadsheet would run as a formula gets an apostrophe, which shows it as text."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(_OF_FORMULAS) else value

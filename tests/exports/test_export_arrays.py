@@ -182,3 +182,11 @@ def test_csv_has_the_motion_too(tmp_path):
     for letter, name in (("v", "velocities"), ("a", "accelerations")):
         np.testing.assert_array_equal([[float(row[letter + axis]) for axis in "xyz"] for row in rows[26:52]], file[name][26:52])
     assert [row["from_time"] for row in rows[:26]] == [*("01"[k % 5 == 3] for k in range(25)), ""]
+
+
+@pytest.mark.parametrize("name", ["=cmd", "+1", "-1", "@SUM(A1)", "\tx"])
+@pytest.mark.parametrize("table", ["joints", "nodes", "edges"])
+def test_no_cell_of_a_csv_is_run_by_a_spreadsheet(tmp_path, name, table):
+    path = doo3d.export([dataclasses.replace(flat(), frame=name)], "csv", tmp_path / "all.csv", table=table)[0]
+    with path.open(newline="", encoding="utf-8") as file:
+        assert {row["frame"] for row in csv.DictReader(file)} == {f"'{name}"}

@@ -38,6 +38,8 @@ FOREIGN = {
     "lengths": {"lengths": "abc"},
     "lists": {"radii": [[1]]},
     "huge": {"seconds": 10**400},
+    "confidences": {"confidences": ["."]},
+    "objects": {"objects": "many"},
     "notes": {"notes": [1]},
     "stages": {"stages": [1]},
     "status": {"status": []},

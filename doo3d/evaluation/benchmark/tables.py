@@ -10,6 +10,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ...outputs.detection_json import dumps
+from ...types.tables import cell
 from ..metrics.confidence import most_confident_part, ratio, reliability
 from ..metrics.correct import COUNTED, FRAMES, LOOKED_AT
 from ..metrics.record import Column, Record, Records
@@ -76,7 +77,7 @@ def csv_text(rows: Records) -> str:
     if rows:
         table.writerow(names)
     for row in plain:
-        table.writerow(["" if _is_unknown(row.get(name)) else row[name] for name in names])
+        table.writerow(["" if _is_unknown(row.get(name)) else cell(row[name]) for name in names])
     return file.getvalue()
 
 
