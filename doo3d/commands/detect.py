@@ -113,7 +113,7 @@ def detect(
       doo3d detect pairs -o out --cameras rig.yaml
 
     Exit code 0: all frames are fine; 1: some failed (see OUT/manifest.json); 2: nothing could be done, or the run ended early;
-    130: interrupted with Ctrl-C.
+    130: interrupted with Ctrl-C; 143: ended by SIGTERM.
     """
     from ..runs.local_executor import local_workers
     from ..runs.worker_count import AUTO, worker_count

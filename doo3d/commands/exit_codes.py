@@ -10,3 +10,6 @@ NOTHING_DONE = 2
 
 INTERRUPTED = 130
 """The user has pressed Ctrl-C; by convention 128 and the number of the signal SIGINT."""
+
+TERMINATED = 143
+"""Another program, such as a scheduler, has ended the run: 128 and the number of the signal SIGTERM."""

@@ -1,17 +1,19 @@
-"""What a run that is interrupted with Ctrl-C prints: one line, with the command to go on."""
+"""What a run that is interrupted with Ctrl-C or SIGTERM prints: one line, with the command to go on."""
 
 from __future__ import annotations
 
 import shlex
+import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import typer
 
-from .exit_codes import INTERRUPTED
+from .exit_codes import INTERRUPTED, TERMINATED
 from .progress_bars import remove_bars
 
 if TYPE_CHECKING:
@@ -25,15 +27,25 @@ class Interruption:
     ----------
     reporter
         the reporter of the run; None before it has begun.
+    is_terminated
+        whether SIGTERM interrupted it, as schedulers send it, not Ctrl-C.
     """
 
     reporter: Reporter | None = None
+    is_terminated = False
 
     def line(self) -> str:
         """Return the line: how many frames are finished, and the command to go on."""
         finished, total = (self.reporter.finished, self.reporter.total) if self.reporter else (0, 0)
         state = f": {finished} of {total} frames are finished" if self.reporter else " before the first frame"
-        return f"doo3d: interrupted{state}; to go on: {self._command(bool(finished))}"
+        word = "terminated" if self.is_terminated else "interrupted"
+        return f"doo3d: {word}{state}; to go on: {self._command(bool(finished))}"
+
+    def terminate(self, *_: object) -> None:
+        """Interrupt the run as Ctrl-C does, as a handler of SIGTERM; the signal ends the process if it comes again."""
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        self.is_terminated = True
+        raise KeyboardInterrupt
 
     @staticmethod
     def _command(has_results: bool) -> str:
@@ -44,15 +56,21 @@ class Interruption:
 
 @contextmanager
 def interruptible() -> Iterator[Interruption]:
-    """Yield an Interruption for the duration of a `with` block; on Ctrl-C print its line on stderr and exit with code 130."""
+    """Yield an Interruption for a `with` block; on Ctrl-C or SIGTERM print its line on stderr and exit with code 130 or 143."""
     interruption = Interruption()
+    handles = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    if handles:
+        signal.signal(signal.SIGTERM, interruption.terminate)
     try:
         with unmasked_interrupts():
             yield interruption
     except KeyboardInterrupt:
         remove_bars()
         typer.echo(interruption.line(), err=True)
-        raise typer.Exit(INTERRUPTED) from None
+        raise typer.Exit(TERMINATED if interruption.is_terminated else INTERRUPTED) from None
+    finally:
+        if handles:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 @contextmanager

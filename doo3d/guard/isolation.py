@@ -32,6 +32,16 @@ _processes: dict[int, _Process] = {}  # by the number of this process: a forked 
 T = TypeVar("T")
 
 
+def _renew_lock() -> None:
+    """Give a forked process a lock of its own: a thread of its parent may have held the former."""
+    global _lock
+    _lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
+
+
 def isolated(
     function: Callable[..., T],
     *args: Any,
@@ -68,7 +78,11 @@ def isolated(
         process = _processes.get(os.getpid())
         if process is None or not process.is_alive():
             _processes.clear()
-            process = _processes[os.getpid()] = _Process()
+            try:
+                process = _processes[os.getpid()] = _Process()
+            except OSError as error:  # no file descriptor, process or memory is left
+                reason = f"no process for the library that reads it can be started ({error.strerror or error})"
+                raise InputError(f"{where}: {reason}", code="file-unreadable") from error
         try:
             kind, value = process.call((function, args, current_limits(), os.getcwd(), where, memory), seconds)
         except (EOFError, BrokenPipeError, pickle.UnpicklingError):
@@ -91,13 +105,17 @@ class _Process:
         paths = [path or os.getcwd() for path in sys.path if isinstance(path, str)]
         surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
         self._printed: IO[bytes] = tempfile.TemporaryFile()
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", _COMMAND],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._printed,
-            env=surroundings,
-        )
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _COMMAND],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._printed,
+                env=surroundings,
+            )
+        except BaseException:
+            self._printed.close()
+            raise
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._to, self._from = self._process.stdin, self._process.stdout

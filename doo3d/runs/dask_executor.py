@@ -12,7 +12,7 @@ from typing import Any
 from ..errors import InputError, require
 from .executor import Call, do_calls
 from .frame_cache import FrameCache
-from .retrying_executor import JobLost, RetryingExecutor, WorkerJob
+from .retrying_executor import RESUME_MESSAGE, JobLost, RetryingExecutor, WorkerJob
 from .threads import single_thread
 
 MAX_SECONDS_WITHOUT_WORKERS = 60.0
@@ -23,8 +23,6 @@ POLL_SECONDS = 1.0
 
 CLOSE_SECONDS = 5.0
 """s that ending the connection to the scheduler may take."""
-
-RESUME_MESSAGE = "finished frames are kept, repeat the same command to resume"
 
 
 @contextmanager

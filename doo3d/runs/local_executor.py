@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
@@ -24,8 +24,10 @@ from multiprocessing.reduction import ForkingPickler
 from types import ModuleType
 from typing import Any
 
+from ..errors import InputError
+from ..guard.guarding import first_line
 from .executor import do_calls
-from .retrying_executor import JobLost, JobTooSlow, RetryingExecutor, WorkerJob
+from .retrying_executor import RESUME_MESSAGE, JobLost, JobTooSlow, RetryingExecutor, WorkerJob
 from .threads import ONE_THREAD, single_thread
 from .time_limit import PAUSE_SECONDS, limit_message
 
@@ -97,12 +99,24 @@ class LocalExecutor(RetryingExecutor):
         self._changed = threading.Condition()
         self._waiting: deque[WorkerJob] = deque()
         self._closed = False
-        self._workers = [_Worker(*self._spawn()) for _ in range(workers)]
-        self._threads = [threading.Thread(target=self._drive, args=(worker,), daemon=True) for worker in self._workers]
-        if time_limit is not None:
-            self._threads.append(threading.Thread(target=self._watch, args=(time_limit,), daemon=True))
-        for thread in self._threads:
-            thread.start()
+        self._broken: InputError | None = None
+        self._workers: list[_Worker] = []
+        self._threads: list[threading.Thread] = []
+        try:
+            for _ in range(workers):
+                self._workers.append(_Worker(*self._spawn()))
+                self._begin(self._drive, self._workers[-1])
+            if time_limit is not None:
+                self._begin(self._watch, time_limit)
+        except Exception as error:
+            self.close()
+            raise _without_process(error) from error
+
+    def _begin(self, function: Callable[[Any], None], argument: Any) -> None:
+        """Start a thread of this executor."""
+        thread = threading.Thread(target=function, args=(argument,), daemon=True)
+        thread.start()
+        self._threads.append(thread)
 
     def close(self) -> None:
         """End the workers at once, and whatever they are doing."""
@@ -130,6 +144,8 @@ class LocalExecutor(RetryingExecutor):
     def _start(self, job: WorkerJob) -> None:
         job.handle = _Outcome(ForkingPickler.dumps((job.function, job.calls)))
         with self._changed:
+            if self._broken is not None:
+                job.handle.error, job.handle.done = self._broken, True
             (self._waiting if job.worker is None else job.worker.preferring).append(job)
             self._changed.notify_all()
 
@@ -153,7 +169,8 @@ class LocalExecutor(RetryingExecutor):
         while (job := self._next_job(worker)) is not None:
             outcome = job.handle
             payload, outcome.payload = outcome.payload, None
-            values, error = None, None
+            values: list[Any] | None = None
+            error: BaseException | None = None
             try:
                 worker.pipe.send_bytes(payload)
                 del payload
@@ -164,7 +181,10 @@ class LocalExecutor(RetryingExecutor):
                 values, error = worker.pipe.recv()
             except (EOFError, OSError):
                 error = JobLost() if self._time_limit is None or self._is_in_time(worker) else self._too_slow(self._time_limit)
-                self._replace(worker)
+                try:
+                    self._replace(worker)
+                except Exception as reason:  # no file descriptor, process or memory is left
+                    error = self._give_up(reason)
             except Exception as unreadable:
                 error = unreadable
             with self._changed:
@@ -172,10 +192,22 @@ class LocalExecutor(RetryingExecutor):
                 self._changed.notify_all()
             del job, outcome, values, error  # of several megabytes, not to be held until the next job is done
 
-    def _next_job(self, worker: _Worker) -> WorkerJob | None:
-        """Wait for a job that the worker may do and return it; None once the executor is closed."""
+    def _give_up(self, reason: Exception) -> InputError:
+        """End all jobs that wait, and those to come, with an error, since no process can be started; the error."""
+        error = _without_process(reason)
         with self._changed:
-            while not self._closed:
+            self._broken = error
+            for queue in (self._waiting, *(worker.preferring for worker in self._workers)):
+                for job in queue:
+                    job.handle.error, job.handle.done = error, True
+                queue.clear()
+            self._changed.notify_all()
+        return error
+
+    def _next_job(self, worker: _Worker) -> WorkerJob | None:
+        """Wait for a job that the worker may do and return it; None once the executor is closed, or no process can be started."""
+        with self._changed:
+            while not self._closed and self._broken is None:
                 others = max((other.preferring for other in self._workers), key=len)
                 for queue in (worker.preferring, self._waiting, others):
                     if queue:
@@ -216,10 +248,17 @@ class LocalExecutor(RetryingExecutor):
         worker.process.join()
         with self._changed:
             if not self._closed:
-                worker.process.close()
                 worker.pipe.close()
-                worker.process, worker.pipe = self._spawn()
+                process, worker.pipe = self._spawn()
+                worker.process.close()
+                worker.process = process
                 worker.is_new, worker.seconds_left = True, None
+
+
+def _without_process(reason: Exception) -> InputError:
+    """Return the error for a process that could not be started."""
+    sentence = f"no worker process can be started ({first_line(reason)}): use fewer workers, or close other programs"
+    return InputError(f"{sentence}: {RESUME_MESSAGE}", code="workers-missing")
 
 
 @contextmanager

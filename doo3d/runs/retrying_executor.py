@@ -16,6 +16,8 @@ keep other workers idle, and memory stays small."""
 MAX_FRAMES_PER_JOB = 64
 """Limits the memory of a run and what a kill loses, where frames take few milliseconds each."""
 
+RESUME_MESSAGE = "finished frames are kept, repeat the same command to resume"
+
 LOST_MESSAGE = "its worker died of it, twice (out of memory, or a crash in a library)"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import pickle
@@ -24,7 +25,7 @@ from doo3d.runs.executor import WorkerLost
 from doo3d.runs.frame_cache import FrameCache
 from doo3d.runs.frame_files import encode_frame
 from doo3d.runs.frame_jobs import detect_frame, render_frame
-from doo3d.runs.local_executor import local_workers
+from doo3d.runs.local_executor import LocalExecutor, local_workers
 from doo3d.runs.process_frames import JobSize
 from doo3d.runs.select_executor import select_executor
 from doo3d.types import Cloud
@@ -108,6 +109,28 @@ def threads(cache):
     import cv2
 
     return cv2.getNumThreads(), int(os.environ["OPENBLAS_NUM_THREADS"])
+
+
+def no_process(self):
+    raise OSError(errno.EMFILE, "Too many open files")
+
+
+def test_a_worker_that_cannot_be_replaced_ends_all_jobs_with_an_error(monkeypatch):
+    with local_workers(1) as executor:
+        assert executor.submit(doubled, [(1, None)]).result() == [2]
+        monkeypatch.setattr(LocalExecutor, "_spawn", no_process)
+        jobs = [executor.submit(doubled, [(2, "always")]), executor.submit(doubled, [(3, None)])]
+        for job in jobs:
+            with refuses("workers-missing", "no worker process can be started", "Too many open files", "to resume"):
+                job.result()
+        with refuses("workers-missing", "no worker process can be started"):
+            executor.submit(doubled, [(4, None)]).result()
+
+
+def test_workers_that_cannot_be_started_are_an_error(monkeypatch):
+    monkeypatch.setattr(LocalExecutor, "_spawn", no_process)
+    with refuses("workers-missing", "Too many open files"), local_workers(2):
+        pass
 
 
 def test_the_calls_of_a_job_whose_worker_died_are_repeated_one_by_one(tmp_path):

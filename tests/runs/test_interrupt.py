@@ -74,6 +74,22 @@ def test_a_module_that_is_interrupted_while_it_is_loaded(doo3d, capture, monkeyp
 
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [0, 2])
+def test_sigterm_ends_with_a_line_and_a_run_to_go_on_with(frames, expected, tmp_path, workers):
+    out = tmp_path / "out"
+    command = ("doo3d", "detect", frames, "-o", out, "--workers", workers, "--quiet")
+    process = started(*command)
+    wait_for(lambda: finished_frames(out) >= 2)
+    process.terminate()
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode == 143, output
+    assert output.splitlines()[-1].startswith("doo3d: terminated: "), output
+    again = started(*command)
+    again.communicate()
+    assert files_of(out) == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [0, 2])
 @pytest.mark.parametrize("moment", ["start", "frames"])
 def test_one_line_from_a_terminal(frames, expected, tmp_path, workers, moment):
     """A terminal sends Ctrl-C to all processes of the run."""

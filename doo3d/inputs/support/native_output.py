@@ -12,6 +12,17 @@ from dataclasses import dataclass
 from typing import IO, Any, cast
 
 _ONE_AT_A_TIME = threading.RLock()  # there is one stderr in a process
+
+
+def _renew_lock() -> None:
+    """Give a forked process a lock of its own: a thread of its parent may have held the former."""
+    global _ONE_AT_A_TIME
+    _ONE_AT_A_TIME = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
+
 _beside: list[
     IO[str]
 ] = []  # files on stderr as it was, the last one on the present one; never closed, since others may hold them
