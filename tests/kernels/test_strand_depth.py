@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from doo3d.geometry.polyline import unit, whittaker_smooth
-from doo3d.kernels import smooth_depth_beside, smooth_strand_depth
+from doo3d.kernels import smooth_depth_beside, smooth_strand_depth, visits
 
 MEDIAN_RADII, DEVIATIONS, TORN_RADII, SMOOTHING_RADII, NOISE_RADII, FIRST_WEIGHT, MAD = 12.0, 3.0, 2.5, 1.7, 0.15, 1e-3, 1.4826
 MAX_IN_FRONT, MAX_SLOPE, BEHIND, UNUSUAL, STRETCH = 0.1, 8.0, 0.3, 0.8, 5.0
@@ -170,6 +170,18 @@ def test_a_curve_between_a_strand_and_what_lies_behind_is_not_believed(length):
     found, waves, *_ = smooth_strand_depth(1 / depth, np.ones(320, bool), UNKNOWN, 0.004, FOCAL, np.array(NUMBERS), 4)
     np.testing.assert_allclose(found, 0.95, atol=1e-6)
     assert waves < 1e-6
+
+
+def test_the_work_on_noise_grows_with_the_square_of_the_length_at_most():
+    """Each reading is a run of its own."""
+
+    def work(count):
+        value = 1 / np.random.default_rng(0).uniform(0.3, 2.0, count)
+        before = visits()
+        smooth_strand_depth(value, np.ones(count, bool), np.full(count, 0.5), 0.003, 600.0, np.array(NUMBERS), 4)
+        return visits() - before
+
+    assert work(2000) < 4 * work(1000) < 20_000_000
 
 
 def test_a_curve_through_a_straight_line_is_the_line():

@@ -194,6 +194,10 @@ Runs runs_of(const Strand& strand, const std::vector<Index>& known, double per_r
     return runs;
 }
 
+// Runs back among which the one before a run is looked for: what hides a strand is one to ten runs wide. Noise in which every reading
+// is a run of its own would take the cube of its length.
+constexpr Index MAX_RUNS_BETWEEN = 128;
+
 // Return the samples with readings of the chain of runs that costs least.
 std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
     const Index count = runs.count(), readings = Index(runs.known.size());
@@ -205,7 +209,7 @@ std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
         const Index first = runs.start[run], last = runs.last(run);
         const double height = runs.height[first];
         cost[run] = runs.off_line(0, first, height, 0, 0, false, least, settings);
-        for (Index other = run - 1; other >= 0; --other) {
+        for (Index other = run - 1; other >= std::max<Index>(0, run - MAX_RUNS_BETWEEN); --other) {
             const Index end = runs.last(other), from = runs.known[end];
             const double slope = runs.slope(end, first), rise = (height - runs.height[end]) / double(runs.known[first] - from);
             const double limit = cost[run] - cost[other] - slope * slope;
