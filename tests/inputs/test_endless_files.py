@@ -16,6 +16,8 @@ from builders.errors import refuses
 from doo3d.errors import InputError
 from doo3d.guard import image_size
 from doo3d.inputs import open_capture
+from doo3d.inputs.formats import _cloud_files
+from doo3d.inputs.formats._cloud_files import read_open3d
 from doo3d.inputs.formats.trajectory import read_lines
 from doo3d.inputs.support.arrays import read_depth_array
 from doo3d.inputs.support.images import decode_image, read_color
@@ -81,6 +83,12 @@ def test_other_files_of_a_folder_do_not_block(folder, name, kind):
 def test_a_sparse_cloud_of_text(tmp_path):
     with refuses("file-damaged", "a line of more than"):
         open_capture(replaced_by(tmp_path / "a.xyz", "sparse")).frames[0].load()
+
+
+def test_a_cloud_without_the_end_of_its_header(tmp_path, monkeypatch):
+    monkeypatch.setattr(_cloud_files, "open3d", None)
+    with refuses("file-damaged", "no line DATA"):
+        read_open3d(replaced_by(tmp_path / "a.pcd", "sparse"), "pcd")
 
 
 def test_a_row_without_end(tmp_path):

@@ -79,6 +79,8 @@ def _check_announced(path: Path, kind: str) -> None:
     with path.open("rb") as file:
         head = file.read(MAX_CLOUD_HEADER_BYTES)
     end = re.search(rb"^end_header|^DATA", head, re.MULTILINE)
+    if end is None and kind == "pcd":  # Open3D reads on for it
+        raise damaged(path, f"it has no line DATA within {MAX_CLOUD_HEADER_BYTES} bytes")
     head = head[: end.end()] if end else head
     least, pattern = 1, rb"^element\s+vertex\s+(\d{1,30})"
     if kind == "pcd":

@@ -111,10 +111,11 @@ def read_text(path: Path) -> Points:
     mark = table.mark if named else None
     if table.announced is not None:  # PTS has a count before each scan
         rows = (line for line in rows if not line.strip().isdecimal())
-    replaced = {",": "."} if table.decimal_comma else {}
+    marks = {",": "."} if table.decimal_comma else {}
     if table.mark and not named:
-        replaced[table.mark] = " "
-    cells = _numbers(path, (line.translate(str.maketrans(replaced)) for line in rows), mark, named or None)
+        marks[table.mark] = " "
+    letters = str.maketrans(marks)
+    cells = _numbers(path, (line.translate(letters) for line in rows), mark, named or None)
     if len(cells) < (table.announced or 0):
         raise damaged(path, f"it announces {table.announced} points and holds {len(cells)} rows")
     return Points(cells[:, :3], colors_in(cells, bool(named)))
