@@ -15,12 +15,13 @@ from builders.errors import refuses
 
 from doo3d.errors import InputError
 from doo3d.guard import image_size
+from doo3d.guard.limits import Limits
 from doo3d.inputs import open_capture
 from doo3d.inputs.formats import _cloud_files
 from doo3d.inputs.formats._cloud_files import read_open3d
 from doo3d.inputs.formats.trajectory import read_lines
 from doo3d.inputs.support.arrays import read_depth_array
-from doo3d.inputs.support.images import decode_image, read_color
+from doo3d.inputs.support.images import decode_image, read_color, read_depth
 
 SPARSE_BYTES = 3 << 30  # no block of it is on the disk
 
@@ -80,9 +81,43 @@ def test_other_files_of_a_folder_do_not_block(folder, name, kind):
         open_capture(folder).frames[0].load()
 
 
-def test_a_sparse_cloud_of_text(tmp_path):
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("suffix", [".raw", ".exr", ".npy"])
+def test_depth_of_other_programs(tmp_path, suffix, kind):
+    path = replaced_by(tmp_path / f"a{suffix}", kind)
+    (tmp_path / "a_metadata.csv").write_text("Resolution x,64\nResolution y,48\nFx,60\nFy,60\nPPx,32\nPPy,24\n")
+    damaged = "size-too-large" if suffix == ".raw" else "file-damaged"
+    with refuses(damaged if kind == "sparse" else KINDS[kind], path.name):
+        read_depth(path, 1000)
+
+
+@pytest.mark.parametrize("name", ["a.xyz", "a.pts"])
+def test_a_sparse_cloud_of_text(tmp_path, name):
     with refuses("file-damaged", "a line of more than"):
-        open_capture(replaced_by(tmp_path / "a.xyz", "sparse")).frames[0].load()
+        open_capture(replaced_by(tmp_path / name, "sparse")).frames[0].load()
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.ptx", "a.pts"])
+def test_a_line_without_end_after_rows(tmp_path, name):
+    """The file begins as one of its format."""
+    head = {"a.csv": "x,y,z\n", "a.pts": "2\n", "a.ptx": "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + 4 * "1 0 0 1\n"}[name]
+    (tmp_path / name).write_text(head + ("1,2,3\n" if name == "a.csv" else "1 2 3 1\n"))
+    os.truncate(tmp_path / name, 4 << 20)
+    with refuses("file-damaged", "a line of more than"):
+        open_capture(tmp_path / name).frames[0].load()
+
+
+def test_a_text_of_more_lines_than_points_are_allowed(tmp_path):
+    (tmp_path / "a.csv").write_text("x,y,z\n" + 20 * "1,2,3\n")
+    with refuses("size-too-large", "announces 21 points"):
+        open_capture(tmp_path / "a.csv", limits=Limits(max_points=20)).frames[0].load()
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.obj", "# " * 2000 + "x"), ("a.xyz", "1 2 " + "1" * 1_000_000 + "x\n")])
+def test_a_first_line_on_which_patterns_could_take_hours(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    with refuses("file-damaged" if name == "a.xyz" else "format-unknown", name):
+        open_capture(tmp_path / name).frames[0].load()
 
 
 def test_a_cloud_without_the_end_of_its_header(tmp_path, monkeypatch):
