@@ -8,8 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..config import PruneConfig
-from ..errors import require
+from ..errors import ConfigError, require
 from ..geometry.curves import Curves
+from ..geometry.limits import MAX_NEAR_PAIRS
 from ..geometry.polyline import unit
 from ..kernels import keep_segments
 from ..types import Bools, Floats, Ints
@@ -55,6 +56,10 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     Returns
     -------
     The chains that are left, in the order given, and the segments removed.
+
+    Raises
+    ------
+    ConfigError : the segments are so long or so wide that more than `MAX_NEAR_PAIRS` pairs may overlap.
     """
     if not len(chains):
         return Pruned(chains, np.zeros((0, 2, context.grid.centroids.shape[1])))
@@ -81,9 +86,21 @@ def near_pairs(starts: Floats, ends: Floats, owner: Ints, width: float) -> Ints:
     Returns
     -------
     (K, 2) indices (i, j) with i < j, in lexicographic order.
+
+    Raises
+    ------
+    ConfigError : there are more than `MAX_NEAR_PAIRS`.
     """
     diameter = np.sqrt(np.sum((ends - starts) ** 2, axis=1).max(initial=0) + 2 * width**2)  # of the largest sphere
-    pairs: Ints = cKDTree((starts + ends) / 2).query_pairs(diameter, output_type="ndarray")
+    tree = cKDTree((starts + ends) / 2)
+    count = (int(tree.count_neighbors(tree, diameter)) - len(starts)) // 2  # without a list of them
+    if count > MAX_NEAR_PAIRS:
+        raise ConfigError(
+            f"fit.segment_length, prune.width: {count} pairs of segments lie within {diameter:.3g} of each other and may overlap, "
+            f"the limit is {MAX_NEAR_PAIRS}: set shorter segments or a smaller width, or segment more narrowly",
+            code="value-out-of-bounds",
+        )
+    pairs: Ints = tree.query_pairs(diameter, output_type="ndarray")
     first, second = pairs.T
     pairs = pairs[(second > first + 1) | (owner[first] != owner[second])]
     return pairs[np.lexsort(pairs.T[::-1])]

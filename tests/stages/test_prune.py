@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders.contexts import context_of
+from builders.errors import refuses
 
 import doo3d
 from doo3d.config import PruneConfig
+from doo3d.errors import ConfigError
 from doo3d.geometry.curves import Curves
+from doo3d.geometry.limits import MAX_NEAR_PAIRS
 from doo3d.geometry.polyline import perpendicular, unit
 from doo3d.inputs import open_capture
 from doo3d.stages.prune import cuboids_intersect, near_pairs, prune
@@ -257,3 +260,14 @@ def test_the_width_has_an_upper_bound():
     widest = doo3d.load_config("default", {"prune.width": 100}).prune
     pruned = prune(Curves.of([chain((0, 0), (1, 0), 7), chain((3.5, 5), (0, 1), 3)]), context_of(), widest)
     assert len(pruned.removed) == 3  # those of the shorter chain
+
+
+@dims
+def test_segments_of_which_too_many_may_overlap_are_refused(dim):
+    """The limit counts the pairs themselves: it is not passed by many segments that lie apart."""
+    count = int(np.sqrt(2 * MAX_NEAR_PAIRS)) + 2
+    starts = np.arange(count)[:, None] * np.eye(dim)[0] * 3
+    ends, owner = starts + np.eye(dim)[1], np.arange(count)
+    assert len(near_pairs(starts, ends, owner, WIDTH)) == 0
+    with refuses("value-out-of-bounds", "fit.segment_length, prune.width", f"{count * (count - 1) // 2} pairs", kind=ConfigError):
+        near_pairs(starts * 1e-6, ends, owner, WIDTH)
