@@ -96,7 +96,7 @@ def near_pairs(starts: Floats, ends: Floats, owner: Ints, width: float) -> Ints:
     count = (int(tree.count_neighbors(tree, diameter)) - len(starts)) // 2  # without a list of them
     if count > MAX_NEAR_PAIRS:
         raise ConfigError(
-            f"fit.segment_length, prune.width: {count} pairs of segments lie within {diameter:.3g} of each other and may overlap, "
+            f"fit.segment_length, prune.width: {count} pairs of segments within {diameter:.3g} of each other may overlap, "
             f"the limit is {MAX_NEAR_PAIRS}: set shorter segments or a smaller width, or segment more narrowly",
             code="value-out-of-bounds",
         )

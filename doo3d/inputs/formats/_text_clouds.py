@@ -105,7 +105,7 @@ def read_text(path: Path) -> Points:
     if table is None:
         raise InputError(f"{path}: holds no points", code="cloud-empty")
     check_points(count_lines(path), str(path))
-    rows = islice(_lines_of(path), table.first, None)
+    rows: Iterator[str] = islice(_lines_of(path), table.first, None)
     named = [table.names.index(name) for name in (*_COORDINATES, *_COLORS) if name in table.names]
     named = named if len(named) == len(_COORDINATES) + len(_COLORS) else named[: len(_COORDINATES)]
     mark = table.mark if named else None
