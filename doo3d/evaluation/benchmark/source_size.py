@@ -32,7 +32,8 @@ class SourceSize(NamedTuple):
         lines with code on them; docstrings, comments and empty lines are not.
     numbers
         numbers typed at the top of a module or in a class body, also within tuples, dicts and calls, and as defaults of
-        arguments, but for whole numbers from -2 to 2; in C++ those of a `constexpr`, and all with a decimal point but a few simple ones.
+        arguments, but for whole numbers from -2 to 2; in C++ those of a `constexpr`, and all with a decimal point but a few
+        simple ones.
     """
 
     lines: int
