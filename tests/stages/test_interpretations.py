@@ -17,7 +17,7 @@ from doo3d.stages.confidence import Evidence, interpretations, most_probable, ot
 from doo3d.types import Chain, Foreground
 
 CONFIG = doo3d.load_config("default")
-DOUBT = Evidence(residual=3.0, bend=1.5)
+DOUBT = Evidence(residual=3.0, bend=2.0)
 
 
 def chains_of(*evidence: Evidence) -> tuple[list[Chain], list[Evidence]]:

@@ -9,7 +9,7 @@ from .interpretations import CERTAIN
 
 
 def most_probable_chains(chains: Sequence[Chain], count: int) -> list[int]:
-    """Return the indices of the most probable chains, in ascending order; of those at CERTAIN (0.85) or above, the longest.
+    """Return the indices of the most probable chains, in ascending order; of those at CERTAIN (0.7) or above, the longest.
 
     There, differences in confidence are noise, and a long piece of the object is worth more than a short one.
 
