@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import dataclass, field, replace
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,8 +38,9 @@ from .stages.segment import Segmentation, segment, segment_extended
 from .stages.thin import thin
 from .stages.traverse import Traversal, traverse
 from .stages.voxelize import voxelize
-from .types import Array, Chain, Cloud, Crossing, Detection, Frame, Image, Path, Skeleton, as_pose
+from .types import Array, Chain, Cloud, Crossing, Detection, Floats, Frame, Image, Path, Skeleton, as_pose
 from .types.arguments import array
+from .types.arrays import fit_mask
 from .types.display import DOUBTFUL_CONFIDENCE
 from .types.results import kept_crossings
 from .visibility import Visibility
@@ -121,6 +123,28 @@ class Stages:
     def paths(self) -> list[Path]:
         """The polylines (`types.Path`) that traversal found along the skeleton, one per branch or loop, in m (px in 2-D)."""
         return self.traversal.paths
+
+
+class LoadedFrame(Protocol):
+    """The data of one frame of a capture, such as `doo3d.inputs.FrameData`."""
+
+    @property
+    def data(self) -> Frame | Cloud | Image: ...
+
+    @property
+    def base_pose(self) -> Floats | None: ...
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
+
+    def mask_for(self, config: Config) -> Array | None: ...
+
+
+@runtime_checkable
+class FrameReference(Protocol):
+    """A frame of a capture that is read when `load` is called, such as `capture[0]`."""
+
+    def load(self) -> LoadedFrame: ...
 
 
 class _Clock:
@@ -292,7 +316,7 @@ def _fitted_length(paths: list[Path], context: FrameContext) -> float:
 
 
 def detect(
-    data: Frame | Cloud | Image | Array,
+    data: Frame | Cloud | Image | Array | FrameReference,
     config: ConfigLike | None = None,
     mask: Array | None = None,
     pose: ArrayLike | None = None,
@@ -302,7 +326,8 @@ def detect(
     Parameters
     ----------
     data
-        a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color.
+        a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color. Or a
+        frame of a capture, `capture[0]`, which is read with its mask and its camera's pose in the base frame.
     config
         the settings: a Config, the name of a preset, the path of a YAML file, or settings by dotted key over the defaults, such
         as {"merge.chains": 1}; None for the preset "default".
@@ -328,7 +353,14 @@ def detect(
     """
     base_pose = None if pose is None else as_pose(pose)
     config = as_config(config)
+    notes: tuple[str, ...] = ()
+    if isinstance(data, FrameReference):
+        loaded = data.load()
+        data, notes = loaded.data, loaded.notes
+        mask = loaded.mask_for(config) if mask is None else mask
+        base_pose = loaded.base_pose if base_pose is None else base_pose
     detection, stages = detect_with_stages(data, config, mask)
+    detection = replace(detection, notes=(*notes, *detection.notes))
     if not object_given(stages, config):
         detection = detection.confident(config.output.min_confidence)
     return detection if base_pose is None else detection.transformed(base_pose)
@@ -356,7 +388,7 @@ def detect_with_stages(
         timestamp=data.timestamp,
         seconds=stages.seconds,
         notes=(
-            *(data.notes if isinstance(data, Cloud) else ()),
+            *(data.notes if isinstance(data, Cloud) else _mask_notes(data, mask)),
             *filter(None, (stages.segmentation.choice if _is_doubtful(stages, config) else "",)),
             *(stages.context.foreground.notes or _lost(stages)),
             *stages.segmentation.limits,
@@ -459,11 +491,11 @@ def _as_image(array: Array) -> Image:
 def _wrong_type(data: object) -> ArgumentError:
     """Return the error for an argument that is no data, with the remedy where the type tells what was meant."""
     if isinstance(data, str | os.PathLike):
-        remedy = f": read a frame of it first: doo3d.open_capture({os.fspath(data)!r}).frames[0].load().data"
+        remedy = f": read a frame of it first: doo3d.open_capture({os.fspath(data)!r})[0]"
     elif hasattr(data, "data") and hasattr(data, "mask_for"):
         remedy = ": give its data: loaded.data"
-    elif hasattr(data, "load") or hasattr(data, "frames"):
-        remedy = ": load one frame first: capture.frames[0].load().data"
+    elif hasattr(data, "frames"):
+        remedy = ": give one frame of it: capture[0]"
     else:
         remedy = ", expected a doo3d.Frame, a doo3d.Cloud, a doo3d.Image or an array (H, W, 3) uint8 RGB"
     return ArgumentError(f"detect was given a {type(data).__name__}{remedy}", code="data-type")
@@ -489,6 +521,12 @@ def _segment(
 def _finite_rows(cloud: Cloud, mask: Array) -> Array:
     mask = array(mask, "mask", "mask-shape")
     return mask[cloud.finite] if mask.shape == cloud.finite.shape else mask
+
+
+def _mask_notes(data: Frame | Image, mask: Array | None) -> list[str]:
+    """Return the note on a mask that was cropped or padded to the size of the image."""
+    image = data.color if isinstance(data, Image) else data.depth
+    return [] if mask is None else [note for note in fit_mask(np.asarray(mask), image.shape[:2])[1:] if note]
 
 
 def _is_doubtful(stages: Stages, config: Config) -> bool:

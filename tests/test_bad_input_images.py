@@ -136,6 +136,14 @@ def test_mask_of_another_size(refused):
     assert all(part in sentence for part in ("m.png", "320x100", "320x240"))
 
 
+def test_a_mask_a_pixel_off_is_cropped_with_a_note(doo3d):
+    color, mask = rope()
+    put("photo.png", color)
+    put("m.png", np.pad(mask, ((0, 1), (0, 1))))
+    code, out, _ = doo3d("detect", "photo.png", "-c", "image", "--mask", "m.png")
+    assert (code, out.count("the mask is 321x241 px and the image 320x240")) == (0, 1)
+
+
 def test_truncated_photograph(refused):
     path = put("photo.jpg", rope()[0])
     path.write_bytes(path.read_bytes()[:-500])

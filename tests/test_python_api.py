@@ -11,12 +11,12 @@ from importlib import resources
 import numpy as np
 import pytest
 from builders.chains import capture, flat, helix
-from builders.drawn_masks import frame_of, wave
+from builders.drawn_masks import CAMERA, frame_of, wave
 from builders.errors import refuses
 
 import doo3d
 from doo3d.config import Config, as_config
-from doo3d.inputs import FrameData
+from doo3d.inputs import FrameData, ReadOptions
 
 FRAME, MASK = frame_of(wave())
 
@@ -40,6 +40,36 @@ def test_data_of_another_type_is_a_type_error_that_says_what_to_give(data, told)
     assert caught.value.code == "data-type"
     assert isinstance(caught.value, doo3d.InputError)
     assert pickle.loads(pickle.dumps(caught.value)).code == "data-type"
+
+
+def test_a_frame_of_a_capture_is_read_with_its_mask_and_pose(tmp_path):
+    pose = np.diag([1.0, -1.0, -1.0, 1.0])
+    np.savez(
+        tmp_path / "a.npz",
+        depth=FRAME.depth,
+        mask=MASK,
+        intrinsics=[[CAMERA.fx, 0, CAMERA.cx], [0, CAMERA.fy, CAMERA.cy], [0, 0, 1]],
+    )
+    capture = doo3d.open_capture(tmp_path / "a.npz", options=ReadOptions(pose=pose))
+    detection, expected = doo3d.detect(capture[0]), doo3d.detect(FRAME, mask=MASK, pose=pose)
+    np.testing.assert_array_equal(detection.chains[0].joints, expected.chains[0].joints)
+    assert detection.base_pose is not None
+    other = np.zeros_like(MASK)
+    other[:, : MASK.shape[1] // 2] = MASK[:, : MASK.shape[1] // 2]
+    assert doo3d.detect(capture[0], mask=other).chains[0].length < detection.chains[0].length
+    with refuses("data-type", "capture[0]"):
+        doo3d.detect(capture)
+
+
+@pytest.mark.parametrize("size", [(481, 641), (479, 639), (480, 641)])
+def test_a_mask_a_pixel_off_is_fitted_with_a_note(size):
+    mask = np.zeros(size, np.uint8)
+    shown = MASK[: size[0], : size[1]]
+    mask[: shown.shape[0], : shown.shape[1]] = shown
+    detection = doo3d.detect(FRAME, mask=mask)
+    (note,) = [note for note in detection.notes if "cropped or padded" in note]
+    assert f"{size[1]}x{size[0]} px and the image 640x480" in note
+    np.testing.assert_array_equal(detection.chains[0].joints, doo3d.detect(FRAME, mask=MASK).chains[0].joints)
 
 
 @pytest.mark.parametrize("config", [3, ["default"], {"merge.chains"}, object()])

@@ -15,7 +15,7 @@ from ..errors import DooWarning, InputError
 from ..guard.file_names import check_file_name
 from ..inputs.support.pose_file import PoseLike, read_pose
 from ..outputs.atomic import PREFIX, writing
-from ..outputs.products import Products
+from ..outputs.products import Products, checks
 from ..outputs.run_reader import Results, open_results, read_detection
 from ..types import Detection
 from ..types.arguments import each, file_path, flag, text
@@ -23,7 +23,11 @@ from .base import Export, labels
 from .registry import FORMATS, export_class, export_of
 
 Exportable = Detection | Iterable[Detection] | Results | str | Path
+Frames = tuple[str, ...]  # names of the frames in a file
 Plan = list[tuple[Path, Sequence[Detection]]]  # each file or folder to write, with its frames
+
+_exported: dict[tuple[Path, Frames], dict[str, list[int] | None]] = {}
+"""Checks of what this process exported without a run, by path and frames: a cell of a notebook may be run again."""
 
 
 def export(
@@ -58,7 +62,8 @@ def export(
     min_confidence
         confidence, 0 to 1, below which objects are left out.
     force
-        replace existing files; otherwise they are an error, but those that were made from this run before and not changed since.
+        replace existing files; otherwise they are an error. Files that nobody changed since are replaced without it: those made
+        from this run, those that this process exported from frames of the same names, and those that would be the same.
     with_progress
         called with the list of frames to read, then with that of files to write; returns an iterable of the same, for example
         one that shows a progress bar.
@@ -94,11 +99,16 @@ def export(
         detections = [item.in_camera().transformed(matrix) for item in detections]
     plan = _plan(kind, to, detections, path)
     made = _products(results)
-    _check_replaceable(plan, force, made)
+    existing = [] if force else _not_made_before(plan, made)
+    if existing and made is not None:
+        raise _exists(existing)
+    _check_folders(plan)
     with writing(path):
-        written = FORMATS.call(to, _write, kind, plan, with_progress)
+        written = FORMATS.call(to, _write, kind, plan, with_progress, existing)
     if made is not None:
         made.add(written)
+    else:
+        _exported.update({(target.resolve(), _names(frames)): checks(target) for target, frames in plan})
     return written
 
 
@@ -198,24 +208,47 @@ def _by_chain(item: Detection) -> list[Detection]:
     ] or [item]
 
 
-def _check_replaceable(plan: Plan, force: bool, made: Products | None) -> None:
-    existing = [target for target, _ in plan if target.exists() and not (made is not None and made.are_unchanged(target))]
-    if existing and not force:
-        more = f", and {len(existing) - 1} more files" if len(existing) > 1 else ""
-        raise InputError(f"{existing[0]} exists{more}", code="out-exists", remedy="--force replaces them")
-    for target in existing:
+def _names(frames: Sequence[Detection]) -> Frames:
+    return tuple(item.frame for item in frames)
+
+
+def _not_made_before(plan: Plan, made: Products | None) -> list[Path]:
+    """Return the existing files of a plan that were changed or made otherwise than from the same run or, without one, frames."""
+
+    def is_repeated(target: Path, frames: Sequence[Detection]) -> bool:
+        if made is not None:
+            return made.are_unchanged(target)
+        return _exported.get((target.resolve(), _names(frames))) == checks(target)
+
+    return [target for target, frames in plan if target.exists() and not is_repeated(target, frames)]
+
+
+def _exists(existing: list[Path]) -> InputError:
+    more = f", and {len(existing) - 1} more files" if len(existing) > 1 else ""
+    return InputError(f"{existing[0]} exists{more}", code="out-exists", remedy="--force replaces them")
+
+
+def _check_folders(plan: Plan) -> None:
+    for target, _ in plan:
         if target.is_dir() and not (target / "metadata.yaml").is_file():
             raise InputError(f"{target} is a folder with other content and is not replaced", code="out-foreign")
 
 
-def _write(kind: Export, plan: Plan, with_progress: Callable[[Sequence[Any]], Iterable[Any]]) -> tuple[Path, ...]:
-    """Write all files under temporary names, then rename them, so that a failure leaves no file behind."""
+def _write(
+    kind: Export, plan: Plan, with_progress: Callable[[Sequence[Any]], Iterable[Any]], existing: Sequence[Path]
+) -> tuple[Path, ...]:
+    """Write all files under temporary names, then rename them, so that a failure leaves no file behind.
+
+    `existing` are files that may stay only as they are: another content is an error.
+    """
     if not plan:
         return ()
     top = next(parent for parent in plan[0][0].absolute().parents if parent.is_dir())
     with tempfile.TemporaryDirectory(prefix=PREFIX, dir=top) as folder:
         for target, frames in with_progress(plan):
             kind.write(frames, Path(folder) / target.name)
+        if changed := [target for target in existing if checks(target) != checks(Path(folder) / target.name)]:
+            raise _exists(changed)
         for target, _ in plan:
             target.parent.mkdir(parents=True, exist_ok=True)
             if target.is_dir():

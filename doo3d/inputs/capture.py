@@ -13,6 +13,7 @@ from ..errors import ArgumentError, InputError, UnknownFrame
 from ..guard.guarding import guarded
 from ..guard.limits import Limits, current_limits, limited
 from ..types import Bools, Cloud, Floats, Frame, Image
+from ..types.arrays import fit_mask
 from .read_options import DEFAULT, ReadOptions
 
 _SHOWN_NAMES = 5  # of frames, in errors
@@ -35,12 +36,24 @@ class FrameData:
     base_pose
         (4, 4) float, camera to the frame that results are wanted in, such as a robot's base frame, in metres; None: results are
         in the camera's own frame.
+    notes
+        sentences for the user about how the frame was read.
     """
 
     data: Frame | Cloud | Image
     mask: Bools | None = None
     pose: Floats | None = None
     base_pose: Floats | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Crop or pad a mask that is a pixel off, with a note."""
+        if self.mask is not None and not isinstance(self.data, Cloud):
+            image = self.data.depth if isinstance(self.data, Frame) else self.data.color
+            mask, note = fit_mask(self.mask, image.shape[:2])
+            if note:
+                object.__setattr__(self, "mask", mask)
+                object.__setattr__(self, "notes", (*self.notes, note))
 
     def mask_for(self, config: Config) -> Bools | None:
         """Return `mask` if the config lets it segment the object (`segment.method` is "auto" or "mask"), else None.

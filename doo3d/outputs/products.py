@@ -60,6 +60,11 @@ class Products:
         return values if isinstance(values, dict) else {}
 
 
+def checks(path: Path) -> dict[str, list[int] | None]:
+    """Return size in bytes and CRC-32 of a file, or of each file in a folder by its path seen from there."""
+    return {file.relative_to(path).as_posix(): _check(file) for file in _files(path)}
+
+
 def _files(path: Path) -> list[Path]:
     return [file for file in path.rglob("*") if not file.is_dir()] if path.is_dir() else [path]
 

@@ -73,7 +73,8 @@ def detect_frame(
         loaded = frame.load()
         read_seconds = time.perf_counter() - start
         found = method(loaded, frame, config)
-        detection = replace(found.detection, frame=frame.name, timestamp=frame.timestamp)
+        notes = (*loaded.notes, *found.detection.notes)
+        detection = replace(found.detection, frame=frame.name, timestamp=frame.timestamp, notes=notes)
         evidence = frame_evidence(loaded, detection, config, lambda data: detect(data, config)) if thorough else {}
     except Exception as error:
         seconds = time.perf_counter() - start

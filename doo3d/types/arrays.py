@@ -37,8 +37,38 @@ def set_sealed(instance: object, **values: Any) -> None:
         object.__setattr__(instance, name, sealed(value) if isinstance(value, np.ndarray) else value)
 
 
+MAX_MASK_DIFFERENCE_PX = 1
+"""px per side by which a mask may differ from its image: models that scale an image and its mask round to another size."""
+
+
+def fit_mask(mask: Array, shape: tuple[int, ...]) -> tuple[Array, str]:
+    """Crop or pad a mask of almost the size of its image at the right and bottom edges.
+
+    Parameters
+    ----------
+    mask
+        any array; only those that differ from `shape` by MAX_MASK_DIFFERENCE_PX at most are changed.
+    shape
+        (H, W) of the image.
+
+    Returns
+    -------
+    mask : of `shape` if it is almost of that size, otherwise unchanged. Padding is no object.
+    note : a sentence for the user about the change; empty without one.
+    """
+    if mask.ndim != 2 or len(shape) != 2 or mask.shape == shape:
+        return mask, ""
+    if max(abs(size - wanted) for size, wanted in zip(mask.shape, shape, strict=True)) > MAX_MASK_DIFFERENCE_PX:
+        return mask, ""
+    fitted = np.zeros(shape, mask.dtype)
+    kept = mask[: shape[0], : shape[1]]
+    fitted[: kept.shape[0], : kept.shape[1]] = kept
+    sizes = f"the mask is {mask.shape[1]}x{mask.shape[0]} px and the image {shape[1]}x{shape[0]}"
+    return fitted, f"{sizes}: the mask is cropped or padded at its right and bottom edges"
+
+
 def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
-    """Return a mask as a new bool array, after checking its shape and type.
+    """Return a mask as a new bool array, after checking its shape and type; one that is a pixel off is cropped or padded.
 
     Parameters
     ----------
@@ -55,6 +85,7 @@ def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
         mask = np.asarray(mask)
     except ValueError as error:  # lists of different lengths
         raise InputError(f"mask is no array ({error})", code="mask-shape") from None
+    mask = fit_mask(mask, shape)[0]
     if mask.shape != shape:
         raise InputError(
             f"mask has shape {mask.shape}, the frame is {shape} : give the mask the size of the data", code="mask-shape"

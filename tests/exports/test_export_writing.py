@@ -17,7 +17,7 @@ from rosbags.highlevel import AnyReader
 
 import doo3d
 from doo3d import errors
-from doo3d.exports import FORMATS, export_class
+from doo3d.exports import FORMATS, export_class, writer
 from doo3d.outputs.detection_json import dumps
 
 pytestmark = pytest.mark.filterwarnings("ignore::doo3d.errors.DooWarning")  # where down is, test_simulators asks
@@ -137,6 +137,23 @@ def test_existing_files_are_replaced_with_force_only(tmp_path, name):
     assert digests(tmp_path) == before
     doo3d.export(other, name, path, force=True)
     assert digests(tmp_path) != before
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_cell_of_a_notebook_can_be_run_again(tmp_path, name):
+    path, detection = target(tmp_path, name), capture()[2]
+    doo3d.export(detection, name, path)
+    first = digests(tmp_path)
+    writer._exported.clear()  # the kernel was restarted
+    doo3d.export(detection, name, path)
+    assert digests(tmp_path) == first
+    doo3d.export(doo3d.Detection((helix(3),), frame=detection.frame), name, path)  # other settings
+    assert digests(tmp_path) != first
+    file = next(file for file in [path, *path.rglob("*")] if file.is_file())
+    file.write_bytes(b"mine")
+    with refuses("out-exists", "force=True"):
+        doo3d.export(detection, name, path)
+    assert file.read_bytes() == b"mine"
 
 
 def test_force_deletes_no_folder_with_other_content(tmp_path):

@@ -220,6 +220,7 @@ def test_it_opens_without_a_network_and_turns(page, size, dark):
         assert page_view.run("document.querySelector('#frames span').textContent") == "bad"
         assert page_view.run("document.documentElement.scrollWidth <= innerWidth"), "wider than the window"
         assert page_view.run("document.querySelectorAll('img[src=x]').length") == 0
+        assert "in 3-D" in page_view.run("document.querySelector('#opens').textContent")
         page_view.run("document.querySelectorAll('#frames button')[1].click()")
         page_view.wait(IN_SPACE)
         kinds = page_view.run("document.querySelector('#view').data.map(trace => trace.type).join()")
@@ -316,6 +317,7 @@ def test_in_the_image(photos, tmp_path):
     path.write_text(report_page(open_results(photos)), encoding="utf-8")
     with browser.Browser() as page_view:
         page_view.open(path)
+        assert page_view.run("document.querySelector('#opens').textContent").endswith("enlarged.")
         page_view.run("document.querySelectorAll('#frames button')[0].click()")
         page_view.wait("document.querySelector('#view .main-svg .scatterlayer .trace')")
         assert page_view.run("document.querySelector('#view').layout.images.length") == 1

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Bools, Floats, Frame, Image
+from ...types.arrays import fit_mask
 from ..capture import Capture, FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions
 from ..support.camera_search import RECORDER_FILE, REMEDY, find_camera
@@ -228,7 +229,7 @@ def _load(files: Files, sensor: Sensor | None, keep_mask: bool, upright: bool) -
     except InputError as error:
         raise with_file(error, files.depth) from None
     masks = [read_mask(mask, depth.shape) for mask in files.masks]
-    mask: Bools | None = np.any(masks, axis=0) if masks else None
+    mask: Bools | None = np.any([fit_mask(each, masks[0].shape)[0] for each in masks], axis=0) if masks else None
     if mask is not None and not keep_mask and mask.all() == mask.any():
         mask = None
     return FrameData(frame, mask, read_frame_pose(files.pose) if isinstance(files.pose, Path) else files.pose)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Bools
+from ...types.arrays import fit_mask
 from ..support.images import PHOTO_SUFFIXES, Size, image_size, read_color, read_mask
 from ..support.listing import frame_key, images_in, role_of
 
@@ -93,7 +94,12 @@ class CameraImages:
         return whole if self.half is None else whole[:, :middle] if self.half == SIDES[0] else whole[:, middle:]
 
     def _mask(self, file: Path, shape: tuple[int, ...]) -> Bools:
-        return self._own(read_mask(file, (shape[0], 2 * shape[1]))) if self.is_half(file) else read_mask(file, shape)
+        whole = (shape[0], 2 * shape[1])
+        return (
+            self._own(fit_mask(read_mask(file, whole), whole)[0])
+            if self.is_half(file)
+            else fit_mask(read_mask(file, shape), shape)[0]
+        )
 
     def is_half(self, mask: Path) -> bool:
         """Return whether a mask shows both cameras' views side by side, as the images do."""

@@ -17,6 +17,7 @@ from ...guard.image_size import Size as Size
 from ...guard.isolation import isolated
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
+from ...types.arrays import fit_mask
 from .arrays import array_header, read_color_array, read_depth_array, to_metres
 from .camera_files import read_camera_file
 from .exr import read_exr
@@ -181,6 +182,8 @@ def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> 
 def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bools:
     """Read a mask image as (H, W) bool: true (the object) where any channel but alpha is above zero.
 
+    A mask that is a pixel off is returned as it is: FrameData crops or pads it, with a note.
+
     Parameters
     ----------
     path
@@ -199,7 +202,7 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
         raise InputError(sentence, code="mask-format")
     image = decode_image(path, _COLOR if upright else _COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     mask = np.asarray((image if image.ndim == 2 else image.max(axis=2)) > 0)
-    if mask.shape != shape:
+    if fit_mask(mask, shape)[0].shape != shape:
         rotated = ", rotated by its EXIF orientation" if upright and mask.shape == shape[::-1] else ""
         sizes = f"the mask is {mask.shape[1]}x{mask.shape[0]} but the image is {shape[1]}x{shape[0]}{rotated}"
         raise InputError(f"{path}: {sizes}: give the mask the size of the image", code="mask-shape")

@@ -83,9 +83,12 @@ const thumbnailLoader = new IntersectionObserver((entries) => {
   }
 }, { rootMargin: "400px" });
 
+const opens = metric ? "Click a picture to see its chains in 3-D, from all sides." : "Click a picture to see its chains enlarged.";
+
 function card(frame, number) {
   const item = make("li"), button = make("button", undefined, item, frame.error === null ? "" : "failed");
   button.type = "button";
+  button.title = opens;
   button.addEventListener("click", () => open(number));
   if (frame.picture) {
     const image = make("img", undefined, button);
@@ -141,6 +144,7 @@ heading();
 doubts();
 failures();
 for (const name of Object.keys(orders)) make("option", name, by("order"));
+by("opens").textContent = frames.length ? opens : "";
 by("empty").hidden = frames.length > 0;
 by("choice").hidden = frames.length < 2;
 const cards = frames.map(card);
