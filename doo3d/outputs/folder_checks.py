@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from itertools import count
 from pathlib import Path
 
 from ..errors import InputError
 from ..guard.file_names import is_file_name
-from . import MANIFEST, STRANDS, SUFFIXES
+from . import CONFIG, JOURNAL, MANIFEST, STRANDS, SUFFIXES
 from .atomic import PREFIX
 from .run_identity import read_manifest
 from .torn_manifest import is_torn
@@ -53,6 +54,45 @@ def check_writable(path: Path) -> None:
 
 def remove_files(path: Path, names: Iterable[str]) -> None:
     """Delete the files of frames in a folder; `names` are those of the frames."""
-    for name in names:
-        for suffix in (*SUFFIXES.values(), STRANDS):
-            (path / f"{name}{suffix}").unlink(missing_ok=True)
+    for file in _files_of(path, names):
+        file.unlink(missing_ok=True)
+
+
+def folder_aside(path: Path, names: Iterable[str]) -> Path:
+    """Return the folder in which the results in a folder are kept aside: of OUT it is OUT_1, or the next number.
+
+    A folder that an interrupted `move_aside` began to fill is returned again. `names` are those of the frames.
+    """
+    path = path.resolve() if path.name in ("", "..") else path
+    moved = {file.name for file in _files_of(path, names)}
+    folders = (path.with_name(f"{path.name}_{number}") for number in count(1))
+    return next(
+        folder
+        for folder in folders
+        if not folder.exists() or (folder.is_dir() and {file.name for file in folder.iterdir()} <= moved)
+    )
+
+
+def move_aside(path: Path, names: Iterable[str], aside: Path) -> None:
+    """Move the files of a run from its folder to another; the manifest, which marks it as a run's, is the last of them.
+
+    Raises
+    ------
+    InputError : the files cannot be moved there.
+    """
+    try:
+        aside.mkdir(exist_ok=True)
+        for file in (*_files_of(path, names), path / JOURNAL, path / CONFIG, path / MANIFEST):
+            if file.exists():
+                file.rename(aside / file.name)
+    except OSError as error:
+        raise InputError(
+            f"{aside}: the results in {path} cannot be kept there ({error.strerror or error})",
+            code="out-unwritable",
+            remedy="give another folder with -o, or --restart to replace them",
+        ) from None
+
+
+def _files_of(path: Path, names: Iterable[str]) -> list[Path]:
+    """Return the paths of all files that frames may have in a folder."""
+    return [path / f"{name}{suffix}" for name in names for suffix in (*SUFFIXES.values(), STRANDS)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -12,7 +13,7 @@ from ..errors import InputError
 from . import CONFIG, JOURNAL, MANIFEST, PICTURES, SUFFIXES
 from .atomic import PREFIX, flush_to_disk, write_bytes, write_text
 from .detection_json import dumps
-from .folder_checks import check_writable, lies_in_input, remove_files
+from .folder_checks import check_writable, folder_aside, lies_in_input, move_aside, remove_files
 from .input_state import InputState
 from .journal import Journal
 from .products import Products
@@ -20,6 +21,9 @@ from .resume import Line, file_checks, finished_frames
 from .run_identity import changed_settings, find_conflict, frame_names, identity, read_manifest
 from .run_lock import LOCK, RunLock
 from .torn_manifest import TORN_NOTE, is_torn, restored_manifest, run_digests
+
+KEPT_SECONDS = 60.0
+"""s of work on all frames beyond which results are kept aside when settings change: to make them again takes patience."""
 
 
 class ResultsFolder:
@@ -44,7 +48,8 @@ class ResultsFolder:
         the state of the input files, one entry in its `by_frame` per frame of the run, in order.
     restart
         whether to replace results of the same input in the folder. If false, results of the same input, configuration and
-        versions are resumed, those of another configuration are replaced with a note, and others raise InputError.
+        versions are resumed, those of another configuration are replaced with a note, or kept in a folder
+        beside this one if they took more than KEPT_SECONDS, and others raise InputError.
     force
         whether to write even if the folder has other content. Results of any other run are removed, other files stay.
     retry_failed
@@ -86,6 +91,7 @@ class ResultsFolder:
         self._identity = identity(source | {"files": inputs.digest()}, config)
         self._run = run_digests(self._identity)
         self._journal = Journal(path / JOURNAL)
+        self._aside: Path | None = None
         self._early_failures: list[Line] = []
         self._unflushed: list[Path] = []
         self._started = self._repeats = False
@@ -121,13 +127,16 @@ class ResultsFolder:
             )
         if self._lock.former is not None:
             self.notes.append(f"a run of {self._lock.former} did not end by itself; its lock is taken over")
-        if conflict and conflict.is_setting:
-            settings = changed_settings(self.path, self._config)
-            named = f" ({settings})" if settings else ""
-            self.notes.append(f"{self.path} has results with other settings{named}; they are replaced")
         self._is_other_input = conflict is not None and not conflict.can_restart
         self._replaces = conflict is not None or (restart and manifest is not None)
         self._former_names = frame_names(manifest, lines) if self._replaces else set()
+        if conflict and conflict.is_setting:
+            if sum(_seconds(line) for line in lines) > KEPT_SECONDS and not (restart or self.path.name.startswith(PREFIX)):
+                self._aside = folder_aside(self.path, self._former_names)
+            settings = changed_settings(self.path, self._config)
+            named = f" ({settings})" if settings else ""
+            fate = "replaced" if self._aside is None else f"kept in {self._aside}"
+            self.notes.append(f"{self.path} has results with other settings{named}; they are {fate}")
         self.done, self.later = {}, {}
         if self._replaces or manifest is None:
             return
@@ -319,6 +328,8 @@ class ResultsFolder:
         if self._started:
             return
         self._sweep()
+        if self._aside is not None:
+            move_aside(self.path, self._former_names, self._aside)
         if self._replaces:
             remove_files(self.path, self._former_names)
             self._journal.remove()
@@ -342,3 +353,9 @@ class ResultsFolder:
                 for file in self.path.iterdir():
                     if file.name != LOCK:
                         file.unlink()
+
+
+def _seconds(line: Line) -> float:
+    """Return the time that a frame took, s, from its line in the journal; 0 if the line does not say."""
+    seconds = line.get("seconds")
+    return float(seconds) if isinstance(seconds, int | float) and math.isfinite(seconds) else 0.0

@@ -10,6 +10,8 @@ from builders.runs import files_of, read_manifest
 
 from doo3d.config import Config, load_config
 from doo3d.inputs import open_capture
+from doo3d.outputs import run_folder
+from doo3d.outputs.run_reader import open_results
 from doo3d.runs import run as batch
 
 
@@ -24,6 +26,34 @@ def test_results_with_other_settings_are_replaced_and_other_files_stay(doo3d, ca
     assert doo3d("detect", folder, *settings, "-o", "fresh")[0] == 0
     assert files_of(out) == files_of(tmp_path / "fresh") | {"mine.txt": b"keep"}
     assert "finished already" in doo3d("detect", folder, *settings)[2]
+
+
+@pytest.mark.usefixtures("fake_detection")
+def test_results_that_took_long_are_kept_aside(doo3d, capture, tmp_path, monkeypatch):
+    folder, out = capture(frames=2), tmp_path / "out"
+    doo3d("detect", folder)
+    before = files_of(out)
+    (tmp_path / "out_1").write_text("mine")
+    monkeypatch.setattr(run_folder, "KEPT_SECONDS", 0.0)
+    code, _, err = doo3d("detect", folder, "--set", "seed=3")
+    assert (code, err) == (0, "note: out has results with other settings (seed); they are kept in out_2\n")
+    assert files_of(tmp_path / "out_2") == before
+    assert open_results(tmp_path / "out_2").frames == ("000000", "000001")
+    doo3d("detect", folder, "--set", "seed=3", "-o", "fresh")
+    assert files_of(out) == files_of(tmp_path / "fresh")
+    assert "they are replaced" in doo3d("detect", folder, "--set", "seed=4", "--restart")[2]
+    assert sorted(os.listdir(tmp_path)) == sorted(["capture", "fresh", "out", "out_1", "out_2"])
+
+
+@pytest.mark.usefixtures("fake_detection")
+def test_an_interrupted_move_aside_is_completed(doo3d, capture, tmp_path, monkeypatch):
+    doo3d("detect", capture(frames=2))
+    before = files_of(tmp_path / "out")
+    (tmp_path / "out_1").mkdir()
+    os.rename(tmp_path / "out" / "000000.json", tmp_path / "out_1" / "000000.json")
+    monkeypatch.setattr(run_folder, "KEPT_SECONDS", 0.0)
+    doo3d("detect", "capture", "--set", "seed=3")
+    assert files_of(tmp_path / "out_1") == before
 
 
 @pytest.mark.usefixtures("fake_detection")
