@@ -68,8 +68,9 @@ CameraOption = Annotated[
     Path | None,
     typer.Option(
         "--camera",
-        metavar="FILE",
-        help="Intrinsics of the depth images: a JSON or YAML file with fx, fy, cx, cy or K, ROS's camera_info, RealSense's text.",
+        metavar="FILE|fx,fy,cx,cy",
+        help="Intrinsics of the depth images: a JSON or YAML file with fx, fy, cx, cy or K, ROS's camera_info, RealSense's text, "
+        "or the four numbers, in pixels.",
     ),
 ]
 

@@ -23,7 +23,7 @@ from ..types import Frame
 from ..types.arguments import file_path, flag, refused
 from .capture import Capture, CaptureFormat, FrameData, FrameRef
 from .external_data import in_base_frame, with_masks, with_trajectory
-from .read_options import DEFAULT, ReadOptions, check_used
+from .read_options import DEFAULT, ReadOptions, check_used, intrinsics_of
 from .support.calibration import Calibration
 from .support.camera_files import read_camera_file
 from .support.camera_search import check_size, choose_camera, describe_camera
@@ -108,7 +108,8 @@ def open_capture(
         `tolerance` (s), `color`, `trajectory` (a file of camera poses), `pose` (of the camera in a robot's base frame; by default
         that in a file pose.yaml or pose.json beside the images). A value given here replaces the capture's.
     camera
-        a file with the intrinsics of the depth images (JSON, YAML, RealSense's text): short for `ReadOptions(camera_file=...)`.
+        the intrinsics of the depth images: a file (JSON, YAML, RealSense's text), or a text "fx,fy,cx,cy" in px. Short for
+        `camera_file` and `camera` of ReadOptions.
     limits
         the largest images and clouds that are read, such as `config.input.limits()`; a frame that announces more fails.
 
@@ -136,7 +137,7 @@ def open_capture(
     if not isinstance(options, ReadOptions):
         raise refused(options, "options", "a ReadOptions")
     if camera is not None:
-        options = options.model_copy(update={"camera_file": file_path(camera, "camera")})
+        options = options.model_copy(update=intrinsics_of(file_path(camera, "camera")))
     with guarded(path), limited(limits):
         if not path.exists():
             raise InputError(f"{path} does not exist", code="file-missing")

@@ -73,8 +73,8 @@ class ReadOptions(BaseModel):
     def from_pairs(pairs: list[str] | None, camera_file: Path | None = None, cameras: Path | None = None) -> ReadOptions:
         """Return the options written as a list of `key=value`, such as "depth_scale=5000".
 
-        The keys are the fields of this class; each value is parsed as YAML. `camera_file` and `cameras` replace the pairs of
-        these names.
+        The keys are the fields of this class; each value is parsed as YAML. `camera_file`, a file or the text "fx,fy,cx,cy", and
+        `cameras` replace the pairs of these names.
 
         Raises
         ------
@@ -87,8 +87,8 @@ class ReadOptions(BaseModel):
                 sentence = "expected key=value, such as depth_topic=/camera/depth or depth_scale=5000"
                 raise InputError(f"--input-option {pair}: {sentence}", code="override-invalid")
             values[key.strip()] = parse_yaml(text, f"--input-option {' '.join(pair[:80].split())}")
-        files = {"camera_file": camera_file, "cameras": cameras}
-        values |= {name: file.absolute() for name, file in files.items() if file is not None}
+        values |= {} if camera_file is None else intrinsics_of(camera_file)
+        values |= {} if cameras is None else {"cameras": cameras.absolute()}
         return ReadOptions.of(values, "--input-option")
 
     @staticmethod
@@ -103,6 +103,15 @@ class ReadOptions(BaseModel):
             return ReadOptions(**{str(key): value for key, value in values.items()})
         except InputError as error:
             raise InputError(str(error).replace("ReadOptions", source, 1), code=error.code) from None
+
+
+def intrinsics_of(camera: str | Path) -> dict[str, Any]:
+    """Return the field of ReadOptions for a camera: `camera` of a text such as "922,922,640,360", else `camera_file`."""
+    numbers = str(camera).split(",")
+    try:
+        return {"camera": tuple(map(float, numbers))} if len(numbers) == 4 else {"camera_file": Path(camera).absolute()}
+    except ValueError:
+        return {"camera_file": Path(camera).absolute()}
 
 
 DEFAULT = ReadOptions()
