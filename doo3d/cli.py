@@ -35,6 +35,7 @@ from .commands import (
 )
 from .commands.exit_codes import INTERRUPTED, NOTHING_DONE
 from .commands.interruption import unmasked_interrupts
+from .commands.messages import wrapped
 from .commands.progress_bars import remove_bars
 from .errors import DooError, DooWarning
 
@@ -91,7 +92,7 @@ class CommandGroup(TyperGroup):
                 warnings.showwarning = partial(_note, warnings.showwarning)
                 return super().invoke(ctx)
         except DooError as error:
-            typer.echo(f"doo3d: {error.in_shell} [{error.code}]", err=True)
+            typer.echo(wrapped(f"doo3d: {error.in_shell} [{error.code}]", sys.stderr), err=True)
             raise typer.Exit(NOTHING_DONE) from None
         except KeyboardInterrupt:
             _exit_interrupted()
@@ -100,7 +101,7 @@ class CommandGroup(TyperGroup):
 def _note(otherwise: Callable[..., None], message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
     """Print a warning of doo3d as a note; any other as it would be without this function."""
     if issubclass(category, DooWarning):
-        typer.echo(f"doo3d: note: {message}", err=True)
+        typer.echo(wrapped(f"doo3d: note: {message}", sys.stderr), err=True)
     else:
         otherwise(message, category, *place, **more)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -25,7 +26,7 @@ from .arguments import (
 from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .interruption import interruptible
-from .messages import closing_line
+from .messages import closing_line, wrapped
 from .progress import Reporter, reporting
 
 
@@ -139,7 +140,7 @@ def detect(
         check_rig_use(opened, fuse_views)
         opened = select_frames(opened, Selection(every, start, end, frames))
         for note in () if quiet else opened.notes:
-            typer.echo(f"note: {note}", err=True)
+            typer.echo(wrapped(f"note: {note}", sys.stderr), err=True)
         if fuse_views:
             from ..sequence.fused_capture import fused_capture
 
@@ -182,7 +183,7 @@ def detect(
             typer.echo(f"doo3d: all {len(names)} frames failed, nothing was written", err=True)
         raise typer.Exit(NOTHING_DONE)
     for sentence in () if quiet else summary.notes:
-        typer.echo(f"note: {sentence}", err=True)
+        typer.echo(wrapped(f"note: {sentence}", sys.stderr), err=True)
     if not quiet:
         typer.echo(closing_line(len(names), summary.failed, summary.counts()["chains"], str(out), summary.doubtful))
     write_debug_frames(out, debugged, effective)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,6 +14,7 @@ import typer
 from ..errors import InputError
 from .arguments import CameraOption, EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
 from .exit_codes import NOTHING_DONE, SOME_FAILED
+from .messages import wrapped
 
 if TYPE_CHECKING:
     from ..inputs.capture import FrameData
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from ..viz.contact_sheet import Tile
 
 MAX_REASONS = 3  # reasons printed for unreadable frames; mostly all have the same
+_LABEL = "  {:<14}  "
 _PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
@@ -84,7 +87,8 @@ def info(
     if as_json:
         typer.echo(json.dumps(summary.to_dict(), indent=2, allow_nan=False))
     else:
-        typer.echo("\n".join(summary_lines(summary, format_class(summary.format).what)))
+        lines = summary_lines(summary, format_class(summary.format).what)
+        typer.echo("\n".join(wrapped(line, sys.stdout, len(_LABEL.format(""))) for line in lines))
     if contact_sheet:
         _draw(contact_sheet, f"{capture.resolve().name}   {summary.format}   {_frames(summary.frames)}", tiles)
         typer.echo(f"contact sheet -> {contact_sheet}", err=as_json)
@@ -117,7 +121,7 @@ def summary_lines(summary: CaptureSummary, format_description: str) -> list[str]
         *(("note", note) for note in summary.notes),
         *(("warning", warning) for warning in summary.warnings),
     ]
-    return [summary.path, *(f"  {label:<14}  {text}" for label, text in rows if text)]
+    return [summary.path, *(_LABEL.format(label) + text for label, text in rows if text)]
 
 
 def _frames(count: int) -> str:

@@ -2,7 +2,34 @@
 
 from __future__ import annotations
 
+import os
+import textwrap
 from collections.abc import Sequence
+from typing import TextIO
+
+_NARROW_COLUMNS = 40
+"""Characters per line below which a terminal breaks sentences itself: words fill such lines badly."""
+
+
+def wrapped(line: str, stream: TextIO, hang: int = len("note: ")) -> str:
+    """Return a long line with breaks between words, for a terminal; for a file or a pipe it stays one line.
+
+    Parameters
+    ----------
+    line
+        the text, such as "note: the depth is in millimetres".
+    stream
+        the stream that it will be written to.
+    hang
+        number of blanks before its further lines in a terminal.
+    """
+    try:
+        columns = os.get_terminal_size(stream.fileno()).columns if stream.isatty() else 0
+    except (OSError, ValueError):  # a stream without a file
+        columns = 0
+    if columns < _NARROW_COLUMNS + hang:
+        return line
+    return textwrap.fill(line, columns, subsequent_indent=" " * hang, break_long_words=False, break_on_hyphens=False)
 
 
 def frame_line(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import typer
 
+from .messages import wrapped
 from .progress_bars import has_bar, progress_display, uninterrupted
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ class Reporter:
         """Print a remark about the run on stderr."""
         if not self.quiet:
             with uninterrupted():
-                self._echo(f"note: {sentence}", err=True)
+                self._echo(wrapped(f"note: {sentence}", sys.stderr), err=True)
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
         """Print on stderr how many frames an earlier run has finished, and count these frames as done in the progress bar.
@@ -81,12 +83,15 @@ class Reporter:
 
         if record.error is not None:
             error = record.error + self._remedy(record.code) + (f" [{record.code}]" if record.code else "")
-            self._echo(failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}", err=True)
+            line = failure_line(record.name, error, self.column) if self.total > 1 else f"doo3d: {error}"
+            self._echo(wrapped(line, sys.stderr), err=True)
         elif not self.quiet:
             values = (record.lengths, record.radii, record.confidences, record.occluded, record.units, record.seconds)
             trees = None if record.objects is None else (record.objects, record.junctions or 0)
             line = frame_line(record.name, *values, self.column, trees, record.doubtful)
-            self._echo("\n".join([line, *(f"{'':<{self.column}}   note: {note}" for note in self._unsaid(record.notes))]))
+            label = f"{'':<{self.column}}   note: "
+            notes = (wrapped(label + note, sys.stdout, len(label)) for note in self._unsaid(record.notes))
+            self._echo("\n".join([line, *notes]))
 
     def _remedy(self, code: str | None) -> str:
         """Return which options help against an error of a frame; empty if none does."""
@@ -139,7 +144,7 @@ def reporting(
 
 
 class Bar:
-    """A progress bar with frames per second, time left, and the numbers of chains and of failed frames.
+    """A progress bar with the mean rate of the run, time left, and the numbers of chains and of failed frames.
 
     `advance`, called with the record of each frame that is done, redraws it.
 
@@ -156,7 +161,8 @@ class Bar:
         with uninterrupted():
             self._task = progress.add_task("", total=total, chains=0, failed=0, rate="")
             progress.refresh()
-        self._chains = self._failed = 0
+        self._chains = self._failed = self._done = 0
+        self._began = time.monotonic()
 
     def start(self, records: Sequence[FrameRecord]) -> None:
         """Start the bar of a resumed run; `records` are the records of the frames that an earlier run finished.
@@ -177,10 +183,24 @@ class Bar:
     def advance(self, record: FrameRecord) -> None:
         """Count one more finished frame, with the chains or the failure that its record states, and redraw the bar."""
         self._count([record])
-        speed = self._progress.tasks[self._task].speed
-        rate = f"{speed:.1f} frames/s" if speed else ""
+        self._done += 1
+        rate = rate_text(self._done, time.monotonic() - self._began)
         self._progress.update(self._task, advance=1, refresh=True, rate=rate, chains=self._chains, failed=self._failed)
 
     def _count(self, records: Sequence[FrameRecord]) -> None:
         self._chains += sum(len(record.lengths) for record in records)
         self._failed += sum(record.error is not None for record in records)
+
+
+_MIN_RATE_FRAMES = 3
+"""Frames from which on a rate is shown: the first loads the method, and several workers end their first frames together."""
+
+
+def rate_text(frames: int, seconds: float) -> str:
+    """Return the mean rate of a run, such as "2.5 frames/s" or "12.0 s/frame"; empty for fewer than three frames.
+
+    frames : number of frames finished. seconds : time that they took together, s.
+    """
+    if frames < _MIN_RATE_FRAMES or seconds <= 0:
+        return ""
+    return f"{frames / seconds:.1f} frames/s" if frames >= seconds else f"{seconds / frames:.1f} s/frame"

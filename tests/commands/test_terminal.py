@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 import shutil
 import subprocess
@@ -14,6 +15,8 @@ from builders.photos import cross, labelled, painted, save
 from builders.runs import break_frame
 from builders.terminal import Screen, Shown, in_terminal
 
+from doo3d.commands.messages import wrapped
+from doo3d.commands.progress import rate_text
 from doo3d.commands.progress_bars import remove_bars, with_progress
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
@@ -193,3 +196,40 @@ def test_end_of_a_bar_that_the_terminal_threw_away(monkeypatch):
     screen.write(terminal.getvalue()[len(written) :])
     assert not screen.cursor_is_hidden
     assert screen.text.strip() == ""
+
+
+@pytest.mark.parametrize(
+    ("frames", "seconds", "text"),
+    [(1, 0.1, ""), (2, 0.2, ""), (3, 0.3, "10.0 frames/s"), (3, 3.0, "1.0 frames/s"), (3, 37.5, "12.5 s/frame"), (5, 0.0, "")],
+)
+def test_a_rate_is_that_of_three_frames_or_more(frames, seconds, text):
+    assert rate_text(frames, seconds) == text
+
+
+def test_notes_wrap_at_words_in_a_terminal_alone(place):
+    camera = place / "capture" / "camera_intrinsic.json"
+    shutil.move(camera, place / "elsewhere.json")
+    shown, narrow = (detect(place, columns=columns) for columns in (70, 20))
+    error = piped(place, "detect", "capture", "-o", "out")
+    assert len(error) > 140
+    assert error.count("\n") == 1
+    assert " ".join(shown.screen.text.split()) == error.strip()
+    assert len(shown.lines) > 2
+    assert all(word in error.split() for line in shown.lines for word in line.split()), "a word is broken"
+    assert narrow.screen.text == error
+
+
+def test_further_lines_begin_below_the_text(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+        def fileno(self) -> int:
+            return 1
+
+    monkeypatch.setattr("os.get_terminal_size", lambda file: os.terminal_size((60, 24)))
+    lines = wrapped("000001   note: " + "word " * 30 + "end", Terminal(), 15).splitlines()
+    assert len(lines) == 4
+    assert all(len(line) <= 60 for line in lines)
+    assert all(line.startswith(" " * 15 + "word") for line in lines[1:])
+    assert wrapped("note: " + "word " * 30, io.StringIO()).count("\n") == 0
