@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import shlex
@@ -175,3 +176,14 @@ def test_every_picture_is_shown():
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     images = ROOT / "docs" / "pages" / "images"
     assert not [path for path in images.rglob("*.*") if f"images/{path.relative_to(images).as_posix()}" not in text]
+
+
+def test_one_command_draws_every_picture_of_the_documentation(tmp_path):
+    """Each script of docs/figures is one of its commands; `figures` has their helpers."""
+    figures = ROOT / "docs" / "figures"
+    spec = importlib.util.spec_from_file_location("all_figures", figures / "all.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    run = {Path(command[1]).stem for command in module.commands(tmp_path) if command[1].endswith(".py")}
+    assert run == {file.stem for file in figures.glob("*.py")} - {"all", "figures"}
