@@ -182,7 +182,8 @@ def test_one_command_draws_every_picture_of_the_documentation(tmp_path):
     """Each script of docs/figures is one of its commands; `figures` has their helpers."""
     figures = ROOT / "docs" / "figures"
     spec = importlib.util.spec_from_file_location("all_figures", figures / "all.py")
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     run = {Path(command[1]).stem for command in module.commands(tmp_path) if command[1].endswith(".py")}
