@@ -59,6 +59,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "record3d": "formats.record3d:Record3DCapture",
         "arrays": "formats.npz:ArraysCapture",
         "pairs": "layouts:PAIRS",
+        "lerobot": "formats.lerobot:LeRobotCapture",
         "folder": "layouts:FOLDER",
         "cloud": "formats.cloud:CloudCapture",
         "photos": "layouts:PHOTOS",
