@@ -77,7 +77,7 @@ def _use_capture(path: Path, name: str, random: Random) -> None:
     from doo3d.inputs import ReadOptions, open_capture
 
     is_image = name in ("photos", "a.avi") or name.startswith("picture")
-    options = ReadOptions(camera=PINHOLE) if name in ("tum", "icl", "redwood") else ReadOptions()
+    options = ReadOptions(camera=PINHOLE) if name in ("tum", "icl", "redwood", "lerobot") else ReadOptions()
     capture = open_capture(path, is_image, options=options)
     config = load_config("image") if is_image else load_config()
     for frame in capture.frames[:2]:

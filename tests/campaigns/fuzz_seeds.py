@@ -14,6 +14,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from builders.bags import SECOND, BagScript, packed_depth, png
+from builders.lerobot import ramps
+from builders.lerobot import write as write_lerobot
 
 HEIGHT, WIDTH = 48, 64
 PINHOLE = (60.0, 60.0, 31.5, 23.5)
@@ -86,6 +88,11 @@ def _folders(folder: Path) -> dict[str, Path]:
         f"camera: {list(PINHOLE)}\ndepth_scale: 1000\ncolor: a_color.png\ntimestamp: 1.5\n"
         "pose: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
     )
+    try:
+        write_lerobot(folder / "lerobot", ramps(4), [color] * 4)
+    except ImportError:  # PyAV is not installed
+        pass
+    both |= {"lerobot": ("", "")}
     return {**{name: folder / name for name in both}, "scannet": _scannet(folder / "scannet"), "stray": _stray(folder / "stray")}
 
 

@@ -25,6 +25,7 @@ SEEDS = {
     "record3d": ("record.r3d",),
     "stray": ("stray",),
     "arrays": ("arrays.npz",),
+    "lerobot": ("lerobot",),
     "pairs": ("pairs",),
     "folder": ("open3d", "roles", "npy", "scannet"),
     "cloud": ("binary.ply", "cloud.npz"),
@@ -89,6 +90,8 @@ def test_each_option_changes_what_is_read_or_is_refused(seeds, name, option):
         pytest.skip("its library is not installed")
     is_image = name in ("photos", "a.avi")
     base = ReadOptions(camera=(60, 60, 31.5, 23.5)) if name in ("tum", "icl", "redwood") else ReadOptions()
+    if name == "lerobot":
+        base = ReadOptions(camera=(60, 60, 31.5, 23.5), color_topic="observation.images.top")
     before = content(open_capture(files[name], is_image, options=base))
     options = base.model_copy(update={option: getattr(ReadOptions(**{option: values_of(folder)[option]}), option)})
     if option == "camera_file":
