@@ -30,6 +30,11 @@ _MP4_BOXES = (b"ftyp", b"moov", b"moof", b"mdat", b"wide", b"free", b"skip", b"s
 # A decoder conceals the missing part of a truncated frame with a message, up to this many frames before it returns that frame.
 # Messages at earlier frames mean nothing: the files of some cameras cause one at every frame.
 _DECODER_DELAY_FRAMES = 4
+_AZURE_KINECT_HEAD_BYTES = 1 << 18  # header, calibration of some kilobytes and tags of a recording
+_AZURE_KINECT_DEPTH = (
+    "is a recording of Azure Kinect, whose depth is not read from the MKV: export it with Open3D's example "
+    "azure_kinect_mkv_reader.py --input FILE --output FOLDER (AzureKinectMKVReader, where your Open3D has it) and give the folder"
+)
 _MAX_FPS = 1000.0  # a higher value is a time base, not a frame rate
 
 
@@ -51,6 +56,7 @@ class VideoCapture:
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
+        self.no_depth = _AZURE_KINECT_DEPTH if _is_azure_kinect(path) else ""
         content, stat = _probe(path), path.stat()
         load = partial(_load, path, (stat.st_mtime_ns, stat.st_size), content)
         count = content.frames + content.truncated
@@ -63,6 +69,13 @@ class VideoCapture:
             return False
         with path.open("rb") as file:
             return _SIGNATURES.match(file.read(32)) is not None or path.suffix.lower() in SUFFIXES
+
+
+def _is_azure_kinect(path: Path) -> bool:
+    """Return whether a file is a Matroska of Azure Kinect's recorder, whose tags, before the images, begin with K4A_."""
+    with path.open("rb") as file:
+        head = file.read(_AZURE_KINECT_HEAD_BYTES)
+    return head.startswith(b"\x1aE\xdf\xa3") and b"K4A_" in head
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import code_in, refuses
 
 from doo3d.inputs import open_capture
 from doo3d.inputs.formats import video
@@ -172,3 +172,14 @@ def test_truncated_in_the_first_frame(tmp_path):
     path.write_bytes(path.read_bytes()[:7000])
     with refuses("file-damaged", "a.avi"):
         open_capture(path)
+
+
+def test_a_recording_of_azure_kinect_is_named_with_the_way_out(doo3d, tmp_path):
+    path = film(tmp_path / "a.mkv")
+    assert open_capture(path).no_depth == ""
+    tag, data = b"K4A_DEPTH_MODE", path.read_bytes()
+    at = data.index(b"\xec\x01") + 9  # the content of the void element that FFmpeg leaves behind the header: readers skip it
+    path.write_bytes(data[:at] + tag + data[at + len(tag) :])
+    assert "Azure Kinect" in open_capture(path).no_depth
+    code, _, err = doo3d("detect", path)
+    assert (code, "azure_kinect_mkv_reader.py" in err, code_in(err)) == (2, True, "mode-needs-depth")
