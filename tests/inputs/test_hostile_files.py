@@ -134,7 +134,7 @@ def test_an_abort_and_what_is_no_exception_end_the_call_only():
     ("text", "parts"),
     [
         (BOMB, "aliases"),
-        ("[" * 100_000, "nested"),
+        ("[" * 100_000, "nest"),  # libyaml or PyYAML, whichever comes first
         ("a: " + "{a: " * 5000, "nested"),
         ("merge: {chains: " + "9" * 5000 + "}", "5000"),
         ("merge: {max_cost: 0x" + "f" * 350 + "}", "beyond"),
