@@ -29,7 +29,6 @@ DEPTH_SUFFIXES = (*SUFFIXES, ".npy", ".raw")  # beside images: arrays that numpy
 PHOTO_SUFFIXES = (*SUFFIXES, ".webp", ".avif", ".jp2", ".gif", ".heic", ".heif")
 _PNG = b"\x89PNG\r\n\x1a\n"
 _EXR = b"v/1\x01"
-_EXR_HEAD_BYTES = 1 << 16  # within which the size is announced
 _JPEG = b"\xff\xd8\xff"
 _SIGNATURES = re.compile(  # PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF, HEIC
     rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|II[*+]\0|MM\0[*+]|BM|GIF8|RIFF....WEBP|v/1\x01|\0\0\0\x0cjP  |"
@@ -82,9 +81,9 @@ def _read_exr(path: Path) -> Array:
     """Return the depth in an EXR image, decoded in the process for native readers after a check of its size."""
     check_regular(path)
     with guarded(path), path.open("rb") as file:
-        head = file.read(_EXR_HEAD_BYTES)
-    check_not_pointer(path, head[:64])
-    size = announced_size(head)
+        head = file.read(64)
+    check_not_pointer(path, head)
+    size = file_size(path)
     if not head.startswith(_EXR) or size is None:
         raise InputError(f"{path}: is no EXR image, or damaged", code="file-damaged")
     check_pixels(*size, str(path))
