@@ -7,7 +7,7 @@ MAX_SAMPLES = 50_000
 """Samples or segments of all strands of a frame at most: ten ropes of 10 m have a tenth of that; more take minutes."""
 
 MAX_NEAR_PAIRS = MAX_CELLS
-"""Pairs of segments near each other at most: FCL takes 1 to 5 us and 180 bytes for each. In a tangle a segment has less than ten."""
+"""Pairs of segments near each other at most: FCL takes 1 to 5 us and 180 bytes for each. In a tangle a segment has under ten."""
 
 AT_ONCE = 1 << 14
 """Rows that are computed at once: with 26 neighbors of a few numbers each they fit into the cache."""
