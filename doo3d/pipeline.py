@@ -397,7 +397,7 @@ def detect_with_stages(
             *stages.limit_notes,
             *stages.branched.notes,
             *_branch_notes(stages, config),
-            *frame_notes(data, stages.chains),
+            *frame_notes(data, _shown_chains(stages, config), stages.context.foreground.plane),
         ),
         crossings=stages.crossings,
         plane=stages.context.foreground.plane,
@@ -527,6 +527,13 @@ def _mask_notes(data: Frame | Image, mask: Array | None) -> list[str]:
     """Return the note on a mask that was cropped or padded to the size of the image."""
     image = data.color if isinstance(data, Image) else data.depth
     return [] if mask is None else [note for note in fit_mask(np.asarray(mask), image.shape[:2])[1:] if note]
+
+
+def _shown_chains(stages: Stages, config: Config) -> list[Chain]:
+    """Return the chains that are not left out for their confidence."""
+    if object_given(stages, config):
+        return stages.chains
+    return [chain for chain in stages.chains if chain.confidence >= config.output.min_confidence]
 
 
 def _is_doubtful(stages: Stages, config: Config) -> bool:

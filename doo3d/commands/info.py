@@ -6,12 +6,13 @@ import json
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import InputError
+from ..errors import DooError, InputError
 from .arguments import CameraOption, EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .messages import wrapped
@@ -67,6 +68,7 @@ def info(
     from ..inputs import ReadOptions, format_class, open_capture
     from ..inputs.frame_selection import Selection, select_frames
     from ..inputs.inspection import summarize_capture
+    from ..types import Frame
 
     options = ReadOptions.from_pairs(input_options, camera)
     opened = select_frames(open_capture(capture, masks=mask, options=options), Selection(every, start, end, frames))
@@ -83,7 +85,16 @@ def info(
         blank = drawing.Tile(caption, error=frame.error or "")
         tiles.append(blank if loaded is None else drawing.make_tile(caption, loaded.data, loaded.mask))
 
-    summary = summarize_capture(opened, samples, add_tile if contact_sheet else lambda frame, loaded: None)
+    found: list[tuple[str, ...]] = []
+
+    def visit(frame: FrameSummary, loaded: FrameData | None) -> None:
+        if contact_sheet:
+            add_tile(frame, loaded)
+        if not found and loaded is not None and isinstance(loaded.data, Frame):
+            found.append(_notes_on(loaded))
+
+    summary = summarize_capture(opened, samples, visit)
+    summary = replace(summary, frame_notes=found[0] if found else ())
     if as_json:
         typer.echo(json.dumps(summary.to_dict(), indent=2, allow_nan=False))
     else:
@@ -94,6 +105,18 @@ def info(
         typer.echo(f"contact sheet -> {contact_sheet}", err=as_json)
     if len(summary.readable) < len(summary.checked):
         raise typer.Exit(SOME_FAILED if summary.readable else NOTHING_DONE)
+
+
+def _notes_on(loaded: FrameData) -> tuple[str, ...]:
+    """Return what is implausible about a frame and the chains that the default configuration finds in it."""
+    from ..pipeline import detect
+    from ..plausibility import METHOD, topic_of
+
+    try:
+        notes = detect(loaded.data, mask=loaded.mask).notes
+    except DooError:
+        return ()
+    return tuple(note for note in notes if topic_of(note) not in (None, METHOD))
 
 
 def summary_lines(summary: CaptureSummary, format_description: str) -> list[str]:

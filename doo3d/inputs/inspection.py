@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..plausibility import topic_of
 from ..plausibility.camera import camera_notes
 from ..plausibility.depth_unit import depth_samples, depth_step, unit_notes
 from ..plausibility.registration import ColorShift, color_shift, registration_notes
@@ -120,6 +121,8 @@ class CaptureSummary:
         summaries of the frames that were loaded, in recording order.
     notes
         a sentence for each thing that was assumed or mended in reading the capture.
+    frame_notes
+        what is implausible about one frame and the chains found in it, from `doo3d.plausibility`.
     """
 
     path: str
@@ -132,6 +135,7 @@ class CaptureSummary:
     timing: Timing | None
     checked: tuple[FrameSummary, ...]
     notes: tuple[str, ...] = ()
+    frame_notes: tuple[str, ...] = ()
 
     @property
     def readable(self) -> list[FrameSummary]:
@@ -159,10 +163,12 @@ class CaptureSummary:
         """Warnings about the capture, one sentence each; empty if nothing looks wrong.
 
         There are warnings for implausible depth units, intrinsics and cloud sizes, color that is not registered to the depth,
-        frames of different sizes, long gaps in time, and frames that cannot be read.
+        frames of different sizes, long gaps in time, frames that cannot be read, and what `frame_notes` says besides.
         """
         checks = (_depth_warnings, _camera_warnings, _color_warnings, _cloud_warnings, _frame_warnings)
-        return [warning for check in checks for warning in check(self)]
+        warnings = [warning for check in checks for warning in check(self)]
+        topics = {topic_of(warning) for warning in warnings}
+        return warnings + [note for note in self.frame_notes if topic_of(note) not in topics]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the summary as the JSON object that `doo3d info --json` prints, of schema "doo3d/info/2"."""

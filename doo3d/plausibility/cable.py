@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..types import Chain, Floats
+from .depth_unit import UNITS, USUAL_DEPTH_M, nearest_factor
 
 RADIUS_RANGE_M = (0.0003, 0.04)
 """Radii of cables, ropes and hoses, m; thinner wires are not seen by depth cameras."""
@@ -17,15 +18,12 @@ LONG_M, MAX_RADIUS_LONG_M = 20.0, 0.2
 SHORT_M, MIN_RADIUS_SHORT_M = 0.15, 0.0006
 """Length, m, below which radii under the second number, m, are not plausible: a piece of wire that small is not worth a chain."""
 
-FAR_M, MAX_RADIUS_FAR_M = 2.5, 0.018
-"""Distance, m, from which on a radius above the second number, m, is doubtful.
+FAR_M, MAX_FAR_RADIUS_M2 = 1.5, 0.025
+"""Distance, m, from which on a product of radius and distance above the second number, m^2, is doubtful.
 
-A thick hose is also long, so it is looked at from some metres; but a thin cable at the usual 0.7 m, whose depth is five times
-too large, looks the same, and is far more frequent.
+A thick hose is also long, so it is looked at from some metres; but a thin cable at the usual 0.6 m, whose depth is four times
+too large, looks the same, and is far more frequent. The largest product of 80 right captures is 0.011, of a hose.
 """
-
-FACTORS = (1000.0, 10.0, 5.0)
-"""Factors by which units of depth are mistaken: mm for m, cm for mm, 5000 for 1000 units per metre."""
 
 USUAL_RADIUS_M = 0.004
 
@@ -52,16 +50,17 @@ def radius_notes(chains: Sequence[Chain], distance: float | None) -> list[str]:
     radius, (low, high) = chains[0].radius, RADIUS_RANGE_M
     low = MIN_RADIUS_SHORT_M if chains[0].length < SHORT_M else low
     high = MAX_RADIUS_LONG_M if chains[0].length > LONG_M else high
-    far = distance is not None and distance > FAR_M and radius > MAX_RADIUS_FAR_M
+    far = distance is not None and FAR_M < distance and distance * radius > MAX_FAR_RADIUS_M2 and chains[0].length <= LONG_M
     if low <= radius <= high and not far:
         return []
     away = "," if distance is None else f", {distance:.3g} m from the sensor,"
     large = radius > high or far
     ratio = radius / USUAL_RADIUS_M if large else USUAL_RADIUS_M / radius
-    factor = min(FACTORS, key=lambda each: abs(np.log(ratio / each)))
+    factor = nearest_factor(np.sqrt(ratio * distance / USUAL_DEPTH_M) if far and distance is not None else ratio)
+    unit = f" ({UNITS[factor]})" if far else ""
     likeness = "is thick for a cable" if low <= radius <= high else f"is {'thicker' if large else 'thinner'} than any cable"
     return [
         f"check the radius: the longest chain, {chains[0].length:.3g} m long with a radius of {1000 * radius:.3g} mm{away} "
-        f"{likeness}, as if lengths were {factor:g} times too {'large' if large else 'small'}: check the unit of depth "
+        f"{likeness}, as if lengths were {factor:g} times too {'large' if large else 'small'}{unit}: check the unit of depth "
         "(--input-option depth_scale=...; clouds are in metres) and the focal length"
     ]

@@ -15,7 +15,7 @@ MIN_DEPTH_M, MIN_DEPTH_NARROW_M = 0.07, 0.15
 NARROW_FOCAL_WIDTHS = 0.6
 """Focal length, in image widths, above which a view counts as narrow; cameras for short distances have 0.5."""
 
-MAX_STEP_MM = 4.5
+MAX_STEP_MM = 3.5
 """Step between depth values, mm, below which it is a camera's: drivers write 1 mm or less."""
 
 FINE_STEPS_MM = {0.2: 0.35, 0.1: 0.14}
@@ -24,6 +24,22 @@ FINE_STEPS_MM = {0.2: 0.35, 0.1: 0.14}
 Values in 1 mm that are read as 5000 or 10000 units per metre have these steps. Cameras that really write them stand farther away:
 0.2 mm is the unit of recordings of the Kinect, which measures from 0.4 m.
 """
+
+USUAL_DEPTH_M = 0.6
+"""Usual distance of a depth camera from a cable, m."""
+
+MAX_EMPTY_DEPTH_M = 3.5
+"""Median depth, m, beyond which a frame without chains is doubtful: a usual cable, 8 mm thick, is 1 or 2 px wide there."""
+
+UNITS = {
+    4.0: "0.25 mm as a RealSense L515 writes, depth_scale=4000",
+    5.0: "0.2 mm as in TUM's data sets, depth_scale=5000",
+    8.0: "0.125 mm as a RealSense SR300 writes, depth_scale=8000",
+    10.0: "0.1 mm as a RealSense D405 writes, depth_scale=10000",
+    100.0: "0.01 mm, depth_scale=100000",
+    1000.0: "1 mm where metres are expected, depth_scale=1000",
+}
+"""Factor by which lengths are too large -> unit of the values that gives it; but for 1000, where values are read as 1 mm."""
 
 SAMPLES = (48, 64)
 """Rows and columns of a depth image that its step is found from."""
@@ -97,6 +113,22 @@ def unit_notes(distance: float, near: float, step: float | None, camera: Camera 
             f"the unit were wrong by a factor of about {factor:g}: {_remedy(factor if large else 1 / factor)}"
         ]
     return []
+
+
+def far_notes(median: float) -> list[str]:
+    """Return a sentence if nothing is found in a frame whose median depth, m, is too large for cables to be seen."""
+    if median <= MAX_EMPTY_DEPTH_M:
+        return []
+    factor = nearest_factor(median / USUAL_DEPTH_M)
+    return [
+        f"check the depth unit: nothing is found, and the median depth is {median:.3g} m, where a cable is hardly seen, as if "
+        f"the unit were wrong by a factor of about {factor:g} ({UNITS[factor]}): {_remedy(factor)}"
+    ]
+
+
+def nearest_factor(ratio: float) -> float:
+    """Return the factor of UNITS nearest to the ratio of a length to a usual one."""
+    return min(UNITS, key=lambda factor: abs(np.log(ratio / factor)))
 
 
 def _decimal_factor(ratio: float) -> float:

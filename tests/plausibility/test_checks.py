@@ -204,3 +204,17 @@ def test_a_chain_that_leaves_the_view_may_change_its_length():
     hidden = straight_chain(0.7, 0.004, 0.5)
     assert not is_whole(replace(hidden, occluded=np.arange(40) < 20), frame)
     assert is_whole(straight_chain(0.7, 0.004, 5.0), None)
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(4, "depth_scale=4000"), (5, "depth_scale=5000"), (8, "depth_scale=8000"), (10, "depth_scale=10000")]
+)
+def test_a_cable_in_the_units_of_another_camera(factor, unit):
+    """Values of 0.25, 0.2, 0.125 and 0.1 mm that are read as millimetres: by the chain, and by the depth if none is found."""
+    depth = factor * np.random.default_rng(0).uniform(0.55, 0.65, (120, 160))
+    frame = Frame(None, np.rint(1000 * depth) / 1000, Camera(120.0, 120.0, 79.5, 59.5, 160, 120))
+    (note,) = frame_notes(frame, (straight_chain(0.6 * factor, 0.004 * factor, 0.9 * factor),))
+    assert note.startswith("check the radius")
+    assert unit in note
+    empty = frame_notes(frame, ())
+    assert [unit in note for note in empty] == [True] * (0.6 * factor > 3.5)

@@ -219,7 +219,8 @@ def _load(files: Files, sensor: Sensor | None, keep_mask: bool, upright: bool) -
         return FrameData(image, read_mask(files.masks[0], image.color.shape[:2], upright) if files.masks else None)
     try:
         depth = read_depth(files.depth, sensor.scale, sensor.array_scale)
-        check_unit(depth, files.depth, sensor.scale)
+        has_floats = sensor.array_scale is None and files.depth.suffix.lower() != ".png"
+        check_unit(depth, files.depth, None if has_floats else sensor.scale)
         camera = camera_for(sensor.camera.pinhole, depth.shape, sensor.camera.size)
         depth = depth_of_distance(depth, camera) if is_distance(files.depth) else depth
         color = None if files.color is None else _color(files.color, depth.shape)

@@ -52,7 +52,7 @@ def depth_of_distance(distance: Array, camera: Camera) -> Array:
     return np.asarray(distance / np.sqrt(1 + u**2 + v[:, None] ** 2), dtype=np.float32)
 
 
-def check_unit(depth: Array, path: Path, scale: float) -> None:
+def check_unit(depth: Array, path: Path, scale: float | None) -> None:
     """Raise InputError if the median depth is below 0.01 m or above 100 m, which points to a wrong unit.
 
     Parameters
@@ -62,15 +62,16 @@ def check_unit(depth: Array, path: Path, scale: float) -> None:
     path
         the depth image, named in the error.
     scale
-        units per metre with which the file was read, named in the error.
+        units per metre with which the file was read, named in the error; None if it depends on the type of the values.
     """
     sample = _measured(depth[::_UNIT_STEP, ::_UNIT_STEP])
     if sample.size >= _MIN_UNIT_SAMPLE and _is_plausible(float(np.median(sample))):
         return
     measured = _measured(depth)
     if measured.size and not _is_plausible(median := float(np.median(measured))):
+        read = " (floats are metres by default)," if scale is None else f" with depth_scale={scale:g} (units per metre),"
         raise InputError(
-            f"{path}: the median depth is {median:.3g} m with depth_scale={scale:g} (units per metre), which is implausible: "
+            f"{path}: the median depth is {median:.3g} m{read} which is implausible: "
             "give the right scale, such as --input-option depth_scale=1000 for millimetres",
             code="depth-unit",
         )
