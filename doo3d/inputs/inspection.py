@@ -18,7 +18,7 @@ from .capture import Capture, FrameData, FrameRef
 
 SCHEMA = "doo3d/info/2"
 PERCENTILES = (1, 50, 99)  # of the depth; the extremes themselves are often single wrong measurements
-CLOUD_SIZE_RANGE_M = (0.01, 100.0)  # diagonal of a plausible cloud with a cable in it
+CLOUD_SIZE_RANGE_M = (0.01, 200.0)  # diagonal of a plausible cloud with a cable in it
 _MAX_STEP_MEDIANS = 3.0  # median time steps; a longer step between two frames gives a warning
 
 

@@ -49,6 +49,10 @@ class ReadOptions(BaseModel):
         None, description="File of a rig of several cameras, or the calibration of a stereo pair; see `doo3d.open_rig`."
     )
     depth_scale: float | None = Field(None, gt=0, description="Units of the depth images per metre, such as 1000 or 5000.")
+    classification: tuple[int, ...] | None = Field(
+        None,
+        description="Classes of the points to read from a LAS or LAZ file, such as 14, or [13, 14] for wires (read by default).",
+    )
     color: Path | None = Field(
         None, description="Color image that belongs to a single depth image; none: read no color, in any format with depth."
     )
@@ -60,6 +64,11 @@ class ReadOptions(BaseModel):
         description="Pose of the camera in a robot's base frame, which the results are then in: a file, x,y,z,qx,qy,qz,qw, "
         "capture (the capture's own poses), or tf:FRAME (a frame of a bag).",
     )
+
+    @field_validator("classification", mode="before")
+    @classmethod
+    def _one_or_several(cls, value: Any) -> Any:
+        return (value,) if isinstance(value, int) else value
 
     @field_validator("pose", mode="before")
     @classmethod

@@ -57,6 +57,7 @@ def values_of(folder) -> dict[str, object]:
         "camera": OTHER_CAMERA,
         "camera_file": folder / "other.json",
         "depth_scale": 2500.0,
+        "classification": 14,
         "color": "none",
         "trajectory": folder / "poses.txt",
         "cameras": folder / "rig.yaml",

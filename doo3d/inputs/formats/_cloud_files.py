@@ -37,11 +37,14 @@ class Points(NamedTuple):
         (N, 3) RGB, uint8 or floats from 0 to 1; None if the file has none.
     viewpoint
         (3,) position of the sensor, m; None if unknown.
+    notes
+        a sentence for each thing that was assumed or converted.
     """
 
     points: Array
     colors: Array | None = None
     viewpoint: Array | None = None
+    notes: tuple[str, ...] = ()
 
 
 def damaged(path: Path, reason: str) -> InputError:

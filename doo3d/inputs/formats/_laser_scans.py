@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,8 +25,19 @@ _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
 
-def read_las(path: Path) -> Points:
+_WIRES = (13, 14)  # LAS 1.4 R15, table 17: wire - guard (shield), wire - conductor (phase)
+_WKT, _GEO_KEYS, _LINEAR_UNIT, _VERTICAL_UNIT = 2112, 34735, 3076, 4099  # record IDs of the CRS; keys of its units (GeoTIFF 1.0)
+_FEET = {9002: ("foot", 0.3048), 9003: ("US survey foot", 1200 / 3937)}  # codes of units (EPSG) -> name, m
+_UNIT = re.compile(r'\bUNIT\["([^"]+)",\s*([-+.\deE]+)|\bLENGTHUNIT\["([^"]+)",\s*([-+.\deE]+)')
+_VERTICAL = re.compile(r"\bVERT(?:_CS|CRS)\[")
+_UNIT_RANGE_M = (0.001, 1000.0)  # length of a unit; radians and degrees are recognized by their names
+
+
+def read_las(path: Path, converted: bool = True, classes: tuple[int, ...] | None = None) -> Points:
     """Read the points (m) and colours of a LAS or LAZ file; the viewpoint is None.
+
+    The unit that the file's coordinate system declares, such as feet, is converted to metres unless `converted` is False. Of a
+    file with classes, `classes` are kept; None: wires (13 and 14) if there are any, else all points.
 
     Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colours are
     uint8: the file's 16-bit colours (LAS 1.4 R15, Point Data Record Format 2) are reduced to 8 bits, or taken as they are if no
@@ -33,7 +45,8 @@ def read_las(path: Path) -> Points:
 
     Raises
     ------
-    InputError : the file is damaged or no LAS file. MissingDependency : laspy or lazrs is not installed.
+    InputError : the file is damaged or no LAS file, or has no point of these classes.
+    MissingDependency : laspy or lazrs is not installed.
     """
     laspy = require("laspy", "las")
     require("lazrs", "las")
@@ -51,13 +64,68 @@ def read_las(path: Path) -> Points:
         raise damaged(path, first_line(error)) from None
     if len(points) != declared:
         raise damaged(path, f"its header declares {declared} points, it holds {len(points)}")
+    units, unit_notes = _declared_units(las) if converted else (None, [])
+    points = points if units is None else points * units
+    kept, class_notes = _kept_classes(np.asarray(las.classification), classes, path)
+    points, notes = points[kept], (*unit_notes, *class_notes)
     if "red" not in las.point_format.dimension_names:
-        return Points(points)
-    colors = np.column_stack([las.red, las.green, las.blue])
+        return Points(points, notes=notes)
+    colors = np.column_stack([las.red, las.green, las.blue])[kept]
     if not colors.any():
-        return Points(points)
+        return Points(points, notes=notes)
     # v >> 8 inverts both conversions from 8 to 16 bits, v * 257 and v << 8
-    return Points(points, (colors if colors.max() <= 255 else colors >> 8).astype(np.uint8))
+    return Points(points, (colors if colors.max() <= 255 else colors >> 8).astype(np.uint8), notes=notes)
+
+
+def _kept_classes(found: Array, classes: tuple[int, ...] | None, path: Path) -> tuple[Array, list[str]]:
+    """Return which points (N,) bool have one of the classes, and a note if wires are taken by themselves."""
+    chosen = _WIRES if classes is None else classes
+    kept = np.isin(found, chosen)
+    if classes is not None and not kept.any():
+        present = ", ".join(map(str, np.unique(found).tolist()))
+        raise InputError(f"{path}: no point is of class {', '.join(map(str, classes))}, only of {present}", code="cloud-empty")
+    if classes is not None or not kept.any() or kept.all():
+        return (kept if kept.any() else np.ones(len(found), dtype=bool)), []
+    named = " and ".join(str(each) for each in _WIRES if each in found)
+    note = f"of {len(found)} points only the {np.count_nonzero(kept)} of class {named}, wires, are read"
+    return kept, [f"{note}: for others give --input-option classification=[...]"]
+
+
+def _declared_units(las: Any) -> tuple[Floats | None, list[str]]:
+    """Return the length of the units of x, y, z (3,) in m that the file declares if one is no metre, with a note."""
+    records = [*las.vlrs, *(las.evlrs or ())]
+    wkt = next((record for record in records if record.record_id == _WKT), None)
+    keys = next((record for record in records if record.record_id == _GEO_KEYS), None)
+    if wkt is not None:
+        text = getattr(wkt, "string", None) or wkt.record_data_bytes().decode("utf-8", "replace")
+        parts = _VERTICAL.split(text, maxsplit=1)
+        found = [_last_unit(part) for part in parts]
+    else:
+        values = {key.id: key.value_offset for key in getattr(keys, "geo_keys", ())}
+        found = [_FEET.get(values[key]) for key in (_LINEAR_UNIT, _VERTICAL_UNIT) if key in values]
+    horizontal, vertical = found[0] if found else None, found[-1] if found else None
+    if (horizontal is None or horizontal[1] == 1) and (vertical is None or vertical[1] == 1):
+        return None, []
+    names = " and ".join(dict.fromkeys(unit[0] for unit in (horizontal, vertical) if unit is not None and unit[1] != 1))
+    lengths = [1.0 if unit is None else unit[1] for unit in (horizontal, horizontal, vertical)]
+    return np.array(lengths), [f"coordinates in units of {names}, as the file declares, are converted to metres"]
+
+
+def _last_unit(text: str) -> tuple[str, float] | None:
+    """Return name and length (m) of the last unit of length in well-known text, that of the axes; None without one."""
+    units = [
+        (match[0] or match[2], float(match[1] or match[3])) for match in _UNIT.findall(text) if _is_number(match[1] or match[3])
+    ]
+    low, high = _UNIT_RANGE_M
+    lengths = [(name, length) for name, length in units if low <= length <= high and not name.lower().startswith(("deg", "rad"))]
+    return lengths[-1] if lengths else None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False
 
 
 def _las_fault(path: Path) -> str:

@@ -41,14 +41,14 @@ class CloudCapture:
         "NPY (N, 3), LAS, LAZ, E57; or a mesh: OBJ, STL, OFF, PLY with faces"
     )
     format = "cloud"
-    options: ClassVar[frozenset[str]] = frozenset({"depth_scale"})
+    options: ClassVar[frozenset[str]] = frozenset({"depth_scale", "classification"})
 
     def __init__(self, path: Path, options: ReadOptions = DEFAULT) -> None:
         self.path = path
         files = list(images_in(path, (*SUFFIXES, *_SHARED_SUFFIXES)).values()) if path.is_dir() else [path]
         meshes = [file.name for file in files if _is_mesh(file)]
         self.notes = [f"{meshes[0]} is a mesh: points are drawn evenly on its faces, the same at each run"] if meshes else []
-        self.frames = [frame for file in files for frame in _frames_of(file, options.depth_scale or 1.0, single=file == path)]
+        self.frames = [frame for file in files for frame in _frames_of(file, options, single=file == path)]
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -66,7 +66,7 @@ class CloudCapture:
         return bool(files) and all(file.suffix.lower() in _SHARED_SUFFIXES and file.is_file() and _kind(file) for file in files)
 
 
-def _frames_of(file: Path, scale: float, single: bool) -> list[FrameRef]:
+def _frames_of(file: Path, options: ReadOptions, single: bool) -> list[FrameRef]:
     count = 1
     try:
         if _kind(file) == "e57":
@@ -78,7 +78,10 @@ def _frames_of(file: Path, scale: float, single: bool) -> list[FrameRef]:
             raise
         count = 1  # loading this frame reports the error
     names = [f"{file.stem}_{i:03d}" for i in range(count)] if count > 1 else [file.stem]
-    return [FrameRef(name, file, partial(_load, file, name, scale, i)) for i, name in enumerate(names)]
+    return [
+        FrameRef(name, file, partial(_load, file, name, options.depth_scale, options.classification, i))
+        for i, name in enumerate(names)
+    ]
 
 
 def _is_cloud(file: Path) -> bool:
@@ -127,13 +130,15 @@ def _is_mesh(path: Path) -> bool:
         return False
 
 
-def _load(path: Path, name: str, scale: float, scan: int = 0) -> FrameData:
+def _load(path: Path, name: str, scale: float | None, classes: tuple[int, ...] | None, scan: int = 0) -> FrameData:
     try:
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
-        read = _read(path, scan)
-        points, viewpoint = (read.points, read.viewpoint) if scale == 1 else (read.points / scale, _scaled(read.viewpoint, scale))
-        cloud = Cloud(points, _colors_8_bit(read.colors), viewpoint, name)
+        read = _read(path, scan, scale is None, classes)
+        points, viewpoint = (
+            (read.points, read.viewpoint) if scale in (None, 1) else (read.points / scale, _scaled(read.viewpoint, scale))
+        )
+        cloud = Cloud(points, _colors_8_bit(read.colors), viewpoint, name, notes=read.notes)
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):
@@ -145,9 +150,13 @@ def _scaled(point: Array | None, scale: float) -> Array | None:
     return None if point is None else point / scale
 
 
-def _read(path: Path, scan: int) -> Points:
+def _read(path: Path, scan: int, converted: bool, classes: tuple[int, ...] | None) -> Points:
     """Read a cloud; formats that a native library reads, in a process of their own."""
     kind = _kind(path) or ""
+    if kind == "las":
+        return isolated(read_las, path, converted, classes, where=str(path))
+    if classes is not None:
+        raise InputError(f"{path}: only points of LAS and LAZ files have classes: leave out classification", code="option-unused")
     if kind == "e57":
         return isolated(read_e57, path, scan, where=str(path))
     if _is_mesh(path):
@@ -167,6 +176,5 @@ def _colors_8_bit(colors: Array | None) -> Array | None:
 _NATIVE: dict[str, Callable[[Path], Points]] = {
     "ply": partial(read_open3d, kind="ply"),
     "pcd": partial(read_open3d, kind="pcd"),
-    "las": read_las,
 }
 _READERS: dict[str, Callable[[Path], Points]] = {"text": read_text, "ptx": read_ptx, "npz": read_npz, "npy": read_npy}

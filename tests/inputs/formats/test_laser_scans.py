@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import struct
 from pathlib import Path
 
 import laspy
@@ -13,7 +14,7 @@ from builders.errors import refuses
 
 from doo3d import errors
 from doo3d.errors import InputError, MissingDependency
-from doo3d.inputs import open_capture
+from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats import cloud
 from doo3d.inputs.formats._laser_scans import count_e57, read_e57
 
@@ -330,3 +331,65 @@ def test_missing_package(tmp_path, points, suffix, module, monkeypatch):
     monkeypatch.setattr(cloud, "isolated", lambda function, *args, where: function(*args))
     with pytest.raises(MissingDependency, match=rf"pip install 'doo3d\[{suffix.replace('laz', 'las')}\]'"):
         clouds(path)
+
+
+FEET = 'PROJCS["ftUS",GEOGCS["NAD83",UNIT["degree",0.0174532925199433]],UNIT["US survey foot",0.304800609601219]]'
+HEIGHTS_IN_METRES = f'COMPD_CS["both",{FEET},VERT_CS["NAVD88",UNIT["metre",1.0]]]'
+FEET_2 = (
+    'PROJCRS["ft",BASEGEOGCRS["a",ELLIPSOID["b",6378137,298,LENGTHUNIT["metre",1]]],CS[Cartesian,2],LENGTHUNIT["foot",0.3048]]'
+)
+METRES = 'PROJCS["UTM",GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]],UNIT["metre",1]]'
+
+
+def write_classified(path: Path, points, classes, wkt: str | None = None, unit_key: int | None = None) -> Path:
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = np.full(3, 0.0001)
+    if wkt is not None:
+        header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(wkt))
+    if unit_key is not None:
+        words = struct.pack("<8H", 1, 1, 0, 1, 3076, 0, 1, unit_key)
+        header.vlrs.append(laspy.VLR("LASF_Projection", 34735, "", words))
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = points.T
+    las.classification = classes
+    las.write(str(path))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("declared", "units"),
+    [
+        ({"wkt": FEET}, (1200 / 3937, 1200 / 3937, 1200 / 3937)),
+        ({"wkt": HEIGHTS_IN_METRES}, (1200 / 3937, 1200 / 3937, 1)),
+        ({"wkt": FEET_2}, (0.3048, 0.3048, 0.3048)),
+        ({"unit_key": 9003}, (1200 / 3937, 1200 / 3937, 1200 / 3937)),
+        ({"unit_key": 9001}, (1, 1, 1)),
+        ({"wkt": METRES}, (1, 1, 1)),
+        ({}, (1, 1, 1)),
+    ],
+)
+def test_las_in_the_unit_that_it_declares(tmp_path, points, declared, units):
+    path = write_classified(tmp_path / "a.las", points, np.zeros(len(points), np.uint8), **declared)
+    data = open_capture(path)[0].load().data
+    assert data.points == pytest.approx(points * units, abs=2e-4)
+    assert ["foot" in note for note in data.notes] == [True] * (units[0] != 1)
+    given = open_capture(path, options=ReadOptions(depth_scale=2))[0].load().data
+    assert given.points == pytest.approx(points / 2, abs=2e-4)
+
+
+def test_las_classes(tmp_path, points):
+    classes = np.full(len(points), 2, np.uint8)
+    classes[:7], classes[7:9] = 14, 13
+    path = write_classified(tmp_path / "a.las", points, classes)
+
+    def read(classification=None):
+        return open_capture(path, options=ReadOptions(classification=classification))[0].load().data
+
+    assert len(read().points) == 9
+    assert "only the 9 of class 13 and 14, wires, are read" in read().notes[0]
+    assert [len(read(each).points) for each in (13, (2, 14))] == [2, len(points) - 2]
+    assert read(14).notes == ()
+    with pytest.raises(InputError, match="no point is of class 6, only of 2, 13, 14"):
+        read(6)
+    all_wires = write_classified(tmp_path / "b.las", points, np.full(len(points), 14, np.uint8))
+    assert open_capture(all_wires)[0].load().data.notes == ()
