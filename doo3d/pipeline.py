@@ -538,9 +538,7 @@ def _shown_chains(stages: Stages, config: Config) -> list[Chain]:
 
 def _is_doubtful(stages: Stages, config: Config) -> bool:
     """Return whether a frame shows no chain, or one of low confidence."""
-    least = 0.0 if object_given(stages, config) else config.output.min_confidence
-    shown = (chain.confidence for chain in stages.chains if chain.confidence >= least)
-    return min(shown, default=0.0) < DOUBTFUL_CONFIDENCE
+    return min((chain.confidence for chain in _shown_chains(stages, config)), default=0.0) < DOUBTFUL_CONFIDENCE
 
 
 def _branch_notes(stages: Stages, config: Config) -> tuple[str, ...]:

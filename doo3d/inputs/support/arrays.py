@@ -14,6 +14,7 @@ from ...guard.guarding import check_regular, guarded
 from ...types import Array
 from .git_lfs import check_not_pointer
 
+SATURATED = np.iinfo(np.uint16).max  # of 16-bit depth: no measurement, as 7-Scenes says and saturated sensors mean
 MAX_ARRAY_BYTES = 1 << 28  # of one image
 _HEAD_BYTES = 64
 _MAX_HEADER_BYTES = 10_000  # as NumPy allows
@@ -46,7 +47,12 @@ def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Arra
 
 
 def to_metres(array: Array, scale: float, float_scale: float = 1.0) -> Array:
-    """Return depth, integers with `scale` or floats with `float_scale` units per metre, as float32 metres."""
+    """Return depth, integers with `scale` or floats with `float_scale` units per metre, as float32 metres.
+
+    The largest value of 16 bits is no reading: cameras write it where their range ends.
+    """
+    if array.dtype == np.uint16 and array.max(initial=0) == SATURATED:
+        array = np.where(array == SATURATED, 0, array)
     with np.errstate(all="ignore"):
         return np.asarray(array / np.float32(float_scale if array.dtype.kind == "f" else scale), dtype=np.float32)
 

@@ -18,7 +18,7 @@ from ...guard.isolation import isolated
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
 from ...types.arrays import fit_mask
-from .arrays import array_header, read_color_array, read_depth_array, to_metres
+from .arrays import SATURATED, array_header, read_color_array, read_depth_array, to_metres
 from .camera_files import read_camera_file
 from .exr import read_exr
 from .git_lfs import check_not_pointer
@@ -42,7 +42,6 @@ _ANY_SIZE = re.compile(  # AVIF and JPEG 2000, whose data may unpack to more tha
 _BASE_BYTES, _DECODED_BYTES = 1 << 28, 32  # that a decoder of those may take: at all, and for each pixel announced
 _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's compressed data
 _MAX_TRIED = 5  # images whose headers are read for their size; no more are damaged
-_SATURATED = np.iinfo(np.uint16).max  # of a depth image: no measurement, as 7-Scenes says and saturated sensors mean
 _FEW_BITS = 1 << 14  # values below: cameras of 12 and 14 bits, and microscopes, stored in 16
 _DARKEST = 0.01  # percent of the pixels that may be darker or brighter than the range: hot pixels
 _COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
@@ -61,7 +60,7 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
     if path.suffix.lower() == ".npy":
         return read_depth_array(path, scale, array_scale or 1.0)
     if path.suffix.lower() == ".raw":
-        return to_metres(_without_saturated(_read_raw(path)), scale)
+        return to_metres(_read_raw(path), scale)
     if path.suffix.lower() == ".exr":
         return to_metres(_read_exr(path), scale, array_scale or 1.0)
     image = decode_image(path, cv2.IMREAD_UNCHANGED)
@@ -74,7 +73,7 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
             "or 32-bit float metres (TIFF): is it a preview of the depth?",
             code="depth-type",
         )
-    return to_metres(_without_saturated(image), scale, array_scale or 1.0)
+    return to_metres(image, scale, array_scale or 1.0)
 
 
 def _read_exr(path: Path) -> Array:
@@ -88,12 +87,6 @@ def _read_exr(path: Path) -> Array:
         raise InputError(f"{path}: is no EXR image, or damaged", code="file-damaged")
     check_pixels(*size, str(path))
     return isolated(read_exr, path, where=str(path))
-
-
-def _without_saturated(image: Array) -> Array:
-    if image.dtype == np.uint16 and image.max(initial=0) == _SATURATED:
-        return np.where(image == _SATURATED, 0, image).astype(image.dtype)
-    return image
 
 
 def raw_size_file(path: Path) -> Path:
@@ -211,7 +204,7 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
 def scaled_range(image: Array) -> tuple[float, float]:
     """Return the values of a 16-bit image that become 0 and 255: those of its type, or its own where these use few bits."""
     low, high = np.percentile(image, (_DARKEST, 100 - _DARKEST)).tolist()
-    return (low, high) if high < _FEW_BITS else (0, _SATURATED)
+    return (low, high) if high < _FEW_BITS else (0, SATURATED)
 
 
 def _eight_bits(path: Path, image: Array) -> Array:

@@ -132,8 +132,11 @@ def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | N
 
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
+    median = _median_depth(frame)
     if mask is None:
-        _check_frame_depth(frame, config)
+        _check_distance(median, frame, frame.depth.size, "frame", config)
+    if median is not None and median <= config.max_depth < frame.depth.max():  # saturated values, or a far background
+        frame = replace(frame, depth=np.where(frame.depth > config.max_depth, 0, frame.depth))
     method, made = _select(frame, config, mask, seed, frame.depth.shape)
     selected, note, plane = made[:3]
     is_told = _is_told(method, config)
@@ -300,13 +303,13 @@ def _nothing_note(method: str, has_color: bool) -> str:
     return f"segment ({method}): no object in this frame; {remedy}"
 
 
-def _check_frame_depth(frame: Frame, config: SegmentConfig) -> None:
-    """Refuse a frame without depth or with depth in the wrong unit; a grid of its readings suffices."""
+def _median_depth(frame: Frame) -> float | None:
+    """Return the median of a grid of a frame's readings, m; None without readings."""
     step = max(1, int(np.sqrt(frame.depth.size / SAMPLES)))
     some = frame.depth[::step, ::step]
     readings = some[some > 0] if (some > 0).any() else frame.depth[frame.depth > 0]
     some = readings[:: max(1, readings.size // SAMPLES)]
-    _check_distance(float(np.median(some)) if len(some) else None, frame, frame.depth.size, "frame", config)
+    return float(np.median(some)) if len(some) else None
 
 
 def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:
@@ -348,9 +351,10 @@ def _check_extent(spread: Floats, count: int, config: SegmentConfig, is_fused: b
         )
     extent = float(np.linalg.norm(high - low))
     if not config.min_depth / EXTENT_TOLERANCE <= extent <= EXTENT_TOLERANCE * config.max_depth:
+        setting = f"max_depth={np.ceil(extent / EXTENT_TOLERANCE):.0f}" if extent > 1 else f"min_depth={extent:.1g}"
         remedy = (
-            "points are expected in metres: for millimetres give --input-option depth_scale=1000 (units per metre), or set "
-            "segment.min_depth and segment.max_depth"
+            "points are expected in metres: for millimetres give --input-option depth_scale=1000 (units per metre); if it is "
+            f"that {'large' if extent > 1 else 'small'}, --set segment.{setting}"
         )
         if is_fused:
             remedy = "the poses are expected to be camera to world, with translations in metres: are they in millimetres?"

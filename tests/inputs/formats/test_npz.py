@@ -209,3 +209,12 @@ def test_header_that_declares_more_than_the_file_holds(tmp_path):
 def test_an_npz_of_more_frames_than_its_bytes_can_hold(tmp_path):
     np.savez_compressed(tmp_path / "a.npz", depth=np.zeros((100_000, 1, 1), np.uint16), K=np.eye(3))
     refused(tmp_path / "a.npz", "array-too-large", "depth", "(100000, 1, 1)")
+
+
+def test_saturated_depth_is_no_reading(tmp_path):
+    depth = np.full((6, 8), 700, np.uint16)
+    depth[:2] = 65535
+    np.savez(tmp_path / "a.npz", depth=depth, K=np.array([[50.0, 0, 4], [0, 50, 3], [0, 0, 1]]))
+    read = open_capture(tmp_path / "a.npz")[0].load().data.depth
+    assert (read[:2] == 0).all()
+    assert read[2:] == pytest.approx(0.7)

@@ -99,6 +99,21 @@ def test_clouds_in_the_wrong_unit(factor):
         foreground_of(Cloud(factor * surface(wave(), RADIUS)), CONFIG)
 
 
+def test_a_long_cloud_names_the_setting():
+    line = np.column_stack((np.linspace(0, 450, 2000), np.zeros((2000, 2))))
+    with refuses("points-unit", "if it is that large, --set segment.max_depth="):
+        foreground_of(Cloud(line), CONFIG)
+
+
+@pytest.mark.parametrize("value", [65.535, 1e4, 1e7])
+def test_readings_beyond_the_range_are_none(value):
+    """Saturated depth, with a mask and without."""
+    lost = (np.random.default_rng(0).random(DEPTH.shape) < 0.05) & SEEN
+    saturated, without = (Frame(painted(SEEN), np.where(lost, z, DEPTH), CAMERA) for z in (value, 0.0))
+    for mask in (SEEN, None):
+        assert np.array_equal(foreground_of(saturated, CONFIG, mask).points, foreground_of(without, CONFIG, mask).points)
+
+
 def test_fused_views_of_poses_in_the_wrong_unit():
     view = CameraView(CAMERA, np.eye(4), SEEN, DEPTH)
     with refuses("points-unit", "poses"):
