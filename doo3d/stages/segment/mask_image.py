@@ -1,7 +1,8 @@
-"""Tell an image that is a mask, two values on black, from a photograph."""
+"""Tell an image that is a mask, two values on black, from a photograph, and a mask from its inverse."""
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from ...geometry.noise import SAMPLES
@@ -9,6 +10,26 @@ from ...types import Array, Bools
 
 MAX_OBJECT_FRACTION = 0.5
 """Fraction of the image that an object covers at most; more is a drawing on white."""
+
+MIN_STRAND_AREA_RADII = 20
+"""Area in squares of the largest radius from which a region is long and thin: that of a strand 10 radii long; a disk has 3."""
+
+
+def inversion_note(mask: Bools) -> str:
+    """Return a sentence if a mask seems to be black on white; "" if not, and for a mask of points.
+
+    mask : (H, W) bool. It is if it covers more than half of the image and all of its corners, and leaves a thin strand out.
+    """
+    share = float(np.mean(mask)) if mask.ndim > 1 else 0.0
+    if share <= MAX_OBJECT_FRACTION or share == 1 or not mask[:: len(mask) - 1 or 1, :: mask.shape[1] - 1 or 1].all():
+        return ""
+    outside = np.pad(~mask, 1).astype(np.uint8)
+    radius = float(cv2.distanceTransform(outside, cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max())
+    if np.count_nonzero(outside) < MIN_STRAND_AREA_RADII * radius**2:
+        return ""
+    return (
+        f"segment: the mask covers {share:.0%} of the image, and what it leaves out is thin: is it inverted? The object is True"
+    )
 
 
 def object_in_mask_image(image: Array) -> Bools | None:

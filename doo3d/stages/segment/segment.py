@@ -17,7 +17,7 @@ from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .end_plugs import remove_plugs
 from .mask_cleanup import CleanedMask, clean_mask
-from .mask_image import object_in_mask_image
+from .mask_image import inversion_note, object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .methods.selected import Selected
@@ -264,7 +264,7 @@ def _select(
         if not given.any():
             element = "point" if isinstance(data, Cloud) else "pixel"
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
-        return MASK, Selected(given)
+        return MASK, Selected(given, note=inversion_note(given))
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
     selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
     made = selected if isinstance(selected, Selected) else Selected(selected)

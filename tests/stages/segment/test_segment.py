@@ -99,6 +99,16 @@ def test_clouds_in_the_wrong_unit(factor):
         foreground_of(Cloud(factor * surface(wave(), RADIUS)), CONFIG)
 
 
+def test_an_inverted_mask_is_noted():
+    full = frame(np.full(DEPTH.shape, 0.7))
+    (note,) = foreground_of(full, CONFIG, ~SEEN).notes
+    assert "is it inverted?" in note
+    assert foreground_of(full, CONFIG, SEEN).notes == ()
+    rows, columns = np.indices(SEEN.shape)
+    with_disk = np.hypot(rows - 60, columns - 60) > 30
+    assert foreground_of(full, CONFIG, with_disk).notes == ()
+
+
 def test_a_long_cloud_names_the_setting():
     line = np.column_stack((np.linspace(0, 450, 2000), np.zeros((2000, 2))))
     with refuses("points-unit", "if it is that large, --set segment.max_depth="):
