@@ -13,25 +13,28 @@ from .base import is_z_up
 
 GRAVITY = 9.81  # m/s^2
 MAX_COSINE_OF_RIGHT = 0.9  # between the x axis and the upward direction: above that, y is turned to the right in place of x
+MAX_LYING_HEIGHT_RADII, MAX_LYING_HEIGHT_M = 5.0, 0.01  # of the lowest joint of a chain that lies on a plane, the larger counts
 MAX_TILT_DEG = 20.0  # of a table against the z axis of a world: beyond that, the pose or the plane is wrong
 
 
 def gravity_of(detection: Detection) -> Floats:
     """Return the gravity in the coordinates of a detection, (3,) m/s².
 
-    -z in a world or robot's base frame; else, along the normal of the plane that the object lies on; without a plane, +y in a
-    camera's coordinates and -z in a cloud's, with a warning.
+    -z in a world or robot's base frame; else, along the normal of the plane that the object lies on; without such a plane, as of
+    an object that hangs in front of a wall, +y in a camera's coordinates and -z in a cloud's, with a warning.
     """
     if detection.coordinates == "world":
         return np.array((0.0, 0.0, -GRAVITY))
-    if detection.plane is not None:
+    if detection.plane is not None and (not detection.chains or _lies_on(detection.plane, detection)):
         return -GRAVITY * detection.plane.normal
     down, direction = ("-z", (0.0, 0.0, -GRAVITY)) if is_z_up(detection) else ("+y, as of a level camera,", (0.0, GRAVITY, 0.0))
     if not detection.chains:
         return np.array(direction)
+    cause = "neither a plane under the object nor the pose of the camera is known"
+    if detection.plane is not None:
+        cause = "the object does not lie on the plane behind it, which may be a wall, and the pose of the camera is not known"
     warnings.warn(
-        f"frame {detection.frame}: neither a plane under the object nor the pose of the camera is known, so {down} is taken for "
-        "down: give --pose, or --set gravity=[x,y,z]",
+        f"frame {detection.frame}: {cause}, so {down} is taken for down: give --pose, or --set gravity=[x,y,z]",
         DooWarning,
         stacklevel=2,
     )
@@ -99,6 +102,8 @@ def _level_plane(detection: Detection, up: Floats) -> Plane | None:
     tilt = float(np.degrees(np.arccos(np.clip(detection.plane.normal @ up, -1, 1))))
     if tilt <= MAX_TILT_DEG:
         return detection.plane
+    if not _lies_on(detection.plane, detection):  # a wall
+        return None
     warnings.warn(
         f"frame {detection.frame}: the plane found around the object is tilted by {tilt:.0f} degrees against gravity, so the "
         "ground is level and under the lowest chain: check the pose",
@@ -106,3 +111,12 @@ def _level_plane(detection: Detection, up: Floats) -> Plane | None:
         stacklevel=2,
     )
     return None
+
+
+def _lies_on(plane: Plane, detection: Detection) -> bool:
+    """Return whether a chain of a detection touches the plane."""
+    return any(
+        float((chain.joints @ plane.normal).min()) - plane.height
+        <= max(MAX_LYING_HEIGHT_RADII * chain.radius, MAX_LYING_HEIGHT_M)
+        for chain in detection.chains
+    )

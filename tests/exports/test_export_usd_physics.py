@@ -73,11 +73,20 @@ def test_joints_hold_ends_together_with_limits_and_drives(tmp_path):
 
 
 def test_gravity_points_to_the_table_in_the_world_of_the_stage(tmp_path):
-    stage = scene(tmp_path, helix(), coordinates="camera", plane=TABLE, ground=True)
+    table = Plane(TABLE.normal, -float(helix().joints[:, 2].max()) - helix().radius)
+    stage = scene(tmp_path, helix(), coordinates="camera", plane=table, ground=True)
     gravity = UsdPhysics.Scene(stage.GetPrimAtPath("/doo3d/physics"))
     assert UsdGeom.GetStageUpAxis(stage) == "Y"
     down = np.array(gravity.GetGravityDirectionAttr().Get())
     np.testing.assert_allclose(down, (0, 0, -1), atol=1e-6)  # the camera looks along -z of the stage
     ground, cable = world(stage, "/doo3d/ground")[3, :3], world(stage, "/doo3d/chain0/segment0")[3, :3]
-    assert (ground - cable) @ down > 0.3
+    assert (ground - cable) @ down > helix().radius / 2
     np.testing.assert_allclose(world(stage, "/doo3d/ground")[2, :3], -down, atol=1e-6)
+
+
+def test_a_plane_far_behind_the_object_is_no_ground(tmp_path):
+    wall = Plane(TABLE.normal, -float(helix().joints[:, 2].max()) - 0.5)
+    with pytest.warns(doo3d.errors.DooWarning, match="does not lie on the plane behind it.* --set gravity="):
+        stage = scene(tmp_path, helix(), coordinates="camera", plane=wall, ground=True)
+    down = np.array(UsdPhysics.Scene(stage.GetPrimAtPath("/doo3d/physics")).GetGravityDirectionAttr().Get())
+    np.testing.assert_allclose(down, (0, -1, 0), atol=1e-6)  # that of a level camera

@@ -52,7 +52,7 @@ def test_a_table_that_is_not_level_is_a_warning(tmp_path):
 def test_gravity_and_ground_of_the_plane_that_was_found(tmp_path):
     normal = np.array((0.1, -0.2, -1)) / np.linalg.norm((0.1, -0.2, -1))
     lowest = (helix().joints @ normal).min()
-    for height, expected in ((lowest - 0.3, lowest - 0.3), (lowest + 0.1, lowest - RADIUS)):
+    for height, expected in ((lowest - 4 * RADIUS, lowest - 4 * RADIUS), (lowest + 0.1, lowest - RADIUS)):
         model, data = mujoco_model(tmp_path, found(coordinates="camera", plane=Plane(normal, height)), upright=False)
         assert model.opt.gravity == pytest.approx(-9.81 * normal)
         assert data.geom("ground").xmat.reshape(3, 3)[:, 2] == pytest.approx(normal)
