@@ -28,8 +28,8 @@ MIN_BENT_RESIDUAL = 0.005
 """Residual, as a share of the depth, of a surface that is not flat: twice that of stereo cameras, 0.003 at most."""
 
 MAX_FLAT_RESIDUAL_RATIO = 0.25
-"""Residual of distances over that of depths, below which the surface is flat only if the values are distances. In 90 frames of
-stereo and structured-light cameras it is at least 0.8, and below 1e-4 where a renderer gave distances."""
+"""Residual of distances over that of depths, below which the surface is flat only if the values are distances: it is about 1 in
+frames of stereo and structured-light cameras, and below 1e-4 where a renderer gave distances."""
 
 MIN_RELIEF_READINGS = 5
 """Readings along a chain from which its height is known."""
