@@ -17,6 +17,7 @@ from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
 from ..types.arguments import refused
 from ..types.display import counted
 from ..types.pose import as_pose
+from .pose_agreement import check_views_agree
 from .voxel_sums import VoxelSums
 
 FUSED_NAME = "static"
@@ -133,7 +134,8 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
 
     Raises
     ------
-    InputError : no frame has a pose; the camera did not move; no frame can be used, or the object is in none.
+    InputError : no frame has a pose; the camera did not move; the views contradict each other by their poses; no frame can be
+        used, or the object is in none.
     """
     config = as_config(config)
     if isinstance(frames, str | np.ndarray) or not isinstance(frames, Iterable):
@@ -141,6 +143,7 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
     gathered = _gathered(frames, config)
     gathered.voxels()
     check_camera_moved(np.array(gathered.poses))
+    check_views_agree(gathered.sampler.views)
     return _cloud(gathered, config, FUSED_NAME)
 
 
