@@ -144,6 +144,12 @@ class LoadedFrame(Protocol):
 class FrameReference(Protocol):
     """A frame of a capture that is read when `load` is called, such as `capture[0]`."""
 
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def source(self) -> os.PathLike[str]: ...
+
     def load(self) -> LoadedFrame: ...
 
 

@@ -13,7 +13,7 @@ from .base import is_z_up
 
 GRAVITY = 9.81  # m/s^2
 MAX_COSINE_OF_RIGHT = 0.9  # between the x axis and the upward direction: above that, y is turned to the right in place of x
-MAX_LYING_HEIGHT_RADII, MAX_LYING_HEIGHT_M = 5.0, 0.01  # of the lowest joint of a chain that lies on a plane, the larger counts
+MAX_LYING_HEIGHT_RADII, MAX_LYING_HEIGHT_M = 5.0, 0.1  # of the lowest joint of a chain on or over a table, the larger counts
 MAX_TILT_DEG = 20.0  # of a table against the z axis of a world: beyond that, the pose or the plane is wrong
 
 

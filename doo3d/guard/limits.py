@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from ..errors import InputError
 
-DEFAULT_MAX_PIXELS = 1 << 26
-"""Pixels of an image: more than any depth camera has, and than photographs of 64 megapixels; a frame of so many takes 2 GB."""
+DEFAULT_MAX_PIXELS = 1 << 27
+"""Pixels of an image: more than any depth camera has, and than photographs of 100 megapixels; a frame of so many takes 4 GB."""
 
 DEFAULT_MAX_POINTS = 16_000_000
 """Points of a cloud: with what its reader needs they take 2 GB."""

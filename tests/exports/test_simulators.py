@@ -43,7 +43,8 @@ def test_neither_plane_nor_pose_is_a_warning(tmp_path):
 
 
 def test_a_table_that_is_not_level_is_a_warning(tmp_path):
-    tilted = Plane((0.0, np.sin(0.6), np.cos(0.6)), 0.0)
+    normal = np.array((0.0, np.sin(0.6), np.cos(0.6)))
+    tilted = Plane(normal, float((helix().joints @ normal).min()) - RADIUS)
     with pytest.warns(library.errors.DooWarning, match="tilted by 34 degrees"):
         _, data = mujoco_model(tmp_path, found(plane=tilted), ground=True)
     assert data.geom("ground").xmat.reshape(3, 3)[:, 2] == pytest.approx((0, 0, 1))

@@ -12,6 +12,7 @@ import pytest
 from builders.runs import files_of, finished_frames, started, wait_for
 
 from doo3d.config import Config
+from doo3d.errors import InputError
 from doo3d.inputs import open_capture
 from doo3d.runs import run as batch
 from doo3d.runs import time_limit as limits
@@ -42,12 +43,12 @@ def test_the_limit_is_given_in_the_shell(doo3d, capture, fake_detection):
     assert "--retry-failed --time-limit 4 [time-limit]" in err
 
 
-def test_a_pipe_among_the_images_is_given_up(capture, tmp_path, fake_detection):
+def test_a_pipe_among_the_images_is_refused(capture):
     folder = capture(frames=2)
     (folder / "depth" / "000000.png").unlink()
     os.mkfifo(folder / "depth" / "000000.png")
-    summary = batch.run(open_capture(folder), tmp_path / "out", Config(), batch.RunOptions(time_limit=0.5))
-    assert [record.status for record in summary.records] == ["failed", "ok"]
+    with pytest.raises(InputError, match="is a device or a pipe, expected a file"):
+        open_capture(folder)
 
 
 def test_a_frame_that_catches_the_interruption_is_interrupted_again(monkeypatch):
