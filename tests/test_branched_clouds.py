@@ -71,9 +71,13 @@ def test_pose_density_noise_and_order_do_not_matter(name, change):
     ],
 )
 def test_a_window_that_was_not_measured_does_not_part_a_harness(name, middle, width):
-    """The window is a disc in the plane of the harness: over a branch, a junction, or the trunk with two junctions."""
+    """The window is a disc in the plane of the harness: over a branch, a junction, or the trunk with two junctions.
+
+    A tip that it cuts off may be a small object of its own: such a piece was left out for its confidence once.
+    """
     points = points_of(name)
     seen = (points - points.mean(axis=0)) @ principal_axes(points)[:2].T
     detection = found(points[np.linalg.norm(seen - middle, axis=1) > width / 2])
-    assert len(detection.objects) == 1
+    lengths = [sum(detection.chains[k].length for k in item.chains) for item in detection.objects]
+    assert lengths[0] > 0.9 * sum(lengths)
     assert len(detection.junctions) >= 2
