@@ -19,7 +19,9 @@ def encode(file: Path, images, pixels: str, kind: str) -> None:
 
     file.parent.mkdir(parents=True, exist_ok=True)
     with av.open(str(file), "w") as container:
-        stream = container.add_stream("libx265", rate=FPS, options={"x265-params": "lossless=1:keyint=4:log-level=none"})
+        # of two frames the muxer refuses the order that x265 gives them
+        order = ":bframes=0" if len(images) < 3 else ""
+        stream = container.add_stream("libx265", rate=FPS, options={"x265-params": f"lossless=1:keyint=4:log-level=none{order}"})
         stream.height, stream.width = images[0].shape[:2]
         stream.pix_fmt, stream.time_base = kind, Fraction(1, FPS)
         for number, image in enumerate(images):
