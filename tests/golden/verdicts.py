@@ -175,7 +175,7 @@ def record(path: Path, chosen: list[Work], workers: int) -> dict[str, dict[str, 
             if count % SAVE_EVERY == 0 or count == len(left):
                 lzma.open(path.with_suffix(".part"), "w").write(json.dumps(found).encode())
                 path.with_suffix(".part").replace(path)
-                print(f"\r{count} of {len(left)}", end="", file=sys.stderr, flush=True)
+                print(f"\r{count} of {len(left)}", end="", file=sys.stderr, flush=True)  # noqa: T201
     return found
 
 
@@ -186,7 +186,9 @@ def _run(run: Callable[[], list[Verdict]]) -> list[Verdict]:
 def summary(before: dict[str, dict[str, Verdict]], after: dict[str, dict[str, Verdict]]) -> str:
     """Return a table with a line for each kind of frames, and one for all."""
     lines = [
-        f"{'':50s} {'frames':>6s} {'right':>11s} {'':>9s} {'chance':>6s} {'in the image':>11s} {'':>9s} {'chance':>6s}   99 % moved"
+        f"{'':50s} {'frames':>6s}"
+        + "".join(f" {title:>11s} {'':>9s} {'chance':>6s}" for title in ("right", "in image"))
+        + "   99 % moved"
     ]
     pairs = {
         kind: [(old, after[kind][name]) for name, old in rows.items() if name in after[kind]]
@@ -239,7 +241,7 @@ def main(arguments: list[str] | None = None) -> int:
     found = record(file, chosen, given.workers)
     if given.action == "compare":
         old = json.loads(lzma.open(before[0]).read())
-        print("\n".join([*(changes(old, found) if given.list else ()), summary(old, found)]))
+        print("\n".join([*(changes(old, found) if given.list else ()), summary(old, found)]))  # noqa: T201
     return 0
 
 
