@@ -112,15 +112,9 @@ ABLATIONS: dict[str, Ablation] = {
     "surface learned outside of bands": Ablation(
         places={f"{_STAGES}.segment.color_strands:_told_again": _none}, made_for=("untold",)
     ),
-    "color where nothing broad has depth": Ablation(
-        places={f"{_STAGES}.segment.methods.strands:is_broad": lambda *_: True}, made_for=("untold",)
-    ),
     "colors vote in photographs": Ablation(
         places={f"{_STAGES}.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
         made_for=("photographs",),
-    ),
-    "strands side by side are not wide": Ablation(
-        places={f"{_STAGES}.segment.mask_cleanup:_bundles": lambda mask, *_: np.zeros_like(mask)}, made_for=("untold",)
     ),
     "split strands": Ablation(
         places={f"{_STAGES}.segment.segment:split_strands": _no_split},

@@ -6,13 +6,11 @@ shows both. Depth in turn shows strands of the table's color, and which of the b
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
-from ...evidence.surround import learn_surround, to_lab
+from ...evidence.surround import learn_surround
 from ...kernels import color_bands, near_pixels
-from ...types import Array, Bools, Floats, Frame, Ints
+from ...types import Array, Bools, Frame, Ints
 from .mask_parts import MIN_PIXELS, Parts
 from .methods.selected import ColorBands, Selected
 
@@ -84,7 +82,7 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
         (H, W) bool, the pixels that a network takes for an object: where it finds MIN_SEED_SHARE of a band that is not of one
         width, such as a bundle, what it finds of the band is a strand, too. None asks for bands of one width alone.
     """
-    parts, surface, raised, surface_hue = bands
+    parts, surface, raised = bands
     parts, is_strand = (parts, parts.strands) if found is None else _with_probable(parts, found)
     strands = np.flatnonzero(is_strand)
     if not len(strands):
@@ -102,8 +100,7 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
         is_certain = bool((own.holds | (other & ~own.long) | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    hued = partial(_of_own_hue, parts, strands[~flat], color, surface_hue)
-    return Selected(selected, _flat_note(len(left_out)), None, left_out, told, hued, is_certain, bands)
+    return Selected(selected, _flat_note(len(left_out)), None, left_out, told, is_certain, bands)
 
 
 def _flat_note(count: int) -> str:
@@ -122,15 +119,6 @@ def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bool
         hues = bands.hues(strands, color)
         other[candidates] = np.linalg.norm(own.hues(candidates, color)[:, None] - hues, axis=2).min(axis=1) >= SAME_HUE
     return np.asarray(other)
-
-
-def _of_own_hue(parts: Parts, strands: Ints, color: Array, surface_hue: Floats) -> Ints:
-    """Return the pixels of strands that have their strand's hue and not that of the surface, (2,): of nothing that touches it."""
-    pixels, hues = parts.pixels_of(strands), parts.hues(strands, color)
-    expected = np.repeat(hues, parts.sizes[strands], axis=0)
-    own = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:]
-    differs = np.repeat(np.linalg.norm(hues - surface_hue, axis=1) >= SAME_HUE, parts.sizes[strands])
-    return np.asarray(pixels[differs & (np.linalg.norm(own - expected, axis=1) < SAME_HUE)])
 
 
 def _with_probable(parts: Parts, found: Bools) -> tuple[Parts, Bools]:
@@ -156,8 +144,7 @@ def find_bands(color: Array, raised: Bools, covered: Bools, shadow_light: float 
     limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, shadow_light, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
-    hue = np.median(around[:, :, 1:].reshape(-1, 2), axis=0)
-    return ColorBands(Parts(pixels, starts, widths, holds), surface, raised, hue)
+    return ColorBands(Parts(pixels, starts, widths, holds), surface, raised)
 
 
 def _told_again(color: Array, bands: ColorBands) -> ColorBands | None:

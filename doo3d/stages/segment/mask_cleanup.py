@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import cv2
@@ -11,8 +10,7 @@ import numpy as np
 from ...config import SegmentConfig
 from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import ridge_radius
-from ...types import Array, Bools, Ints
-from .methods.selected import no_pixels
+from ...types import Array, Bools
 
 WIDE_REGION_MARGIN = 1.5
 """Multiple of the largest half-width; pixels nearer than this to the core of a wide region belong to the region."""
@@ -48,7 +46,6 @@ def clean_mask(
     may_have_wide: bool,
     depth: Array | None = None,
     focal: float = 1.0,
-    hued: Callable[[], Ints] = no_pixels,
 ) -> CleanedMask:
     """Remove small components and wide regions from a mask, and close its small holes.
 
@@ -64,26 +61,20 @@ def clean_mask(
         (H, W) m, 0 = unknown; None measures widths in pixels.
     focal
         focal length in px.
-    hued
-        gives the row-major indices of the pixels that have the hue of a strand; it is asked where there are wide regions.
 
     Returns
     -------
     The facts of the cleaned mask, and the number of pixels that each step changed.
     """
     solid = FrameFacts(mask, depth, config.min_component)
-    kept = remove_wide_regions(solid, config, focal, hued) if may_have_wide and solid.count else solid
+    kept = remove_wide_regions(solid, config, focal) if may_have_wide and solid.count else solid
     return CleanedMask(kept, solid.selected, solid.removed, solid.filled, solid.count - kept.count)
 
 
-def remove_wide_regions(
-    facts: FrameFacts, config: SegmentConfig, focal: float = 1.0, hued: Callable[[], Ints] = no_pixels
-) -> FrameFacts:
+def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0) -> FrameFacts:
     """Return the facts of a mask without regions that are wide in every direction, such as a gripper.
 
-    A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask. The
-    turns of a coil, and cables side by side, are as wide together: what mostly has the hue of a strand stays, unless a solid
-    piece of it is as wide, such as a plug.
+    A region is wide if its width exceeds `config.max_width`, or `config.max_width_ratio` times the median width of the mask.
 
     Parameters
     ----------
@@ -93,8 +84,6 @@ def remove_wide_regions(
         section `segment` of the settings.
     focal
         focal length in px.
-    hued
-        gives the row-major indices of the pixels that have the hue of a strand; it is asked where there are wide regions.
 
     Returns
     -------
@@ -110,20 +99,7 @@ def remove_wide_regions(
     if not core.any():
         return facts
     pixel = float(np.median(scale[core]))
-    if len(strands := hued()):
-        of_strands = np.zeros_like(facts.mask)
-        of_strands.ravel()[strands] = True
-        core &= ~_bundles(part, of_strands[box] & part, limit / pixel)
     margin = WIDE_REGION_MARGIN * limit / pixel
     result = np.zeros_like(facts.mask)
     result[box] = part & (cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) > margin)
     return FrameFacts(result, facts.depth)
-
-
-def _bundles(mask: Bools, hued: Bools, limit: float) -> Bools:
-    """Return where a mask (h, w) bool is mostly of strands (h, w) bool within a half-width in px, and none of them as wide."""
-    solid = cv2.distanceTransform(np.pad(hued, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1] > limit
-    side = 2 * int(np.ceil(limit)) + 1
-    plugs = cv2.dilate(solid.astype(np.uint8), np.ones((side, side), np.uint8))
-    of_strands, of_all = (cv2.boxFilter(each.astype(np.float32), -1, (side, side)) for each in (hued, mask))
-    return np.asarray((2 * of_strands > of_all) & (plugs == 0))

@@ -146,7 +146,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     given = selected
     if frame.color is not None and method not in ("everything", "plane"):
         selected = repair_mask(given, frame.color, method in ("network", "strands"))[0]
-    cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx, made.hued)
+    cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
     facts, pixels = cleaned.facts, cleaned.facts.count
     if frame.color is not None and not is_told and not cleaned.removed_wide:  # what is left of a gripper is no plug
         facts = remove_plugs(facts, frame.color)

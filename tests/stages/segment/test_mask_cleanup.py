@@ -60,34 +60,12 @@ def test_a_wide_region_is_not_the_object():
     assert everything.mask[305:415, 205:355].all()
 
 
-BAND = np.zeros((200, 400), dtype=bool)
-for row in (60, 70, 80, 90, 100):
-    BAND[row : row + 7, 20:380] = True
-
-
-def wide_regions_left(mask, hued):
-    """Return what is left of a mask (H, W) in which the pixels of the second one have the hue of a strand."""
-    return remove_wide_regions(FrameFacts(mask), SegmentConfig(max_width=np.inf), 1.0, lambda: np.flatnonzero(hued)).mask
-
-
-def test_strands_side_by_side_stay_although_their_gaps_are_filled():
-    strand = np.zeros_like(BAND)
-    strand[150:157, 20:380] = True
-    for column in range(20, 380, 12):
-        strand[10:40, column : column + 2] = True
-    filled = BAND | strand
-    filled[60:107, 150:250] = True
-    left = wide_regions_left(filled, BAND)
-    assert left[60:107, 150:250].all()
-    assert not wide_regions_left(filled, np.zeros_like(BAND))[70:97, 170:230].any()
-
-
 def test_a_plug_of_the_color_of_its_cable_goes():
     strands, plug = np.zeros((200, 400), dtype=bool), np.zeros((200, 400), dtype=bool)
     for row in (10, 30, 50, 70):
         strands[row : row + 7, 20:380] = True
     strands[172:179, 20:300] = True
     plug[160:190, 300:340] = True
-    left = wide_regions_left(strands | plug, strands | plug)
+    left = remove_wide_regions(FrameFacts(strands | plug), SegmentConfig(max_width=np.inf)).mask
     assert not left[168:182, 305:335].any()
     assert left[172:179, 20:280].all()

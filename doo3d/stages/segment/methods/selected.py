@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from ....types import Array, Bools, Floats, Ints, Plane
+from ....types import Array, Bools, Ints, Plane
 from ..mask_parts import Parts
 
 
@@ -22,19 +21,11 @@ class ColorBands(NamedTuple):
         row-major indices of the raised pixels beside them that do not differ.
     raised
         (H, W) bool, the pixels raised from the plane.
-    hue
-        (2,) color axes of 8-bit CIELAB of the surface.
     """
 
     parts: Parts
     surface: Ints
     raised: Bools
-    hue: Floats
-
-
-def no_pixels() -> Ints:
-    """Return no pixels, (0,)."""
-    return np.zeros(0, dtype=int)
 
 
 class Selected(NamedTuple):
@@ -53,8 +44,6 @@ class Selected(NamedTuple):
         in a frame.
     told
         row-major indices of the pixels of the strands that the rules tell by their color in a frame.
-    hued
-        gives those of them that have their strand's hue and not the surface's: they are of nothing that touches the strand.
     is_certain
         whether each part that the rules select in a frame, specks aside, holds such a strand: it is no noise of depth.
     bands
@@ -68,7 +57,6 @@ class Selected(NamedTuple):
     plane: Plane | None = None
     left_out: tuple[Ints, ...] = ()
     told: Ints = np.zeros(0, dtype=int)
-    hued: Callable[[], Ints] = no_pixels
     is_certain: bool = False
     bands: ColorBands | None = None
     probability: Array | None = None
