@@ -8,7 +8,6 @@ import numpy as np
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....types import Array, Cloud, Frame, Image
-from ..broad_surface import is_broad
 from ..color_strands import select_in_frame
 from ..ribbon_checks import choose_strands, draw_strand
 from ..ribbons import find_ribbons, to_lab, trace_strands
@@ -26,8 +25,6 @@ ASPECT_NOTE = "segment (strands): in a photograph of {}x{} px, over {} times as 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
     """Select strands by their color, and in a frame also what is raised from the plane.
-
-    In a frame without a broad surface all that has depth counts as raised.
 
     In a photograph, ribbons of one color are traced from end to end; those that are short, uneven, soft, or darker than both
     sides without another color (shadows) are left out.
@@ -55,8 +52,6 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         )
     if isinstance(data, Image):
         return select_in_image(data.color)
-    if not is_broad(data, config):
-        return select_in_frame(np.asarray(data.depth > 0), data)
     raised = plane.mask(data, config, seed)
     return select_in_frame(raised.mask, data)._replace(plane=raised.plane)
 

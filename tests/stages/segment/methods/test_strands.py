@@ -172,12 +172,6 @@ def test_a_strand_in_the_air_of_which_depth_shows_more_than_there_is():
     assert found.is_certain
 
 
-def test_a_strand_of_the_color_of_what_is_behind_it_in_the_air_is_all_that_has_depth():
-    color, _ = table()
-    depth = np.where(pixels(BEND, 9), np.float32(0.6), np.float32(0))
-    np.testing.assert_array_equal(mask(Frame(color, depth, CAMERA), SegmentConfig(), 0).mask, depth > 0)
-
-
 def test_a_raised_part_with_something_else_is_not_certain():
     """A strand that touches a box is one band with it, whose color is that of the box; another strand is told."""
     color, depth = table()
