@@ -10,7 +10,7 @@ from .section import Section, expert
 
 
 class Bending(NamedTuple):
-    """Values of the three settings of the section `merge` about how the object bends, for one value of `merge.stiffness`.
+    """Values of the two settings of the section `merge` about how the object bends, for one value of `merge.stiffness`.
 
     Attributes
     ----------
@@ -18,22 +18,19 @@ class Bending(NamedTuple):
         cost units per radian of the angle between the directions of two ends.
     curvature_weight
         cost units per radian of the angle by which an end must bend toward the other end.
-    curvature_persistence
-        fraction of its curvature that an end is expected to keep across a gap, 0 to 1.
     """
 
     direction_weight: float
     curvature_weight: float
-    curvature_persistence: float
 
 
 STIFFNESS: dict[str, Bending] = {
-    "thread": Bending(25.0, 25.0, 0.2),
-    "rope": Bending(50.0, 50.0, 0.5),
-    "cable": Bending(100.0, 100.0, 0.7),
-    "rod": Bending(200.0, 200.0, 0.9),
+    "thread": Bending(25.0, 25.0),
+    "rope": Bending(50.0, 50.0),
+    "cable": Bending(100.0, 100.0),
+    "rod": Bending(200.0, 200.0),
 }
-"""Weights per radian, and persistence. "cable" holds the weights of Keipour et al. (RA-L 2022).
+"""Weights per radian. "cable" holds the weights of Keipour et al. (RA-L 2022).
 
 docs/pages/accuracy.md scores each stiffness."""
 
@@ -53,9 +50,8 @@ class MergeConfig(Section):
     )
     stiffness: Literal["thread", "rope", "cable", "rod"] = Field(
         "cable",
-        description="Stiffness of the object: how much a bend adds to the cost of a connection, and how much of its "
-        "curvature an end keeps across a gap. thread, rope, cable or rod. Choose the nearest; "
-        "direction_weight, curvature_weight and curvature_persistence take precedence where they are set.",
+        description="Stiffness of the object: how much a bend adds to the cost of a connection. thread, rope, cable or rod. "
+        "Choose the nearest; direction_weight and curvature_weight take precedence where they are set.",
     )
     max_cost: float = Field(
         500.0,
@@ -110,13 +106,6 @@ class MergeConfig(Section):
         "more; null takes it from stiffness. Raise it if ends side by side are connected.",
         ge=0,
     )
-    curvature_persistence: float | None = expert(
-        None,
-        "Fraction of its curvature that an end is expected to keep across a gap. 0 to 1; 0 expects a straight "
-        "continuation, as Keipour et al. do, and null takes it from stiffness. Raise it for springy objects.",
-        ge=0,
-        le=1,
-    )
     free_space_weight: float = expert(
         20.0,
         "Cost of the part of a gap path that runs through free space (space the camera saw through) or over the bare "
@@ -160,6 +149,6 @@ class MergeConfig(Section):
 
     @property
     def bending(self) -> Bending:
-        """The weights and the persistence in effect: each as it is set, or else as `stiffness` sets it."""
-        own = (self.direction_weight, self.curvature_weight, self.curvature_persistence)
+        """The weights in effect: each as it is set, or else as `stiffness` sets it."""
+        own = (self.direction_weight, self.curvature_weight)
         return Bending(*(given if value is None else value for value, given in zip(own, STIFFNESS[self.stiffness], strict=True)))

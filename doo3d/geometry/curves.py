@@ -104,8 +104,8 @@ class Curves:
         """The bounds of the segments of each curve in arrays over the segments of all, (K + 1,)."""
         return self.segments.searchsorted(self.bounds)
 
-    def ends(self, window: float) -> tuple[Floats, Floats]:
-        """Return the outward tangents and the curvature vectors at both ends of each curve, (2 K, D) each.
+    def ends(self, window: float) -> Floats:
+        """Return the outward tangents at both ends of each curve, (2 K, D).
 
         window : length of curve at the end to which a parabola is fitted; at least the last segment is used.
         """

@@ -811,33 +811,8 @@ def depth_support(
     offset : (S,) float64 radii, by how much they lie behind the surface, median, whatever the plane explains; NaN with too few
     """
 
-def end_pairs(
-    points: Floats, tangents: Floats, curvatures: Floats, radius: float, window: float, kept: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return distance, turn and bend of all pairs of chain ends.
-
-    Half way to another end, at most half of `window`, an end has the tangent that its curvature leads to: the curvature as far as
-    no bend is sharper than two radii, times `kept`.
-
-    Parameters
-    ----------
-    points, tangents, curvatures
-        (E, D) float64, D = 2 or 3: positions of the ends, unit tangents out of their chains, curvature vectors
-    radius, window
-        radius of the object, and the distance up to which an end keeps bending, in the unit of the points
-    kept
-        share of its curvature that an end keeps
-
-    Returns
-    -------
-    distance : (E, E) float64, in the unit of the points, symmetric as all three
-    turn : (E, E) float64 radians, between the tangent of one end half way and that of the other reversed
-    bend : (E, E) float64 radians, the larger of the angles between the tangents half way and the straight connection; 0 for ends
-        that coincide
-    """
-
-def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the outward tangent and the curvature vector at both ends of every chain.
+def end_tangents(joints: Floats, bounds: Ints, window: float) -> NDArray[np.float64]:
+    """Return the outward tangent at both ends of every chain.
 
     Parameters
     ----------
@@ -850,14 +825,12 @@ def end_tangents(joints: Floats, bounds: Ints, window: float) -> tuple[NDArray[n
 
     Returns
     -------
-    tangents : (2 C, D) float64 unit vectors out of the chain; rows 2 c and 2 c + 1 are the first and the last end of chain c
-    curvatures : (2 C, D) float64 in the same order, perpendicular to the tangents. Each points to the center of the bend; its
-        length is 1 / radius of the bend. Zero if fewer than four joints were fitted
+    (2 C, D) float64 unit vectors out of the chain; rows 2 c and 2 c + 1 are the first and the last end of chain c
 
     Notes
     -----
-    They are those of a parabola over arc length, fitted by least squares to the joints within `window` of the end; with fewer
-    than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
+    They are the tangents of a parabola over arc length, fitted by least squares to the joints within `window` of the
+    end; with fewer than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
     length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     """
 
@@ -1449,35 +1422,6 @@ def least_near(points: Floats, positions: Floats, reach: float, most: int) -> ND
     Returns
     -------
     (P,) float64; NaN where no point is near
-    """
-
-def limit_pairs(
-    cost: Floats,
-    distance: Floats,
-    turns: Floats,
-    closed: Bools,
-    exiting: Bools,
-    max_distance: float,
-    max_cost: float,
-    max_turn: float,
-    allow_closed: bool,
-) -> NDArray[np.float64]:
-    """Return the cost of joining ends i < j of chains, infinite elsewhere and where a join is not allowed.
-
-    Parameters
-    ----------
-    cost, distance, turns
-        (E, E) float64, of each pair
-    closed, exiting
-        (E,) bool, ends of rings, which are not joined, and ends that leave the view, of which no two are joined
-    max_distance, max_cost, max_turn
-        values above which a join is not allowed
-    allow_closed
-        True if the two ends of one chain, 2 c and 2 c + 1, may be joined
-
-    Returns
-    -------
-    (E, E) float64
     """
 
 def line_ends(
@@ -2406,50 +2350,6 @@ def strand_sides(
         window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
     contrast : difference of the strand's color to the more similar side at the sample below which `limits` has the share of
         samples, in 8-bit CIELAB; infinite without color.
-    """
-
-def strands_ahead(
-    points: Floats,
-    tangents: Floats,
-    bends: Floats,
-    towards: Floats,
-    radii: Floats,
-    reach: Floats,
-    samples: Floats,
-    sample_radii: Floats,
-    bounds: Ints,
-    depth_slope: float,
-    max_miss: float,
-    max_behind: float,
-    max_behind_share: float,
-) -> NDArray[np.bool_]:
-    """Tell which strands have a sample along the continuation of an end.
-
-    The end is extrapolated along its tangent with its curvature, behind it straight along its tangent. A strand is ahead of the
-    end if a sample of it lies within the reach of the end, misses the continuation by little, and is not far behind the end.
-
-    Parameters
-    ----------
-    points, tangents, bends
-        (E, D) float64, D = 2 or 3: positions of the ends, unit tangents out of their chains, expected curvature vectors
-    towards
-        (E, D) float64, unit vectors from the camera to the ends, along which distances count less; (0, D) if there is no camera
-    radii, reach
-        (E,) float64, radius of the strand at each end, and distance of a sample beyond its radius at most
-    samples, sample_radii
-        (S, D) and (S,) float64, positions and radii of the samples of C chains, one chain after the other
-    bounds
-        (C + 1,) int64; chain c has the samples [bounds[c]:bounds[c + 1]], the last entry is S
-    depth_slope
-        difference in depth that does not count, as a share of the distance across the view beyond the sum of both radii
-    max_miss
-        distance of a sample from the continuation at most, in sums of both radii
-    max_behind, max_behind_share
-        distance of a sample behind the end at most, beyond the sum of both radii: in the unit of the points, and in such sums
-
-    Returns
-    -------
-    (E, C) bool
     """
 
 def surface_ahead(

@@ -52,7 +52,6 @@ CALLS = {
         POINTS, np.array([0, 6]), np.ones(1), np.ones(6), np.zeros(5, bool), np.ones(5), np.ones(5), np.ones(5), np.ones(5),
         np.ones((8, 2)),
     ),
-    "end_pairs": (POINTS, np.eye(6, 3), np.eye(6, 3), 0.01, 0.1, 0.5),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
@@ -87,9 +86,6 @@ CALLS = {
     "keep_segments": (POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]])),
     "least_near": (POINTS, POINTS[:2, :2].copy(), 0.02, 3),
     "lay_equal_chords": (POINTS, 0.01),
-    "limit_pairs": (
-        np.ones((4, 4)), np.ones((4, 4)), np.ones((4, 4)), np.zeros(4, bool), np.zeros(4, bool), 1.0, 1.0, 1.0, False,
-    ),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "long_parts": (np.ones((3, 3), bool), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
@@ -152,9 +148,6 @@ CALLS = {
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
         np.array([1.0, 0.5, 16.0, 0.4, 1.0, 1.5, 0.2]),
-    ),
-    "strands_ahead": (
-        POINTS, POINTS, POINTS, POINTS, np.ones(6), np.ones(6), POINTS, np.ones(6), np.array([0, 6]), 0.5, 1.0, 0.1, 0.1,
     ),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
     "surface_beside": (

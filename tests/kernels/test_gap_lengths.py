@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from doo3d.kernels import gap_lengths, limit_pairs, straight_gap_costs, straight_gaps
+from doo3d.kernels import gap_lengths, straight_gap_costs, straight_gaps
 
 OUTSIDE, NO_DEPTH, FREE, BARE = 0, 1, 5, 6
 
@@ -39,19 +39,3 @@ def test_straight_gaps_cost_their_open_and_unknown_shares(dim):
 def test_a_pair_of_no_end_is_refused():
     with pytest.raises(ValueError, match="no end"):
         straight_gaps(np.zeros((2, 2)), np.array([0]), np.array([2]), np.ones(1))
-
-
-@pytest.mark.parametrize("allow_closed", [True, False])
-def test_pairs_beyond_a_limit_are_not_allowed(allow_closed):
-    rng = np.random.default_rng(0)
-    cost, distance, turns = rng.random((3, 12, 12))
-    closed, exiting = np.repeat(rng.random(6) < 0.2, 2), rng.random(12) < 0.4
-    expected = cost.copy()
-    expected[(distance > 0.9) | (cost > 0.8) | (turns > 0.7) | np.tri(12, dtype=bool)] = np.inf
-    expected[closed] = expected[:, closed] = np.inf
-    expected[np.ix_(exiting, exiting)] = np.inf
-    if not allow_closed:
-        expected[np.arange(0, 12, 2), np.arange(1, 12, 2)] = np.inf
-    found = limit_pairs(cost, distance, turns, closed, exiting, 0.9, 0.8, 0.7, allow_closed)
-    np.testing.assert_array_equal(found, expected)
-    assert np.isfinite(found).any()

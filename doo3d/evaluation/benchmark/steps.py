@@ -162,7 +162,6 @@ ABLATIONS: dict[str, Ablation] = {
     "gaps along which the object is seen": Ablation(
         places={f"{_STAGES}.links.candidates:seen_gaps": lambda *_: {}}, modules=("stages.links.seen",), made_for=DEPTH
     ),
-    "curvature persistence": Ablation({"merge.curvature_persistence": 0}),
     "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),

@@ -24,8 +24,8 @@ public:
         count_visits(Index(t_.size()));
     }
 
-    // Fill in the derivative at the end, and half the second derivative, (D,) each.
-    void fit(double* first, double* second) {
+    // Fill in the derivative at the end, (D,).
+    void fit(double* first) {
         const double count = double(t_.size());
         double moment2 = 0.0, moment3 = 0.0, quadratic = 0.0;
         for (double& t : t_) {
@@ -38,15 +38,16 @@ public:
             quadratic += q * q;
         }
         for (Index d = 0; d < dim_; ++d) {
-            first[d] = second[d] = 0.0;
+            first[d] = 0.0;
+            double second = 0.0;
             for (std::size_t i = 0; i < t_.size(); ++i) {
                 const double offset = joint(i)[d] - joint(0)[d];
                 first[d] += t_[i] * offset / moment2;
                 if (t_.size() > 3) {
-                    second[d] += (t_[i] * t_[i] - moment2 / count - moment3 / moment2 * t_[i]) * offset / quadratic;
+                    second += (t_[i] * t_[i] - moment2 / count - moment3 / moment2 * t_[i]) * offset / quadratic;
                 }
             }
-            first[d] -= second[d] * (2 * mean_ + moment3 / moment2);
+            first[d] -= second * (2 * mean_ + moment3 / moment2);
         }
     }
 
@@ -65,29 +66,24 @@ auto end_tangents(Matrix<double> joints, Vector<Index> bounds, double window) {
     require(chains >= 0, "bounds are empty, expected one more than chains");
     require(bounds(0) >= 0 && bounds(chains) <= Index(joints.shape(0)), "bounds go beyond the joints");
     for (Index c = 0; c < chains; ++c) require(bounds(c + 1) - bounds(c) >= 2, "a chain has fewer than two joints");
-    std::vector<double> tangents(2 * chains * dim), curvatures(2 * chains * dim), first(dim), second(dim);
+    std::vector<double> tangents(2 * chains * dim);
     for (Index end = 0; end < 2 * chains; ++end) {
         const Index begin = bounds(end / 2), stop = bounds(end / 2 + 1);
         EndFit parabola(joints.data(), dim, end % 2 == 0 ? begin : stop - 1, end % 2 == 0 ? 1 : -1);
         parabola.take(stop - begin, window);
-        parabola.fit(first.data(), second.data());
         double* tangent = tangents.data() + end * dim;
-        double* curvature = curvatures.data() + end * dim;
-        double norm = 0.0, outward = 0.0;
-        for (Index d = 0; d < dim; ++d) norm += first[d] * first[d];
-        for (Index d = 0; d < dim; ++d) {
-            tangent[d] = norm > 0 ? first[d] / std::sqrt(norm) : 0.0;
-            outward += 2 * second[d] * tangent[d];
-        }
-        for (Index d = 0; d < dim; ++d) curvature[d] = 2 * second[d] - outward * tangent[d];
+        parabola.fit(tangent);
+        double norm = 0.0;
+        for (Index d = 0; d < dim; ++d) norm += tangent[d] * tangent[d];
+        for (Index d = 0; d < dim && norm > 0; ++d) tangent[d] /= std::sqrt(norm);
     }
-    return std::make_tuple(to_numpy(std::move(tangents), 2 * chains, dim), to_numpy(std::move(curvatures), 2 * chains, dim));
+    return to_numpy(std::move(tangents), 2 * chains, dim);
 }
 
 }  // namespace
 
 void bind_end_tangents(Module& m) {
-    // Return the outward tangent and the curvature vector at both ends of every chain.
+    // Return the outward tangent at both ends of every chain.
     //
     // Parameters
     // ----------
@@ -100,14 +96,12 @@ void bind_end_tangents(Module& m) {
     //
     // Returns
     // -------
-    // tangents : (2 C, D) float64 unit vectors out of the chain; rows 2 c and 2 c + 1 are the first and the last end of chain c
-    // curvatures : (2 C, D) float64 in the same order, perpendicular to the tangents. Each points to the center of the bend; its
-    //     length is 1 / radius of the bend. Zero if fewer than four joints were fitted
+    // (2 C, D) float64 unit vectors out of the chain; rows 2 c and 2 c + 1 are the first and the last end of chain c
     //
     // Notes
     // -----
-    // They are those of a parabola over arc length, fitted by least squares to the joints within `window` of the end; with fewer
-    // than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
+    // They are the tangents of a parabola over arc length, fitted by least squares to the joints within `window` of the
+    // end; with fewer than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
     // length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     m.def("end_tangents", &end_tangents, "joints"_a.noconvert(), "bounds"_a.noconvert(), "window"_a);
 }

@@ -9,10 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...config import MergeConfig
-from ...geometry.curves import Curves
 from ...geometry.polyline import unit
-from ...kernels import strands_ahead
-from ...types import Bools, Floats
+from ...types import Floats
 from ...visibility import Visibility
 from .. import FrameContext
 from .clouds import hidden_attachment
@@ -47,9 +45,8 @@ class End:
     ----------
     line
         (S, D) m (px in 2-D), the axis of the strand, beginning with this end.
-    tangent, bend
-        (D,) outward unit tangent, and (D,) curvature vector that is expected to go on, 1/m (1/px): both across the view, and no
-        sharper than six radii.
+    tangent
+        (D,) outward unit tangent, across the view.
     towards
         (D,) unit, from the viewpoint to the end; None without a viewpoint.
     radius
@@ -58,7 +55,6 @@ class End:
 
     line: Floats
     tangent: Floats
-    bend: Floats
     towards: Floats | None
     radius: float
 
@@ -68,45 +64,19 @@ class End:
         return np.asarray(self.line[0])
 
 
-def _ends(ends: FreeEnds, strands: Sequence[SampledChain], viewpoint: Floats | None, kept: float) -> list[End]:
-    """Return the free ends of the strands, which keep a share of their curvature."""
+def _ends(ends: FreeEnds, strands: Sequence[SampledChain], viewpoint: Floats | None) -> list[End]:
+    """Return the free ends of the strands."""
     made = []
     for row, number in enumerate(ends.strand.tolist()):
         own, side = strands[number], int(ends.side[row])
         radius = own.radius_near(0.0 if side == 0 else own.length, 1 if side == 0 else -1)
         line = own.points if side == 0 else own.points[::-1]
         tangent: Floats = ends.tangents[row]
-        curvature: Floats = kept * ends.curvatures[row]
         towards = None if viewpoint is None else unit(line[0] - viewpoint)
         if towards is not None:
-            tangent, curvature = unit(tangent - (tangent @ towards) * towards), curvature - (curvature @ towards) * towards
-        bend = curvature * min(1.0, 1 / max(6 * radius * float(np.linalg.norm(curvature)), 1e-12))
-        made.append(End(line, tangent, bend, towards, radius))
+            tangent = unit(tangent - (tangent @ towards) * towards)
+        made.append(End(line, tangent, towards, radius))
     return made
-
-
-def _may_attach(ends: Sequence[End], strands: Sequence[SampledChain]) -> Bools:
-    """Tell for each end which strands lie so near its continuation that attaching it may cost less than TIP_COST, (E, S)."""
-    lines, dim = Curves.of([strand.points for strand in strands]), strands[0].points.shape[1]
-    unit_cost, radii = _unit_cost(dim), np.array([end.radius for end in ends])
-    points, tangents, bends = (
-        np.array([getattr(end, name) for end in ends]).reshape(-1, dim) for name in ("point", "tangent", "bend")
-    )
-    return strands_ahead(
-        points,
-        tangents,
-        bends,
-        np.array([end.towards for end in ends if end.towards is not None]).reshape(-1, dim),
-        radii,
-        NORMAL_SHORTFALL * radii + TIP_COST / unit_cost,
-        lines.points,
-        np.concatenate([strand.radii for strand in strands]),
-        lines.bounds,
-        depth_slope=DEPTH_SLOPE,
-        max_miss=(TIP_COST + 2 * MISS_FREE * MISFIT_COST) / (MISFIT_COST + MISS_COST),
-        max_behind=TIP_COST / (2 * unit_cost) if dim == 3 else 0.0,
-        max_behind_share=0.0 if dim == 3 else TIP_COST / MISFIT_COST,
-    )
 
 
 def _unit_cost(dim: int) -> float:
@@ -126,7 +96,7 @@ def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: Frame
     context
         the data of the frame; visibility, viewpoint and spacing of the points are used.
     config
-        section `merge` of the settings: the longest gap, and the share of its curvature that an end keeps.
+        section `merge` of the settings: the longest gap.
 
     Returns
     -------
@@ -137,9 +107,7 @@ def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: Frame
     reach = (1 + DEPTH_SLOPE) * max_gap + 2 * max(float(strand.radii.max()) for strand in strands)
     near = box_distances(ends.points, strands) <= reach
     near[np.arange(len(near)), ends.strand] = False
-    made = _ends(ends, strands, context.foreground.viewpoint, config.bending.curvature_persistence)
-    if not context.shows_surface:
-        near &= _may_attach(made, strands)
+    made = _ends(ends, strands, context.foreground.viewpoint)
     for row, host in np.argwhere(near).tolist():
         end, strand = made[row], strands[host]
         found = [attachment(end, strand, context, max_gap)]
@@ -154,7 +122,7 @@ def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: Frame
 def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: float) -> tuple[float, float] | None:
     """Find the position on a strand at which attaching an end costs least.
 
-    The end is extrapolated with its curvature. Costs are its miss of the strand's axis, its distance, free space on the way, and
+    Costs are its miss of the strand's axis, its distance, free space on the way, and
     a neck before the strand. Differences in depth count less than those across the view.
 
     Parameters
@@ -181,8 +149,7 @@ def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: f
     if distance.min() > max_gap:
         return None
     ahead = offset @ end.tangent
-    expected = np.clip(ahead, 0, None)[:, None] * end.tangent + 0.5 * np.clip(ahead, 0, None)[:, None] ** 2 * end.bend
-    miss = np.linalg.norm(offset - expected - np.clip(ahead, None, 0)[:, None] * end.tangent, axis=1)
+    miss = np.linalg.norm(offset - ahead[:, None] * end.tangent, axis=1)
     shortfall = np.clip(distance - strand.radii - NORMAL_SHORTFALL * radius, 0, None)
     unit_cost = _unit_cost(len(point))
     behind = np.clip(-ahead - both, 0, None)

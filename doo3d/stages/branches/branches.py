@@ -102,7 +102,7 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     context
         the data of the frame; visibility and segment length are used.
     config
-        section `merge` of the settings: `max_gap`, `curvature_persistence`.
+        section `merge` of the settings: `max_gap`.
 
     Returns
     -------

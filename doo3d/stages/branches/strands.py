@@ -17,10 +17,10 @@ from ...types import Bools, Chain, Floats, Ints
 
 ARM_RADII = (2.0, 8.0)
 """Distances from a position, in radii, between which direction and radius of a strand on one side of it are measured. The second
-is also the length over which tangent and curvature are measured, and that from which on a strand may touch itself."""
+is also the length over which tangents are measured, and that from which on a strand may touch itself."""
 
 MIN_STEPS = 4
-"""Fewest samples, or segments, over which tangent and curvature are measured."""
+"""Fewest samples, or segments, over which tangents are measured."""
 
 NODE_RADII = 3.0
 """Distance from a junction or a tip, in radii of the strand, within which all belongs to it: a crossing in the view, a second
@@ -59,8 +59,8 @@ class SampledChain:
     radius: float
 
     @cached_property
-    def ends(self) -> tuple[Floats, Floats]:
-        """The outward tangents and the curvature vectors of both ends, 1/m (1/px), (2, D) each."""
+    def ends(self) -> Floats:
+        """The outward tangents of both ends, (2, D)."""
         return Curves.of([self.chain.joints]).ends(max(ARM_RADII[1] * self.radius, MIN_STEPS * self.chain.segment_length))
 
     @cached_property
@@ -189,23 +189,22 @@ class FreeEnds:
         (E,) int, index of the strand, and 0 for its first end, 1 for its last.
     points
         (E, D) m (px in 2-D), positions.
-    tangents, curvatures
-        (E, D) outward unit tangents, and curvature vectors, 1/m (1/px).
+    tangents
+        (E, D) outward unit tangents.
     """
 
     strand: Ints
     side: Ints
     points: Floats
     tangents: Floats
-    curvatures: Floats
 
 
 def free_ends(strands: Sequence[SampledChain]) -> FreeEnds:
-    """Return position, tangent and curvature of the ends of all open strands."""
+    """Return position and tangent of the ends of all open strands."""
     rows = np.flatnonzero(np.repeat([not strand.chain.closed for strand in strands], 2))
     points = np.concatenate([strand.points[[0, -1]] for strand in strands])
-    tangents, curvatures = (np.concatenate(each) for each in zip(*(strand.ends for strand in strands), strict=True))
-    return FreeEnds(rows // 2, rows % 2, points[rows], tangents[rows], curvatures[rows])
+    tangents = np.concatenate([strand.ends for strand in strands])
+    return FreeEnds(rows // 2, rows % 2, points[rows], tangents[rows])
 
 
 @dataclass(frozen=True)

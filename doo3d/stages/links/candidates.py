@@ -11,7 +11,6 @@ import numpy as np
 from ...config import MergeConfig
 from ...config.merge import Bending
 from ...geometry.curves import Curves
-from ...kernels import end_pairs, limit_pairs
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .. import FrameContext
@@ -94,9 +93,6 @@ class Candidates:
         (E, D) m, D = 3 (in 2-D: px, D = 2), position of each end.
     tangents
         (E, D) unit, tangent at each end, pointing out of its chain.
-    curvatures
-        (E, D) 1/m (1/px in 2-D), curvature vector at each end: perpendicular to the tangent, towards the inside of the bend; its
-        length is 1 / radius of the bend, 0 for a straight chain.
     closed
         (E,) bool, True if the end's chain is already a ring.
     radius
@@ -118,7 +114,6 @@ class Candidates:
 
     points: Floats
     tangents: Floats
-    curvatures: Floats
     closed: Bools
     radius: float
     config: MergeConfig
@@ -130,15 +125,15 @@ class Candidates:
 
     @classmethod
     def of(cls, chains: Curves, context: FrameContext, config: MergeConfig) -> Candidates:
-        """Measure position, outward tangent and curvature of both ends of each chain, at least one.
+        """Measure position and outward tangent of both ends of each chain, at least one.
 
         A parabola is fitted to the last `merge.tangent_window_radii` radii of a chain, at least to its last segment.
         """
-        measured = chains.ends(config.tangent_window_radii * context.radius)
+        tangents = chains.ends(config.tangent_window_radii * context.radius)
         closed = np.repeat(chains.closed, 2)
         unit_and_turn, points = (context.gap_unit, context.max_turn), chains.points[chains.tips]
-        seen = ({}, ()) if config.strategy == "greedy" else seen_gaps(points, measured[0], chains, context)
-        return cls(points, *measured, closed, context.radius, config, *unit_and_turn, chains, *seen)
+        seen = ({}, ()) if config.strategy == "greedy" else seen_gaps(points, tangents, chains, context)
+        return cls(points, tangents, closed, context.radius, config, *unit_and_turn, chains, *seen)
 
     @cached_property
     def window(self) -> float:
@@ -150,36 +145,33 @@ class Candidates:
         """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
         return 1000.0 / self.gap_unit if self.points.shape[1] == 3 else 1.0
 
-    @cached_property
+    @property
     def bending(self) -> Bending:
-        """The weights of angles, and the share of its curvature that an end keeps."""
+        """The weights of angles."""
         return self.config.bending
 
     @cached_property
     def pairs(self) -> tuple[Floats, Floats, Floats]:
-        """Distance, turn and bend of each pair of ends half way, (E, E) each, symmetric, by `kernels.end_pairs`.
+        """Distance, turn and bend of each pair of ends, (E, E) each, symmetric.
 
-        Half way to the other end, an end has the tangent that a share of its curvature leads to. On a circle the direction half
-        way along an arc is that of its chord, so two ends of one bend then match exactly. No object bends more sharply than two
-        of its radii, and no curvature is known well enough to extrapolate far.
+        The turn is the angle of a line that leaves by one end straight on and enters by the other, the bend the larger one of an
+        end with the straight line to the other: both radians, 0 to pi, and 0 for ends at one place.
         """
-        return self._pairs(self.bending.curvature_persistence)
-
-    def _pairs(self, kept: float) -> tuple[Floats, Floats, Floats]:
-        return end_pairs(self.points, self.tangents, self.curvatures, self.radius, self.window, kept)
+        gap = self.points - self.points[:, None]
+        distance = np.linalg.norm(gap, axis=2)
+        bend = _angles(self.tangents[:, None], gap / np.maximum(distance, np.finfo(float).tiny)[..., None])
+        bend = np.where(distance > 0, np.maximum(bend, bend.T), 0.0)
+        return distance, _angles(self.tangents[:, None], -self.tangents), bend
 
     @property
     def distance(self) -> Floats:
         """The distance of each pair of ends, (E, E) m (px in 2-D), symmetric."""
         return self.pairs[0]
 
-    @cached_property
+    @property
     def turns(self) -> Floats:
-        """The angle by which a line turns that leaves by one end straight on and enters by the other, (E, E) radians, 0 to pi.
-
-        The angle is 0 if the tangents point straight against each other, as at a gap in a straight line.
-        """
-        return self._pairs(0.0)[1]
+        """The turn between each pair of ends, (E, E) radians, symmetric: 0 for a gap in a straight line."""
+        return self.pairs[1]
 
     def limited(self, cost: Floats, visibility: Visibility | None) -> Floats:
         """Return the cost of connecting each pair of ends, infinite where a connection is not allowed.
@@ -195,12 +187,21 @@ class Candidates:
         visibility
             tells which ends leave the view; None for a cloud without camera views.
         """
-        config, exiting = self.config, np.zeros(len(cost), dtype=bool)
+        config, of_chain = self.config, np.arange(len(cost)) // 2
         factor = 1 if config.chains is None else FORCED_COST_FACTOR
-        turns, max_turn = self.distance, np.inf
+        allowed = (self.distance <= factor * config.gap * self.gap_unit) & (cost <= factor * config.max_cost)
+        allowed &= ~(self.closed | self.closed[:, None])
         if self.max_turn < np.pi and config.chains is None:
-            turns, max_turn = self.turns, self.max_turn
+            allowed &= self.turns <= self.max_turn
+        if not config.allow_closed_chains:
+            allowed &= of_chain != of_chain[:, None]
         if visibility is not None and config.free_space_weight:
             exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
-        limits = factor * config.gap * self.gap_unit, factor * config.max_cost, max_turn, config.allow_closed_chains
-        return limit_pairs(cost, self.distance, turns, self.closed, exiting, *limits)
+            allowed &= ~(exiting & exiting[:, None])
+        return np.where(np.triu(allowed, 1), cost, np.inf)
+
+
+def _angles(first: Floats, second: Floats) -> Floats:
+    """Return the angles between unit vectors (..., D), radians: Kahan's formula, exact for small ones too."""
+    apart, together = np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1)
+    return np.asarray(2 * np.arctan2(apart, together))

@@ -29,8 +29,8 @@ def ends(dim):
 
 def terms_of(points, directions):
     """Return distance, direction and curvature of each pair of ends, with weights of 1, in px and radians or m and radians."""
-    config = MergeConfig(direction_weight=1, curvature_weight=1, curvature_persistence=0)
-    straight = np.zeros_like(points), np.zeros(len(points), dtype=bool), 1.0
+    config = MergeConfig(direction_weight=1, curvature_weight=1)
+    straight = np.zeros(len(points), dtype=bool), 1.0
     costs = cost_terms(Candidates(points, directions, *straight, config), context_of(dim=points.shape[1]))
     return costs["distance"] / (1000 if points.shape[1] == 3 else 1), costs["direction"], costs["curvature"]
 
@@ -105,7 +105,7 @@ class PlainView:
 
 def test_ends_in_plain_view_of_each_pair_cost_extra():
     points, directions = np.zeros((3, 3)), unit(np.ones((3, 3)))
-    straight = np.zeros_like(points), np.zeros(3, dtype=bool), 1.0
+    straight = np.zeros(3, dtype=bool), 1.0
     context = context_of(visibility=PlainView(np.array([True, False, True])))
     costly = Candidates(points, directions, *straight, MergeConfig(exposed_end_cost=10))
     assert cost_terms(costly, context)["exposed ends"].tolist() == [[20, 10, 20], [10, 0, 10], [20, 10, 20]]
