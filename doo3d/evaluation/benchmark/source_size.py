@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-METHOD = ("facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py", "working_picture.py")
+METHOD = ("kernels", "facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py", "working_picture.py")
 """Packages and modules of `doo3d` in which the method is; the rest reads, writes, draws and measures."""
 
 _CPP_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.S)
@@ -51,7 +51,7 @@ def method_files(root: Path | None = None) -> list[Path]:
     """
     root = root or _root()
     python = [file for file in sorted(root.rglob("*.py")) if file.relative_to(root).parts[0] in METHOD]
-    return python + sorted(file for ending in ("*.cpp", "*.h") for file in (root / "kernels" / "src").glob(ending))
+    return python + sorted(file for ending in ("*.cpp", "*.h") for file in (root / "kernels" / "src").rglob(ending))
 
 
 def size_of(modules: Iterable[str]) -> SourceSize:
