@@ -106,9 +106,6 @@ ABLATIONS: dict[str, Ablation] = {
     "parts judged by a network": Ablation(
         {"segment.method": "strands"}, modules=("stages.segment.judged_parts",), made_for=("untold",)
     ),
-    "bands of many widths told by a network": Ablation(
-        places={f"{_STAGES}.segment.color_strands:_with_probable": lambda parts, _: (parts, parts.strands)}, made_for=("untold",)
-    ),
     "surface learned outside of bands": Ablation(
         places={f"{_STAGES}.segment.color_strands:_told_again": _none}, made_for=("untold",)
     ),

@@ -69,7 +69,7 @@ def select_in_frame(raised: Bools, frame: Frame) -> Selected:
     return selected if again is None else select_bands(again, color)
 
 
-def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) -> Selected:
+def select_bands(bands: ColorBands, color: Array) -> Selected:
     """Return what is selected in a frame with bands that color tells from the surface.
 
     Parameters
@@ -78,13 +78,9 @@ def select_bands(bands: ColorBands, color: Array, found: Bools | None = None) ->
         what differs in color from the surface.
     color
         (H, W, 3) uint8 RGB.
-    found
-        (H, W) bool, the pixels that a network takes for an object: where it finds MIN_SEED_SHARE of a band that is not of one
-        width, such as a bundle, what it finds of the band is a strand, too. None asks for bands of one width alone.
     """
     parts, surface, raised = bands
-    parts, is_strand = (parts, parts.strands) if found is None else _with_probable(parts, found)
-    strands = np.flatnonzero(is_strand)
+    strands = np.flatnonzero(parts.strands)
     if not len(strands):
         return Selected(raised, bands=bands)
     share = parts.shares(raised)[strands]
@@ -119,14 +115,6 @@ def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bool
         hues = bands.hues(strands, color)
         other[candidates] = np.linalg.norm(own.hues(candidates, color)[:, None] - hues, axis=2).min(axis=1) >= SAME_HUE
     return np.asarray(other)
-
-
-def _with_probable(parts: Parts, found: Bools) -> tuple[Parts, Bools]:
-    """Return the parts, those of many widths with what a network finds of them alone, and which, (K,) bool, are strands."""
-    probable = parts.long & ~parts.strands & (parts.shares(found) >= MIN_SEED_SHARE)
-    kept = ~np.repeat(probable, parts.sizes) | found.ravel()[parts.pixels]
-    sizes = np.add.reduceat(kept, parts.starts[:-1], dtype=int) if len(parts.pixels) else parts.sizes
-    return parts._replace(pixels=parts.pixels[kept], starts=np.append(0, np.cumsum(sizes))), parts.strands | probable
 
 
 def find_bands(color: Array, raised: Bools, covered: Bools, shadow_light: float = MIN_SHADOW_LIGHT) -> ColorBands | None:

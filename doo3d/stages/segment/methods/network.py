@@ -14,7 +14,6 @@ from ....errors import InputError
 from ....evidence.appearance import BAND_PX, RING_PX, Appearance
 from ....kernels import MaskEdge
 from ....types import Array, Bools, Cloud, Frame, Image
-from ..color_strands import select_bands
 from ..judged_parts import judged_mask, set_apart
 from ..mask_repair import ITERATIONS, SMOOTHING_PX
 from ..thin_lines import find_lines
@@ -114,8 +113,6 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         voted.ravel()[rules.bands.parts.pixels] = True
     probability = _with_votes(object_probability(color, config.onnx.model), voted, FRAME_ODDS)
     found = (probability > config.onnx.threshold) | set_apart(rules, data, 2 * THIN_PX / _shrink(color))
-    if rules.bands is not None:
-        rules = select_bands(rules.bands, np.ascontiguousarray(color), found)._replace(plane=rules.plane)
     return rules._replace(mask=judged_mask(rules, found, color))
 
 
