@@ -10,7 +10,6 @@ import yaml
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from .former import FIXED, FORMER, FORMER_VALUES
 from .models import Config
 from .section import MAX_NUMBER, MIN_NUMBER, is_expert
 
@@ -91,7 +90,7 @@ def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, exp
 def markdown() -> str:
     """Return the documentation page of the configuration as Markdown.
 
-    It has tables of the basic and the expert settings (default, values, effect) and of the settings of earlier versions.
+    It has tables of the basic and the expert settings: default, values, effect.
     """
     parts = [
         "# Configuration",
@@ -112,12 +111,6 @@ def markdown() -> str:
         "named constant in the file of its stage.",
         *_tables(expert, " (expert)"),
     ]
-    parts += [
-        "## Settings of earlier versions",
-        "A former name in a YAML file or after `--set` is refused, and the error names its replacement: with the code "
-        "`setting-renamed` where the setting has another name now, with `setting-fixed` where it is a constant now.",
-        _former_table(),
-    ]
     return "\n\n".join(parts) + "\n"
 
 
@@ -134,14 +127,6 @@ def _tables(settings: Sequence[Setting], suffix: str) -> list[str]:
         ]
         parts.append(_table(("setting", "default", "values", "effect"), rows))
     return parts
-
-
-def _former_table() -> str:
-    rows = [(f"`{former}`", f"renamed: `{new}`") for former, new in FORMER.items()]
-    for key, values in FORMER_VALUES.items():
-        rows += [(f"`{key}: {former}`", f"renamed: `{key}: {new}`") for former, new in values.items()]
-    rows += [(f"`{former}`", f"constant: {value}") for former, value in FIXED.items()]
-    return _table(("former setting", "now"), sorted(rows, key=lambda row: row[0].strip("`")))
 
 
 def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

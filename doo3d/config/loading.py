@@ -40,8 +40,8 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
 
     Raises
     ------
-    ConfigError : no such preset or file, broken YAML, an unknown key (the message names the nearest known key), a key of an
-        earlier version (the message names its new name or the constant that replaced it), or a value out of bounds.
+    ConfigError : no such preset or file, broken YAML, an unknown key (the message names the nearest known key), or a value
+        out of bounds.
     """
     if not isinstance(name, str | Path) or "\0" in str(name):
         raise _wrong_type(name, "config")

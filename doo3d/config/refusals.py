@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ConfigError, invalid_code
-from .former import FIXED, FORMER, FORMER_VALUES
 
 
 class Refusal(NamedTuple):
@@ -29,7 +27,7 @@ class Refusal(NamedTuple):
 
 def config_error(error: ValidationError, model: type[BaseModel], name: str) -> ConfigError:
     """Return the error for settings that pydantic refused; name : of the settings, such as "config mine.yaml"."""
-    refusals = [refusal for item in error.errors() for refusal in refusals_of(item, model)]
+    refusals = [refusal_of(item, model) for item in error.errors()]
     return ConfigError(f"{name}: " + "; ".join(refusal.sentence for refusal in refusals), code=refusals[0].code)
 
 
@@ -48,46 +46,20 @@ def keys_of(model: type[BaseModel], prefix: str = "") -> list[str]:
     return keys
 
 
-def refusals_of(item: Any, model: type[BaseModel]) -> list[Refusal]:
-    """Return the reasons behind one error of pydantic; several for a former section, one for each of its settings."""
-    key, value = ".".join(str(part) for part in item["loc"]), item["input"]
+def refusal_of(item: Any, model: type[BaseModel]) -> Refusal:
+    """Return the reason behind one error of pydantic."""
+    key = ".".join(str(part) for part in item["loc"])
     if item["type"] == "extra_forbidden":
-        is_former = key in FORMER and isinstance(value, dict) and value
-        return _former_section(key, value, model) if is_former else [_unknown_key(key, model)]
-    renamed = FORMER_VALUES.get(key, {}).get(value) if isinstance(value, str) else None
-    if renamed is not None:
-        return [Refusal(f"{key}: {value} was renamed, use {renamed}", "setting-renamed")]
+        return _unknown_key(key, model)
     message = item["msg"].removeprefix("Value error, ")
-    given = f", got {value!r}" if item["type"] != "value_error" else ""
-    return [Refusal(f"{key}: {message}{given}" if key else message, invalid_code([item["type"]]))]
-
-
-def _former_section(section: str, values: Mapping[Any, Any], model: type[BaseModel]) -> list[Refusal]:
-    """Return what became of the settings that are given in a section of an earlier version."""
-    kept = {f"{section}.{name}": f"{FORMER[section]}.{name}" for name in values}
-    known = keys_of(model)
-    return [
-        _unknown_key(key, model) if key in FORMER or key in FIXED or new not in known else _renamed(key, new)
-        for key, new in kept.items()
-    ]
+    given = f", got {item['input']!r}" if item["type"] != "value_error" else ""
+    return Refusal(f"{key}: {message}{given}" if key else message, invalid_code([item["type"]]))
 
 
 def _unknown_key(key: str, model: type[BaseModel]) -> Refusal:
-    """Return why a key is refused: it was renamed, it is a constant now, or it never was one."""
-    if key in FORMER:
-        return _renamed(key, FORMER[key])
-    if key in FIXED:
-        return Refusal(f"{key} is no longer a setting: doo3d always uses {FIXED[key]}", "setting-fixed")
-    if key.partition(".")[0] in FORMER and "." in key:
-        section = FORMER[key.partition(".")[0]]
-        return Refusal(f"unknown key {key}; its section was renamed, use {section}", "key-unknown")
     keys = keys_of(model)
     nearest = difflib.get_close_matches(key, keys, n=1, cutoff=0.5) or [
         known for known in keys if known.split(".")[-1] == key.split(".")[-1]
     ]
     hint = f", did you mean {nearest[0]}?" if nearest else f"; the sections are {', '.join(model.model_fields)}"
     return Refusal(f"unknown key {key}{hint}", "key-unknown")
-
-
-def _renamed(key: str, new: str) -> Refusal:
-    return Refusal(f"{key} was renamed, use {new}", "setting-renamed")

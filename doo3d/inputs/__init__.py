@@ -39,14 +39,11 @@ __all__ = [
     "Capture",
     "FrameData",
     "FrameRef",
-    "OpenedCapture",
     "ReadOptions",
     "format_class",
     "open_capture",
 ]
 
-OpenedCapture = Capture
-"""The former name of Capture."""
 FORMATS: Registry[CaptureFormat] = Registry(
     READERS,
     {

@@ -6,7 +6,7 @@ SUFFIXES = {"json": ".json", "jpg": ".jpg", "png": ".png"}
 """The suffixes of the files that a run writes for each frame, by their kind."""
 
 PICTURES = ("jpg", "png")
-"""The kinds that are pictures, of which a frame has one or none; the first is the usual one, earlier versions wrote the other."""
+"""The kinds that are pictures, of which a frame has one or none; the first is the usual one."""
 
 STRANDS = ".strands.json"
 """The suffix of what the first pass of a sequence keeps of a frame besides."""

@@ -82,16 +82,16 @@ def _status(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> FrameS
 def picture_kind(frame: Mapping[str, Any]) -> str | None:
     """Return the kind of the picture of a frame, "jpg" or "png"; None if none was drawn.
 
-    `frame` is its entry in the manifest or its line in the journal. Those of earlier versions do not say: each had a PNG.
+    `frame` is its entry in the manifest or its line in the journal.
 
     Raises
     ------
-    ValueError : the entry names another kind.
+    KeyError, ValueError : the entry names none, or another kind.
     """
-    kind = frame.get("picture", "png" if frame["status"] == "ok" else None)
+    kind: str | None = frame["picture"]
     if kind not in (None, *PICTURES):
         raise ValueError(f"picture {kind!r}")
-    return None if kind is None else str(kind)
+    return kind
 
 
 def read_picture(path: Path | None) -> Array | None:

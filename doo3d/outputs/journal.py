@@ -111,14 +111,14 @@ def is_frame_line(values: dict[str, Any]) -> bool:
         and all(_is_number(values.get(key)) for key in ("timestamp", "seconds", "occluded"))
         and values.get("seconds") is not None
         and values.get("picture") in (None, *PICTURES)
-        and all(_are_numbers(values.get(key)) for key in ("lengths", "radii"))
-        and _are_numbers(values.get("confidences", []))  # absent in the journal of an early version
-        and isinstance(values.get("doubtful", []), list)
-        and all(_are_numbers(each) and len(each) == 2 for each in values.get("doubtful", []))
+        and all(_are_numbers(values.get(key)) for key in ("lengths", "radii", "confidences"))
+        and isinstance(values.get("doubtful"), list)
+        and all(_are_numbers(each) and len(each) == 2 for each in values["doubtful"])
         and all(_is_number(values.get(key)) for key in ("objects", "junctions"))
         and isinstance(values.get("notes"), list)
         and all(isinstance(note, str) for note in values["notes"])
         and isinstance(values.get("stages"), dict)
+        and isinstance(values.get("evidence"), dict)
         and all(_is_number(seconds) for seconds in values["stages"].values())
     )
 

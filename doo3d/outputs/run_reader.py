@@ -16,7 +16,6 @@ from ..guard.parsing import read_json
 from ..types import (
     COORDINATES,
     DEPTH_WORDS,
-    FORMER_SCHEMA,
     SCHEMA,
     Chain,
     ChainEnd,
@@ -111,7 +110,7 @@ def open_results(path: str | Path, min_confidence: float = 0.0) -> Results:
 
 
 def read_detection(path: str | Path) -> Detection:
-    """Return the detection in the JSON file of one frame, of the schema doo3d/detection/2 or the earlier /1.
+    """Return the detection in the JSON file of one frame, of the schema doo3d/detection/2.
 
     An unknown radius, null in the file, becomes NaN; an unknown timestamp or id becomes None.
 
@@ -120,7 +119,7 @@ def read_detection(path: str | Path) -> Detection:
     InputError
         the file is missing, is not JSON, has another schema, or is damaged.
     """
-    values = read_object(path, (SCHEMA, FORMER_SCHEMA), "a detection")
+    values = read_object(path, (SCHEMA,), "a detection")
     try:
         detection = _detection(values)
     except (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, InputError) as error:
@@ -175,9 +174,9 @@ def _chain(values: dict[str, Any], dim: int) -> Chain:
         depth_filled=np.array([DEPTH_WORDS.index(word) for word in values.get("depth", ())], dtype=bool),
         from_time=np.array(values.get("from_time", ()), dtype=bool),
         closed=bool(values["closed"]),
-        connections=tuple(Connection(int(item["segment"]), _confidence(item)) for item in values.get("connections", ())),
+        connections=tuple(Connection(int(item["segment"]), float(item["confidence"])) for item in values.get("connections", ())),
         id=_integer(values.get("id")),
-        confidence=_confidence(values) if {"confidence", "sure"} & values.keys() else float("nan"),
+        confidence=float(values["confidence"]),
         deviations=_finite_array(values["deviations"], (len(joints), 2)) if values.get("deviations") is not None else None,
     )
 
@@ -190,19 +189,14 @@ def _integer(value: Any) -> int | None:
 
 def _crossing(values: dict[str, Any]) -> Crossing:
     upper, lower = (SegmentRef(int(values[side]["chain"]), int(values[side]["segment"])) for side in ("upper", "lower"))
-    return Crossing(upper, lower, np.array(values["point"], dtype=float), _confidence(values))
+    return Crossing(upper, lower, np.array(values["point"], dtype=float), float(values["confidence"]))
 
 
 def _junction(values: dict[str, Any], dim: int) -> Junction:
     ends = tuple(ChainEnd(int(end["chain"]), int(end["end"])) for end in values["ends"])
     radii = np.array([float("nan") if each is None else each for each in values["radii"]], dtype=float)
-    return Junction(_finite_array(values["position"], (dim,)), ends, radii, _confidence(values))
+    return Junction(_finite_array(values["position"], (dim,)), ends, radii, float(values["confidence"]))
 
 
 def _object(values: dict[str, Any]) -> LinearObject:
     return LinearObject(tuple(map(int, values["chains"])), tuple(map(int, values["junctions"])), int(values["trunk"]))
-
-
-def _confidence(values: dict[str, Any]) -> float:
-    """Return the confidence of a connection or crossing, which doo3d/detection/1 calls "sure"."""
-    return float(values["confidence"] if "confidence" in values else values["sure"])

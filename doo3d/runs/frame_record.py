@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from ..inputs import FrameRef
-from ..outputs.frame_status import picture_kind
 
 OK, FAILED = "ok", "failed"
 
@@ -30,7 +29,7 @@ class FrameRecord:
     lengths, radii
         length and radius of each chain, longest chain first, m (px in 2-D); a radius is NaN if unknown.
     confidences
-        confidence of each chain, 0 to 1; empty if the journal is of an early version.
+        confidence of each chain, 0 to 1.
     doubtful
         length, m (px in 2-D), and confidence of each doubtful chain, which the other fields do not count, longest first.
     occluded
@@ -44,8 +43,7 @@ class FrameRecord:
     error
         the reason why the frame failed; None if the status is "ok".
     code
-        stable code of the error, such as "mask-shape"; "unexpected" for a fault in doo3d. None if the status is "ok", or if
-        the journal is of an early version.
+        stable code of the error, such as "mask-shape"; "unexpected" for a fault in doo3d. None if the status is "ok".
     picture
         kind of its picture, "jpg" or "png"; None if none was drawn.
     stages
@@ -121,10 +119,8 @@ class FrameRecord:
         """
         known = {field.name: values[field.name] for field in fields(FrameRecord) if field.name in values}
         numbers = {
-            key: tuple(float("nan") if value is None else float(value) for value in values.get(key, ()))
+            key: tuple(float("nan") if value is None else float(value) for value in values[key])
             for key in ("lengths", "radii", "confidences")
         }
-        evidence = known.get("evidence") if isinstance(known.get("evidence"), dict) else {}
-        doubtful = tuple((float(length), float(confidence)) for length, confidence in values.get("doubtful", ()))
-        others = {"notes": tuple(values["notes"]), "evidence": evidence, "picture": picture_kind(values), "doubtful": doubtful}
-        return FrameRecord(**known | numbers | others)
+        doubtful = tuple((float(length), float(confidence)) for length, confidence in values["doubtful"])
+        return FrameRecord(**known | numbers | {"notes": tuple(values["notes"]), "doubtful": doubtful})

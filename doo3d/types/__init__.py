@@ -7,7 +7,6 @@ from .products import CloudSampling, Foreground, Path, Skeleton, VoxelGrid
 from .results import (
     COORDINATES,
     DEPTH_WORDS,
-    FORMER_SCHEMA,
     SCHEMA,
     Chain,
     Connection,
@@ -20,7 +19,6 @@ from .tree import ChainEnd, Junction, LinearObject
 __all__ = [
     "COORDINATES",
     "DEPTH_WORDS",
-    "FORMER_SCHEMA",
     "SCHEMA",
     "Array",
     "Bools",

@@ -18,8 +18,6 @@ from .pose import Plane, as_pose
 from .tree import Junction, LinearObject, kept_trees
 
 SCHEMA = "doo3d/detection/2"
-FORMER_SCHEMA = "doo3d/detection/1"
-"""Schema of earlier versions, in which a confidence is called sure; such files are still read."""
 
 DEPTH_WORDS = ("seen", "filled")
 """Words for a segment whose depth was measured, and for one whose depth was interpolated."""

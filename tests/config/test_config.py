@@ -10,7 +10,6 @@ from builders.errors import refuses
 from pydantic import ValidationError
 
 from doo3d.config import Config, known_keys, load_config, parse_overrides, preset_names
-from doo3d.config.former import FIXED, FORMER, FORMER_VALUES
 from doo3d.errors import ConfigError
 
 
@@ -93,60 +92,6 @@ def test_a_key_below_what_is_no_section(tmp_path):
     (tmp_path / "mine.yaml").write_text("merge: 3")
     with refuses("section-expected", "merge.chains", kind=ConfigError):
         load_config(tmp_path / "mine.yaml", {"merge.chains": 2})
-
-
-# --- names of earlier versions -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("key", FORMER)
-def test_a_former_name_is_refused_with_the_new_one(key):
-    assert FORMER[key] in known_keys()
-    with refuses("setting-renamed", f"{key} was renamed, use {FORMER[key]}", kind=ConfigError):
-        load_config("default", {key: 1})
-
-
-@pytest.mark.parametrize("key", FIXED)
-def test_a_former_setting_is_refused_with_the_constant_in_its_place(key):
-    assert key not in known_keys()
-    with refuses("setting-fixed", f"{key} is no longer a setting", FIXED[key], kind=ConfigError):
-        load_config("default", {key: 1})
-
-
-def test_a_former_value_is_refused_with_the_new_one():
-    for key, values in FORMER_VALUES.items():
-        for former, new in values.items():
-            with refuses("setting-renamed", f"{former} was renamed, use {new}", kind=ConfigError):
-                load_config("default", {key: former})
-            load_config("default", {key: new})
-
-
-@pytest.mark.parametrize(
-    ("text", "code", "sentence"),
-    [
-        ("grow: {reach: 100}", "setting-renamed", "grow.reach was renamed, use extend_mask.max_length"),
-        ("grow: {rounds: 3}", "setting-fixed", "grow.rounds is no longer a setting: doo3d always uses 3"),
-        ("grow: {nothing: 3}", "key-unknown", "unknown key grow.nothing; its section was renamed, use extend_mask"),
-        ("grow:", "setting-renamed", "grow was renamed, use extend_mask"),
-        ("evidence: {margin: 0.01}", "setting-renamed", "evidence.margin was renamed, use visibility.margin"),
-        (
-            "thin: {method: directional}",
-            "setting-fixed",
-            "thin is no longer a setting: doo3d always uses Lee-Kashyap-Chu thinning",
-        ),
-        (
-            "tracks: {lengths: 1, keep: 3}",
-            "setting-renamed",
-            "tracks.lengths was renamed, use tracking.max_motion_lengths; "
-            "tracks.keep is no longer a setting: doo3d always uses 30 frames",
-        ),
-    ],
-)
-def test_a_section_of_an_earlier_version(text, code, sentence, tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text(text)
-    with pytest.raises(ConfigError) as caught:
-        load_config(path)
-    assert (str(caught.value), caught.value.code) == (f"config {path}: {sentence}", code)
 
 
 def test_no_such_preset():

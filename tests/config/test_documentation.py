@@ -8,7 +8,6 @@ from builders.paths import ROOT
 
 from doo3d.config import Config, known_keys, load_config, preset_names
 from doo3d.config.documentation import all_settings, annotated_yaml, markdown
-from doo3d.config.former import FIXED, FORMER
 from doo3d.config.section import is_expert
 
 PAGE = ROOT / "docs" / "pages" / "configuration.md"
@@ -44,13 +43,10 @@ def keys_in(text: str) -> set[str]:
 
 
 def test_every_setting_is_on_the_page_in_its_tier():
-    basic, _, rest = markdown().partition("## Expert settings")
-    expert, _, former = rest.partition("## Settings of earlier versions")
+    basic, _, expert = markdown().partition("## Expert settings")
     for setting in all_settings():
         assert f"| `{setting.key}` |" in (expert if is_expert(setting.field) else basic)
         assert setting.field.description
-    for key in [*FORMER, *FIXED]:
-        assert f"| `{key}` |" in former
     assert "number, >= 0" in expert
 
 

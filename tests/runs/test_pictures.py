@@ -1,4 +1,4 @@
-"""Which frames of a run get a picture, and of which format; pictures that are drawn later, and folders of earlier versions."""
+"""Which frames of a run get a picture, and of which format; pictures that are drawn later."""
 
 from __future__ import annotations
 
@@ -152,22 +152,6 @@ def test_a_picture_that_cannot_be_drawn_later_is_noted(mixed, tmp_path, monkeypa
     _, notes, pictures = made(mixed, out, "every:4")
     assert pictures == []
     assert any("000004: its picture cannot be drawn" in note and "no ink" in note for note in notes)
-
-
-def test_a_folder_of_an_earlier_version_with_png_is_read_and_gone_on_with(mixed, tmp_path):
-    """Neither its manifest nor its journal says of which kind the pictures are."""
-    out = tmp_path / "out"
-    made(mixed, out, "all", "png")
-    for name in ("progress.jsonl", "manifest.json"):
-        text = (out / name).read_text()
-        (out / name).write_text(text.replace(', "picture": "png"', "").replace('   "picture": "png",\n', ""))
-        assert "picture" not in (out / name).read_text()
-    assert write_video(open_results(out), tmp_path / "a.mp4").frames == 6
-    (out / "000002.json").unlink()
-    done, _, pictures = made(mixed, out, "all")
-    assert done == ["000002"]
-    assert pictures == ["000000.png", "000001.png", "000002.jpg", "000003.png", "000004.png", "000005.png"]
-    assert write_video(open_results(out), tmp_path / "b.mp4").frames == 6
 
 
 def test_a_frame_done_again_has_one_picture(mixed, tmp_path):

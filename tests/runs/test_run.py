@@ -17,7 +17,6 @@ from doo3d.outputs import run_folder as results
 from doo3d.outputs.run_identity import digest
 from doo3d.runs import frame_files, frame_jobs
 from doo3d.runs import run as batch
-from doo3d.runs.frame_record import FAILED, FrameRecord
 from doo3d.runs.serial_executor import MAX_JOBS
 from doo3d.types import Frame
 
@@ -91,16 +90,6 @@ def test_one_bad_frame_does_not_stop_the_others(capture, tmp_path):
     assert "000000.png" in first["error"]
     assert first["code"] == summary.records[0].code == "file-damaged"
     assert not (out / "000000.json").exists()
-
-
-def test_a_journal_without_codes_is_still_read():
-    """Earlier versions wrote none."""
-    record = FrameRecord("a", "a.png", None, FAILED, error="is cut off", code="file-damaged")
-    line = record.to_journal()
-    assert FrameRecord.from_journal(line) == record
-    del line["code"]
-    old = FrameRecord.from_journal(line)
-    assert (old.error, old.code) == ("is cut off", None)
 
 
 def test_what_nobody_foresaw_is_recorded_with_its_type_and_place(capture, tmp_path, fake_detection):

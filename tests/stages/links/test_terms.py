@@ -187,12 +187,6 @@ def test_a_term_is_a_line_in_the_table(monkeypatch):
     assert joined() == {0.0, -0.01}
 
 
-def test_the_former_place_of_custom_costs_holds_the_same():
-    from doo3d.stages.merge import costs
-
-    assert costs.CUSTOM_COSTS is CUSTOM_COSTS
-
-
 def test_an_unknown_custom_cost_is_refused_by_name():
     with refuses("cost-unknown", "height", "doo3d.plugins.CUSTOM_COSTS", kind=ConfigError):
         joined(custom_costs={"height": 1.0})

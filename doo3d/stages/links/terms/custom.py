@@ -25,9 +25,8 @@ def custom_terms(config: MergeConfig) -> dict[str, Callable[[Candidates, FrameCo
 def _custom_term(name: str, weight: float) -> Callable[[Candidates, FrameContext], Floats]:
     if name not in CUSTOM_COSTS:
         raise ConfigError(
-            f"merge.custom_costs: there is no cost {name!r}; doo3d.plugins.CUSTOM_COSTS (formerly "
-            f"doo3d.stages.merge.costs.CUSTOM_COSTS) holds {', '.join(CUSTOM_COSTS) or 'none'}: register it there first, or "
-            "install its plug-in",
+            f"merge.custom_costs: there is no cost {name!r}; doo3d.plugins.CUSTOM_COSTS holds "
+            f"{', '.join(CUSTOM_COSTS) or 'none'}: register it there first, or install its plug-in",
             code="cost-unknown",
         )
     cost = CUSTOM_COSTS[name]

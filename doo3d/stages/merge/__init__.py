@@ -1,1 +1,0 @@
-"""Former place of the costs of the user."""
