@@ -33,6 +33,7 @@ from .commands import (
     video,
     view,
 )
+from .commands.arguments import with_groups
 from .commands.exit_codes import INTERRUPTED, NOTHING_DONE
 from .commands.interruption import unmasked_interrupts
 from .commands.messages import wrapped
@@ -126,7 +127,7 @@ for _name, (_command, _short_help) in COMMANDS.items():
     if isinstance(_command, typer.Typer):
         app.add_typer(_command, name=_name)
     else:
-        app.command(_name, short_help=_short_help)(_command)
+        app.command(_name, short_help=_short_help)(with_groups(_command))
 
 
 def _print_version(requested: bool) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
+from dataclasses import dataclass, is_dataclass
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -15,7 +18,7 @@ from ..outputs.new_file import save as save
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inputs import Capture, FrameRef
+    from ..inputs import Capture, FrameRef, ReadOptions
 
 
 def completing(names: Callable[[], list[str]]) -> Callable[[str], list[str]]:
@@ -53,9 +56,6 @@ Overrides = Annotated[
         autocompletion=completing(_complete_setting),
     ),
 ]
-MaskOption = Annotated[
-    Path | None, typer.Option("--mask", help="Mask of the object, replacing the capture's own: an image, or a folder of them.")
-]
 
 InputOption = Annotated[
     list[str] | None,
@@ -83,24 +83,6 @@ CamerasOption = Annotated[
     ),
 ]
 
-EveryOption = Annotated[int, typer.Option(min=1, metavar="N", help="Keep every Nth of the selected frames.")]
-StartOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="POSITION",
-        help="First frame: its number from 0 (12), or from the end (-1 is the last), or a time since the first frame (12.5s; "
-        "-2s is two seconds before the last).",
-    ),
-]
-EndOption = Annotated[str | None, typer.Option(metavar="POSITION", help="Last frame, given like --start; it is included.")]
-FramesOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="LIST",
-        help="Frames and ranges, given like --start, both ends included: 3,7,10-20 or 2s-4.5s; a single time selects the frame "
-        "nearest to it.",
-    ),
-]
 FrameOption = Annotated[
     str | None, typer.Option("--frame", metavar="N", help="Frame to use: its name, or its number from 0; -1 is the last.")
 ]
@@ -111,6 +93,34 @@ MinConfidence = Annotated[
         "--min-confidence", metavar="P", min=0.0, max=1.0, help="Leave out objects whose confidence, 0 to 1, is below this."
     ),
 ]
+
+
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command in which the fields of each parameter that is a group of options stand in place of the parameter.
+
+    The default of the parameter has those of its options.
+    """
+    groups: dict[str, tuple[type, list[str]]] = {}
+    parameters: list[inspect.Parameter] = []
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        kind = parameter.annotation
+        if is_dataclass(kind) and isinstance(kind, type):
+            options = get_type_hints(kind, include_extras=True)
+            groups[parameter.name] = kind, list(options)
+            for name, option in options.items():
+                default = getattr(parameter.default, name)
+                parameters.append(inspect.Parameter(name, parameter.kind, default=default, annotation=option))
+        else:
+            parameters.append(parameter)
+
+    @wraps(command)
+    def run(**values: Any) -> None:
+        made = {group: kind(**{name: values.pop(name) for name in names}) for group, (kind, names) in groups.items()}
+        command(**values, **made)
+
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return run
 
 
 def config_of(name: str, overrides: list[str] | None) -> Config:
@@ -160,3 +170,72 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
         raise InputError(
             f"{option} {wanted}: {capture.path} has {len(frames)} frame{'s' * (len(frames) != 1)}, {names}", code="frame-unknown"
         ) from None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A preset or a file, and settings over it."""
+
+    config: Preset = "default"
+    overrides: Overrides = None
+
+    def load(self) -> Config:
+        """Return the settings; raise ConfigError if they cannot be used."""
+        return config_of(self.config, self.overrides)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a capture is to be read."""
+
+    mask: Annotated[
+        Path | None,
+        typer.Option("--mask", help="Mask of the object, replacing the capture's own: an image, or a folder of them."),
+    ] = None
+    input_options: InputOption = None
+    camera: CameraOption = None
+
+    def options(self, cameras: Path | None = None, *more: str) -> ReadOptions:
+        """Return the options of reading, with the file of a rig's cameras, and more of them as `--input-option` takes them."""
+        from ..inputs import ReadOptions
+
+        return ReadOptions.from_pairs([*(self.input_options or []), *more], self.camera, cameras)
+
+    def open(self, path: Path) -> Capture:
+        """Return the capture at a path; raise InputError if it cannot be read."""
+        from ..inputs import open_capture
+
+        return open_capture(path, masks=self.mask, options=self.options())
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frames of a capture that are wanted."""
+
+    every: Annotated[int, typer.Option(min=1, metavar="N", help="Keep every Nth of the selected frames.")] = 1
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="POSITION",
+            help="First frame: its number from 0 (12), or from the end (-1 is the last), or a time since the first frame (12.5s; "
+            "-2s is two seconds before the last).",
+        ),
+    ] = None
+    end: Annotated[str | None, typer.Option(metavar="POSITION", help="Last frame, given like --start; it is included.")] = None
+    frames: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LIST",
+            help="Frames and ranges, given like --start, both ends included: 3,7,10-20 or 2s-4.5s; a single time selects the "
+            "frame nearest to it.",
+        ),
+    ] = None
+
+    def of(self, capture: Capture) -> Capture:
+        """Return the capture with these frames only; raise InputError if a position is none."""
+        from ..inputs.frame_selection import Selection, select_frames
+
+        return select_frames(capture, Selection(self.every, self.start, self.end, self.frames))
+
+
+DEFAULT_SETTINGS, DEFAULT_READING, ALL_FRAMES = Settings(), Reading(), Frames()

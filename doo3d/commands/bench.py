@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import Overrides, Preset, config_of, save
+from .arguments import DEFAULT_SETTINGS, Settings, save
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -37,8 +37,7 @@ def bench(
         ),
     ] = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="With --scale: a PNG file to draw the times to.")] = None,
-    config: Preset = "default",
-    overrides: Overrides = None,
+    settings: Settings = DEFAULT_SETTINGS,
 ) -> None:
     """Print the time of each stage of the detection, in one process and one thread: median and 95th percentile in ms.
 
@@ -66,12 +65,12 @@ def bench(
         raise InputError("--plot draws the times of --scale: give that too", code="options-conflict")
     single_thread()
     if scale:
-        _print_scaling(config_of(config, overrides), runs, plot)
+        _print_scaling(settings.load(), runs, plot)
         return
     if captures:
-        _print_stages(time_captures(captures, config_of(config, overrides), runs))
+        _print_stages(time_captures(captures, settings.load(), runs))
     else:
-        _print_cases(config_of(config, overrides), runs, stages, large, only)
+        _print_cases(settings.load(), runs, stages, large, only)
 
 
 def _print_stages(timings: Sequence[Timing]) -> None:

@@ -7,37 +7,20 @@ from typing import Annotated
 
 import typer
 
-from .arguments import (
-    CameraOption,
-    EndOption,
-    EveryOption,
-    FramesOption,
-    InputOption,
-    MaskOption,
-    Overrides,
-    Preset,
-    StartOption,
-    config_of,
-)
+from .arguments import ALL_FRAMES, DEFAULT_READING, DEFAULT_SETTINGS, Frames, Reading, Settings
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 
 
 def compare(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder with depth.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the pictures.")] = Path("compare"),
-    config: Preset = "default",
-    overrides: Overrides = None,
+    settings: Settings = DEFAULT_SETTINGS,
     config_2d: Annotated[str, typer.Option("--config-2d", help="Preset or YAML file of the 2-D mode.")] = "image",
     overrides_2d: Annotated[
         list[str] | None, typer.Option("--set-2d", metavar="KEY=VALUE", help="Set one field of the 2-D mode; repeat for more.")
     ] = None,
-    mask: MaskOption = None,
-    input_options: InputOption = None,
-    camera: CameraOption = None,
-    every: EveryOption = 1,
-    start: StartOption = None,
-    end: EndOption = None,
-    frames: FramesOption = None,
+    reading: Reading = DEFAULT_READING,
+    selection: Frames = ALL_FRAMES,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
 ) -> None:
     """Detect in every frame of INPUT in 3-D and in 2-D, from the same mask, and show where the two differ.
@@ -54,14 +37,11 @@ def compare(
     Exit code 0: both agree in all frames; 1: they differ in some, or a frame failed; 2: nothing could be compared.
     """
     from ..config import load_config, parse_overrides
-    from ..inputs import ReadOptions, open_capture
-    from ..inputs.frame_selection import Selection, select_frames
 
-    effective = config_of(config, overrides)
+    effective = settings.load()
     shared = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_2d = load_config(config_2d, shared | parse_overrides(overrides_2d or []))
-    opened = open_capture(capture, masks=mask, options=ReadOptions.from_pairs(input_options, camera))
-    opened = select_frames(opened, Selection(every, start, end, frames))
+    opened = selection.of(reading.open(capture))
     from ..compare import compare_capture
 
     column = max((len(entry.name) for entry in opened.frames), default=0)

@@ -10,19 +10,7 @@ from typing import Annotated
 
 import typer
 
-from .arguments import (
-    CameraOption,
-    CamerasOption,
-    EndOption,
-    EveryOption,
-    FramesOption,
-    InputOption,
-    MaskOption,
-    Overrides,
-    Preset,
-    StartOption,
-    config_of,
-)
+from .arguments import ALL_FRAMES, DEFAULT_READING, DEFAULT_SETTINGS, CamerasOption, Frames, Reading, Settings
 from .debug_frame import DebugFrameOption, debug_frames, write_debug_frames
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .interruption import interruptible
@@ -36,10 +24,8 @@ def detect(
         typer.Argument(metavar="INPUT", help="A folder of frames, a bag, a cloud, a folder of clouds; in 2-D images or a video."),
     ],
     out: Annotated[Path, typer.Option("-o", "--out", help="Folder for the results.")] = Path("out"),
-    config: Preset = "default",
-    overrides: Overrides = None,
-    mask: MaskOption = None,
-    input_options: InputOption = None,
+    settings: Settings = DEFAULT_SETTINGS,
+    reading: Reading = DEFAULT_READING,
     pose: Annotated[
         str | None,
         typer.Option(
@@ -48,12 +34,8 @@ def detect(
             "x,y,z,qx,qy,qz,qw, capture (the capture's own poses), or tf:FRAME of a bag. Default: pose.yaml beside the images.",
         ),
     ] = None,
-    camera: CameraOption = None,
     cameras: CamerasOption = None,
-    every: EveryOption = 1,
-    start: StartOption = None,
-    end: EndOption = None,
-    frames: FramesOption = None,
+    selection: Frames = ALL_FRAMES,
     workers: Annotated[
         str,
         typer.Option(
@@ -126,19 +108,16 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..inputs import ReadOptions
-        from ..inputs.frame_selection import Selection, select_frames
         from ..rig.opening import open_frames
         from ..runs.option_checks import check_one_mode, check_pose_use, check_rig_use
 
-        effective = config_of(config, overrides)
-        given = [*(input_options or []), *([] if pose is None else [f"pose={pose}"])]
-        read_options = ReadOptions.from_pairs(given, camera, cameras)
+        effective = settings.load()
+        read_options = reading.options(cameras, *([] if pose is None else [f"pose={pose}"]))
         check_one_mode(fuse_views, sequence)
         check_pose_use(read_options, effective, fuse_views)
-        opened = open_frames(capture, effective, mask, read_options)
+        opened = open_frames(capture, effective, reading.mask, read_options)
         check_rig_use(opened, fuse_views)
-        opened = select_frames(opened, Selection(every, start, end, frames))
+        opened = selection.of(opened)
         for note in () if quiet else opened.notes:
             typer.echo(wrapped(f"note: {note}", sys.stderr), err=True)
         if fuse_views:

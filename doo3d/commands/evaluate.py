@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from . import evaluate_options as shared
-from .arguments import CameraOption, InputOption, MaskOption, Overrides, Preset, config_of, split
+from .arguments import DEFAULT_READING, DEFAULT_SETTINGS, Reading, Settings, split, with_groups
 from .evaluate_ablations import ablations
 from .evaluate_dataset import dataset
 from .evaluate_sequences import sequences
@@ -31,7 +31,7 @@ Truth = Annotated[
 
 
 @app.command()
-@shared.with_outputs(worst=1)
+@with_groups
 def scenes(
     families: Families = "all",
     seeds: shared.Seeds = 10,
@@ -40,9 +40,8 @@ def scenes(
     size: shared.Size = "1280x720",
     count: shared.Count = "given",
     mask: shared.Mask = "given",
-    config: Preset = "default",
-    overrides: Overrides = None,
-    outputs: shared.Outputs = shared.NO_OUTPUTS,
+    settings: Settings = DEFAULT_SETTINGS,
+    outputs: shared.Outputs = shared.ONE_PICTURE,
 ) -> None:
     """Render scenes with known cables, detect in them, and compare the chains with the truth.
 
@@ -62,12 +61,12 @@ def scenes(
 
     camera, pixels = shared.parse_sensor(sensor), shared.parse_size(size)
     chosen = cases.scene_cases(_families(families), range(start, start + seeds), camera, pixels)
-    settings = {"families": families, "seeds": seeds, "start": start, "sensor": sensor, "size": size}
-    _run(chosen, settings, (config, overrides), (count, mask), outputs)
+    chosen_by = {"families": families, "seeds": seeds, "start": start, "sensor": sensor, "size": size}
+    _run(chosen, chosen_by, settings, (count, mask), outputs)
 
 
 @app.command()
-@shared.with_outputs(worst=1)
+@with_groups
 def samples(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Captures and clouds with truth files beside them, such as sample_clouds.")
@@ -81,9 +80,8 @@ def samples(
     ] = "own",
     count: shared.Count = "given",
     mask: shared.FewMasks = "given",
-    config: Preset = "default",
-    overrides: Overrides = None,
-    outputs: shared.Outputs = shared.NO_OUTPUTS,
+    settings: Settings = DEFAULT_SETTINGS,
+    outputs: shared.Outputs = shared.ONE_PICTURE,
 ) -> None:
     """Detect in all captures and clouds below FOLDER that have a truth file, and compare the chains with the truth.
 
@@ -99,22 +97,19 @@ def samples(
 
     chosen = cases.folder_cases(folder, shared.DEPTHS[shared.check_choice("--sensor", sensor, shared.DEPTHS)])
     shared.check_choice("--mask", mask, shared.FEW_MASKS)
-    settings = {"folder": str(folder), "sensor": sensor}
-    _run(chosen, settings, (config, overrides), (count, mask), outputs)
+    chosen_by = {"folder": str(folder), "sensor": sensor}
+    _run(chosen, chosen_by, settings, (count, mask), outputs)
 
 
 @app.command()
-@shared.with_outputs(worst=1)
+@with_groups
 def capture(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture folder or a cloud file.")],
     truth: Truth = None,
-    mask: MaskOption = None,
-    input_options: InputOption = None,
-    camera: CameraOption = None,
+    reading: Reading = DEFAULT_READING,
     count: shared.Count = "given",
-    config: Preset = "default",
-    overrides: Overrides = None,
-    outputs: shared.Outputs = shared.NO_OUTPUTS,
+    settings: Settings = DEFAULT_SETTINGS,
+    outputs: shared.Outputs = shared.ONE_PICTURE,
 ) -> None:
     """Detect in the frames of INPUT that the truth file names, and compare the chains with the truth.
 
@@ -126,16 +121,18 @@ def capture(
     """
     shared.use_single_thread()
     from ..evaluation.benchmark import cases
-    from ..inputs import ReadOptions
 
-    chosen = cases.capture_cases(capture, truth, masks=mask, options=ReadOptions.from_pairs(input_options, camera))
-    settings = {
+    chosen = cases.capture_cases(capture, truth, masks=reading.mask, options=reading.options())
+    chosen_by = {
         "capture": str(capture),
         "truth": truth and str(truth),
-        "masks": mask and str(mask),
-        "input_options": [*(input_options or []), *([f"camera_file={camera}"] if camera else [])],
+        "masks": reading.mask and str(reading.mask),
+        "input_options": [
+            *(reading.input_options or []),
+            *([f"camera_file={reading.camera}"] if reading.camera else []),
+        ],
     }
-    _run(chosen, settings, (config, overrides), (count, "given"), outputs)
+    _run(chosen, chosen_by, settings, (count, "given"), outputs)
 
 
 @app.command()
@@ -169,8 +166,8 @@ app.command()(trees)
 
 def _run(
     cases: Sequence[Case],
-    settings: Mapping[str, Any],
-    preset_and_overrides: tuple[str, list[str] | None],
+    chosen_by: Mapping[str, Any],
+    settings: Settings,
     count_and_mask: tuple[str, str],
     outputs: shared.Outputs,
 ) -> None:
@@ -180,9 +177,9 @@ def _run(
     ----------
     cases
         the frames.
-    settings
+    chosen_by
         options that the JSON file repeats.
-    preset_and_overrides, count_and_mask
+    settings, count_and_mask
         as given to the command.
     outputs
         files and folders that are written.
@@ -191,9 +188,8 @@ def _run(
 
     count = shared.check_choice("--count", count_and_mask[0], ("given", "auto"))
     mask = shared.check_choice("--mask", count_and_mask[1], shared.MASKS)
-    preset, overrides = preset_and_overrides
-    config = config_of(preset, overrides)
-    effective = {**settings, "count": count, "mask": mask, "config": preset, "set": overrides or []}
+    config = settings.load()
+    effective = {**chosen_by, "count": count, "mask": mask, "config": settings.config, "set": settings.overrides or []}
     shared.measure(frame_benchmark(config, count == "given", shared.MASKS[mask]), cases, effective, outputs, config)
 
 

@@ -11,7 +11,7 @@ import typer
 
 from ..errors import ConfigError
 from . import evaluate_options as shared
-from .arguments import Overrides, config_of, split
+from .arguments import Overrides, config_of, split, with_groups
 
 if TYPE_CHECKING:
     from ..config import Config
@@ -43,7 +43,7 @@ class _Request:
         return self.options.get(option, default)
 
 
-@shared.with_outputs(worst=0)
+@with_groups
 def dataset(
     name: Annotated[str, typer.Argument(metavar="NAME", help="mbest, cset or tubes.")],
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The data set, or the checkout of its repository.")],
@@ -74,7 +74,7 @@ def dataset(
     start: Annotated[int | None, typer.Option(min=0, metavar="SEED", help="tubes: seed of the first view. Default: 0.")] = None,
     sensor: Annotated[str | None, typer.Option(metavar="|".join(shared.SENSORS), help="tubes: camera. Default: d435.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="tubes: size of the image, px. Default: 1280x720.")] = None,
-    outputs: shared.Outputs = shared.NO_OUTPUTS,
+    outputs: shared.Outputs = shared.NO_PICTURES,
 ) -> None:
     """Detect in a public data set and score against its labels.
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -77,10 +75,7 @@ Workers = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where the results of an evaluation are written, and by how many processes they are measured.
-
-    A command that is decorated with `with_outputs` has an option for each field.
-    """
+    """Where the results of an evaluation are written, and by how many processes they are measured."""
 
     table: Csv = None
     document: Json = None
@@ -90,31 +85,8 @@ class Outputs:
     workers: Workers = 1
 
 
-NO_OUTPUTS = Outputs()
-"""Nothing but the table on the screen."""
-
-
-def with_outputs(worst: int) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return a decorator that replaces the last parameter of a command, `outputs`, by options, of which --worst has a default."""
-
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        own = list(inspect.signature(command, eval_str=True).parameters.values())[:-1]
-        types, defaults = get_type_hints(Outputs, include_extras=True), {**vars(NO_OUTPUTS), "worst": worst}
-        shared = [
-            inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=defaults[name], annotation=annotation)
-            for name, annotation in types.items()
-        ]
-
-        @wraps(command)
-        def run(**values: Any) -> None:
-            command(outputs=Outputs(**{name: values.pop(name) for name in types}), **values)
-
-        signature = inspect.Signature([*own, *shared])
-        run.__signature__ = signature  # type: ignore[attr-defined]
-        run.__annotations__ = {name: parameter.annotation for name, parameter in signature.parameters.items()}
-        return run
-
-    return decorate
+ONE_PICTURE, SIX_PICTURES, NO_PICTURES = Outputs(worst=1), Outputs(worst=6), Outputs(worst=0)
+"""The table on the screen; the pictures are those of each family that are drawn if a folder for them is given."""
 
 
 def measure(

@@ -10,13 +10,13 @@ import typer
 
 from ..errors import ConfigError, InputError
 from . import evaluate_options as shared
-from .arguments import Overrides, Preset, config_of, split
+from .arguments import DEFAULT_SETTINGS, Settings, split, with_groups
 
 if TYPE_CHECKING:
     from ..evaluation.sequences.scenes import Sequence
 
 
-@shared.with_outputs(worst=6)
+@with_groups
 def sequences(
     motions: Annotated[
         list[Path] | None,
@@ -42,9 +42,8 @@ def sequences(
     sensor: shared.Sensor = "d435",
     size: shared.Size = "640x480",
     count: shared.Count = "given",
-    config: Preset = "default",
-    overrides: Overrides = None,
-    outputs: shared.Outputs = shared.NO_OUTPUTS,
+    settings: Settings = DEFAULT_SETTINGS,
+    outputs: shared.Outputs = shared.SIX_PICTURES,
 ) -> None:
     """Render cables in motion, detect in them in three variants, and compare the chains with the truth.
 
@@ -66,22 +65,26 @@ def sequences(
 
     shared.check_choice("--level", level, ("hard", "easy"))
     shared.check_choice("--count", count, ("given", "auto"))
-    effective, depth_camera, settings = (
-        _motions(motions or [], own, bool(captures)),
-        shared.parse_sensor(sensor),
-        config_of(config, overrides),
-    )
-    if settings.mode == "2d":
+    effective, depth_camera = _motions(motions or [], own, bool(captures)), shared.parse_sensor(sensor)
+    config = settings.load()
+    if config.mode == "2d":
         from ..sequence.first_pass import check_mode
 
-        check_mode(settings)
+        check_mode(config)
     chosen = _sequences(effective, range(start, start + seeds), shared.parse_size(size), frames, level, motions or [])
     recorded = recorded_sequences(captures or [], frames)
     stored: dict[str, Any] = {"captures": [str(folder) for folder in captures or []]}
     stored |= {"motions": [str(motion) for motion in effective], "seeds": seeds, "start": start, "frames": frames}
-    stored |= {"level": level, "sensor": sensor, "size": size, "count": count, "config": config, "set": overrides or []}
+    stored |= {
+        "level": level,
+        "sensor": sensor,
+        "size": size,
+        "count": count,
+        "config": settings.config,
+        "set": settings.overrides or [],
+    }
     cases = [*(sequence_case(sequence, depth_camera) for sequence in chosen), *(sequence_case(each, "") for each in recorded)]
-    shared.measure(sequence_benchmark(settings, count == "given"), cases, stored, outputs, settings)
+    shared.measure(sequence_benchmark(config, count == "given"), cases, stored, outputs, config)
 
 
 def _motions(paths: list[Path], own: str, has_captures: bool) -> list[str | Path]:

@@ -9,10 +9,10 @@ import typer
 
 from ..errors import ConfigError
 from . import evaluate_options as shared
-from .arguments import Overrides, config_of, split
+from .arguments import Overrides, config_of, split, with_groups
 
 
-@shared.with_outputs(worst=1)
+@with_groups
 def trees(
     families: Annotated[str, typer.Option(help="Comma-separated families of branched objects, or all.")] = "all",
     seeds: shared.Seeds = 40,
@@ -26,7 +26,7 @@ def trees(
     mask: shared.FewMasks = "given",
     config: Annotated[str, typer.Option("--config", "-c", help="A preset or a YAML file.")] = "harness",
     overrides: Overrides = None,
-    outputs: shared.Outputs = shared.NO_OUTPUTS,
+    outputs: shared.Outputs = shared.ONE_PICTURE,
 ) -> None:
     """Render harnesses with known junctions, detect in them, and compare the trees with the truth.
 

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .arguments import (
-    CameraOption,
+    DEFAULT_READING,
+    DEFAULT_SETTINGS,
     CamerasOption,
     FrameOption,
-    InputOption,
-    MaskOption,
-    Overrides,
-    Preset,
+    Reading,
+    Settings,
     check_new_file,
-    config_of,
     frame_of,
     save,
 )
@@ -33,11 +31,8 @@ if TYPE_CHECKING:
 def explain(
     capture: Annotated[Path, typer.Argument(metavar="INPUT", help="A capture, as for doo3d detect.")],
     frame: FrameOption = None,
-    config: Preset = "default",
-    overrides: Overrides = None,
-    mask: MaskOption = None,
-    input_options: InputOption = None,
-    camera: CameraOption = None,
+    settings: Settings = DEFAULT_SETTINGS,
+    reading: Reading = DEFAULT_READING,
     cameras: CamerasOption = None,
     document: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the explanation with all its numbers to this file.")
@@ -53,11 +48,10 @@ def explain(
       doo3d explain sample_clouds/crossing --frame 0
       doo3d explain photo.jpg -c image --json why.json
     """
-    from ..inputs import ReadOptions
     from ..rig.opening import open_frames
 
-    effective = config_of(config, overrides)
-    opened = open_frames(capture, effective, mask, ReadOptions.from_pairs(input_options, camera, cameras))
+    effective = settings.load()
+    opened = open_frames(capture, effective, reading.mask, reading.options(cameras))
     frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)

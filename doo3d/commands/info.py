@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import DooError, InputError
-from .arguments import CameraOption, EndOption, EveryOption, FramesOption, InputOption, MaskOption, StartOption
+from .arguments import ALL_FRAMES, DEFAULT_READING, Frames, Reading
 from .exit_codes import NOTHING_DONE, SOME_FAILED
 from .messages import wrapped
 
@@ -47,13 +47,8 @@ def info(
         bool, typer.Option("--formats", callback=_list_formats, is_eager=True, help="List the formats that can be read.")
     ] = False,
     samples: Annotated[int, typer.Option(min=1, metavar="N", help="Number of frames to check, evenly spaced.")] = 8,
-    mask: MaskOption = None,
-    input_options: InputOption = None,
-    camera: CameraOption = None,
-    every: EveryOption = 1,
-    start: StartOption = None,
-    end: EndOption = None,
-    frames: FramesOption = None,
+    reading: Reading = DEFAULT_READING,
+    selection: Frames = ALL_FRAMES,
 ) -> None:
     """Print a summary of INPUT: format, frames, times, image size, camera, depth, masks, poses, and warnings.
 
@@ -65,13 +60,11 @@ def info(
 
     Exit code 0: all checked frames can be read; 1: some cannot; 2: none can. Nothing but the contact sheet is written.
     """
-    from ..inputs import ReadOptions, format_class, open_capture
-    from ..inputs.frame_selection import Selection, select_frames
+    from ..inputs import format_class
     from ..inputs.inspection import summarize_capture
     from ..types import Frame
 
-    options = ReadOptions.from_pairs(input_options, camera)
-    opened = select_frames(open_capture(capture, masks=mask, options=options), Selection(every, start, end, frames))
+    opened = selection.of(reading.open(capture))
     if contact_sheet:
         _check_sheet_path(contact_sheet, capture)
     from ..viz import contact_sheet as drawing
