@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 _MAX_LETTERS = 1400  # of a message
 
@@ -118,6 +119,17 @@ def invalid_code(kinds: Iterable[str]) -> str:
     if first == "extra_forbidden":
         return "key-unknown"
     return "value-out-of-bounds" if first.startswith(("greater_than", "less_than")) else "value-invalid"
+
+
+def invalid_value(error: Any, where: str, keys: Iterable[str]) -> InputError:
+    """Return the error for the first value that pydantic refused (`error` is its ValidationError).
+
+    `where` is the beginning of the message, before the key; `keys` are listed if the key is unknown or missing.
+    """
+    first = error.errors()[0]
+    known = f"; the keys are {', '.join(keys)}" if first["type"] in ("extra_forbidden", "missing") else ""
+    key = ".".join(map(str, first["loc"]))
+    return InputError(f"{where}{key}: {first['msg']}{known}", code=invalid_code([first["type"]]))
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from pathlib import Path
 from ..errors import DooError, InputError, exception_place, unread_code
 
 _MAX_LETTERS = 300  # of another library's message
+_LFS_POINTER = b"version https://git-lfs.github.com/spec/"  # left by `git clone` where Git LFS is missing
 
 
 @contextmanager
@@ -42,6 +43,15 @@ def guarded(where: str | os.PathLike[str], kind: type[DooError] = InputError, co
         raise kind(f"{where}: is damaged, or its content is not what its format prescribes ({reason})", code=code) from error
 
 
+@contextmanager
+def prefixed(where: str, path: Path | None = None) -> Iterator[None]:
+    """Name a place in the InputErrors of a `with` block, except in one that names the file or folder `path` already."""
+    try:
+        yield
+    except InputError as error:
+        raise error if path and str(path) in str(error) else InputError(f"{where}: {error}", code=error.code) from None
+
+
 def first_line(error: BaseException) -> str:
     """Return the first line of an exception's message, or its type if the message is empty."""
     return next(iter(str(error).strip().splitlines()), type(error).__name__)[:_MAX_LETTERS]
@@ -51,6 +61,19 @@ def check_regular(path: Path, where: str | None = None, kind: type[DooError] = I
     """Raise `kind` if a path leads to a device or a pipe, which may have no end; `where` is its name in the error."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise kind(f"{where or path}: is a device or a pipe, expected a file", code="file-unreadable")
+
+
+def check_not_pointer(path: Path, head: bytes) -> None:
+    """Raise InputError if `head`, the first bytes of the file `path` (40 or more), is a pointer of Git LFS."""
+    if head.startswith(_LFS_POINTER):
+        sentence = "is a pointer of Git LFS and not the file itself: install Git LFS and run git lfs pull in the repository"
+        raise InputError(f"{path}: {sentence}", code="file-lfs-pointer")
+
+
+def read_head(path: Path, count: int) -> bytes:
+    """Return the first `count` bytes of a file, or all if it is shorter; OSError if it cannot be read."""
+    with path.open("rb") as file:
+        return file.read(count)
 
 
 def read_bytes(

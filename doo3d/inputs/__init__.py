@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ConfigError, InputError
-from ..guard.guarding import guarded
+from ..guard.guarding import check_not_pointer, guarded, read_head
 from ..guard.limits import DEFAULT as DEFAULT_LIMITS
 from ..guard.limits import Limits, limited
 from ..plugins import READERS, Registry
@@ -27,7 +27,6 @@ from .read_options import DEFAULT, ReadOptions, check_used, intrinsics_of
 from .support.calibration import Calibration
 from .support.camera_files import read_camera_file
 from .support.camera_search import check_size, choose_camera, describe_camera
-from .support.git_lfs import check_not_pointer
 from .support.images import is_image
 from .support.listing import is_depth_content
 from .support.pose_file import TF, pose_file_beside, read_pose
@@ -197,8 +196,7 @@ def _first_frame(capture: Capture) -> Frame | None:
 def _open(path: Path, images_only: bool, options: ReadOptions, given: ReadOptions) -> Capture:
     """Open a capture by the first format that can read it; `given` are the options as the user wrote them."""
     if path.is_file():
-        with path.open("rb") as file:
-            check_not_pointer(path, file.read(_HEAD_BYTES))
+        check_not_pointer(path, read_head(path, _HEAD_BYTES))
     for name in sorted(FORMATS, key=lambda name: (images_only and name not in IMAGE_FORMATS, FORMATS.is_built_in(name))):
         if FORMATS.attempt(name, partial(_can_read, name, path)) or (name == "pairs" and _is_depth_by_options(path, options)):
             _check_options(path, name, format_class(name), images_only, given)

@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 
 from ..errors import InputError
+from ..guard.guarding import read_head
 from ..types import Floats
 from .formats.image_folder import Files, Layout, Sensor
 from .formats.image_with_yaml import can_read_pair, list_pairs
@@ -173,8 +174,7 @@ def _find_log(path: Path) -> Path | None:
 
 
 def _is_log(file: Path) -> bool:
-    with file.open("rb") as opened:
-        lines = opened.read(500).decode("utf-8", "replace").splitlines()
+    lines = read_head(file, 500).decode("utf-8", "replace").splitlines()
     return [len(line.split()) for line in lines[:2]] == [3, 4]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from ..errors import InputError, invalid_code
+from ..errors import InputError, invalid_value
 from ..guard.parsing import parse_yaml
 from .support.pose_file import CAPTURE, TF, read_pose
 
@@ -29,10 +29,7 @@ class ReadOptions(BaseModel):
         try:
             super().__init__(**options)
         except ValidationError as error:
-            first = error.errors()[0]
-            key = ".".join(map(str, first["loc"]))
-            keys = f"; the options are {', '.join(type(self).model_fields)}" if first["type"] == "extra_forbidden" else ""
-            raise InputError(f"ReadOptions {key}: {first['msg']}{keys}", code=invalid_code([first["type"]])) from None
+            raise invalid_value(error, "ReadOptions ", type(self).model_fields) from None
 
     color_topic: str | None = Field(None, description="Topic of the color images in a bag; none: read no color.")
     depth_topic: str | None = Field(None, description="Topic of the depth images in a bag; none: read no depth.")

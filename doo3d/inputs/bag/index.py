@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, require
-from ...guard.guarding import check_regular, guarded
+from ...guard.guarding import check_not_pointer, check_regular, guarded, read_head
 from ...guard.parsing import read_yaml
 from ...types import Array
-from ..support.git_lfs import check_not_pointer
 from . import foxglove
 from . import mcap_storage as _mcap
 from . import rosbag1_storage as _rosbag1
@@ -220,8 +219,7 @@ def storage_class(path: Path) -> Any:
     None if the file is none of these.
     """
     check_regular(path)
-    with path.open("rb") as file:
-        head = file.read(16)
+    head = read_head(path, 16)
     return next((storage for magic, storage in STORAGES.items() if head.startswith(magic)), None)
 
 
@@ -233,8 +231,7 @@ def _open_storage(path: Path, number: int) -> Storage:
         return storage(path, number)
     if not path.stat().st_size:
         raise InputError(f"{path}: is empty", code="file-empty")
-    with path.open("rb") as file:
-        check_not_pointer(path, file.read(_HEADER_BYTES))
+    check_not_pointer(path, read_head(path, _HEADER_BYTES))
     raise InputError(f"{path}: is no ROS 1 bag (2.0), MCAP or SQLite file: is it cut off?", code="file-damaged")
 
 

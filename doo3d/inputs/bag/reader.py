@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...errors import InputError, require
+from ...guard.guarding import prefixed, read_head
 from ...plausibility.camera import baseline_notes
 from ...types import Cloud, Floats, Frame, Image
 from ..capture import FrameData, FrameRef
@@ -195,7 +196,7 @@ def _load(
     setup: _BagSetup, name: str, time: float, location: MessageLocation, color: MessageLocation | None, pose: Floats | None
 ) -> FrameData:
     bag = open_bag(setup.path, setup.stamp)
-    try:
+    with prefixed(f"{setup.path}: frame {name}", setup.path):
         message = bag.message(setup.topic, location)
         if setup.topic.kind.endswith(_CLOUD):
             points, colors = cloud_of(message)
@@ -215,10 +216,6 @@ def _load(
             if setup.extrinsics is not None:
                 image = align_color(image, setup.color_lens.camera, metres, camera, np.array(setup.extrinsics))
         return FrameData(Frame(image, metres, camera, name, time), pose=pose)
-    except InputError as error:
-        if str(setup.path) in str(error):
-            raise
-        raise InputError(f"{setup.path}: frame {name}: {error}", code=error.code) from None
 
 
 def _fail(sentence: str) -> FrameData:
@@ -226,10 +223,7 @@ def _fail(sentence: str) -> FrameData:
 
 
 def _describes_bag(metadata: Path) -> bool:
-    if not metadata.is_file():
-        return False
-    with metadata.open("rb") as file:
-        return b"rosbag2_bagfile_information" in file.read(4096)
+    return metadata.is_file() and b"rosbag2_bagfile_information" in read_head(metadata, 4096)
 
 
 def _no_frames(bag: Bag, faults: list[str], unread: str) -> InputError:

@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from ...errors import InputError
+from ...guard.guarding import prefixed
 from ...types import Camera
 from ..read_options import NONE, ReadOptions
 from . import realsense
@@ -213,12 +214,10 @@ class Streams:
         pinhole, coefficients = matrix[[0, 4, 2, 5]], tuple(distortion.tolist())
         if _is_rectified(stream.name) and projection[0] > 0:
             pinhole, coefficients = projection[[0, 5, 2, 6]], ()
-        try:
+        with prefixed(where):
             fx, fy, cx, cy = pinhole.tolist()
             lens = Lens(Camera(fx, fy, cx, cy, *size), info.distortion_model, coefficients)
             lens.check()
-        except InputError as error:
-            raise InputError(f"{where}: {error}", code=error.code) from None
         return lens
 
 

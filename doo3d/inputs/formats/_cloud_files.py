@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import guarded
+from ...guard.guarding import guarded, read_head
 from ...guard.limits import check_points, current_limits
 from ...types import Array
 from ..support.arrays import array_header, read_array, read_header
@@ -79,8 +79,7 @@ def read_open3d(path: Path, kind: str) -> Points:
 
 def _check_announced(path: Path, kind: str) -> None:
     """Raise InputError if the header of a PLY or PCD announces more points than are allowed, or than the file can hold."""
-    with path.open("rb") as file:
-        head = file.read(MAX_CLOUD_HEADER_BYTES)
+    head = read_head(path, MAX_CLOUD_HEADER_BYTES)
     end = re.search(rb"^end_header|^DATA", head, re.MULTILINE)
     if end is None and kind == "pcd":  # Open3D reads on for it
         raise damaged(path, f"it has no line DATA within {MAX_CLOUD_HEADER_BYTES} bytes")
@@ -114,8 +113,7 @@ def _pcd_viewpoint(path: Path) -> Array | None:
 
     Returns None if there is none, or the default 0 0 0 1 0 0 0, which writers use for an unknown viewpoint.
     """
-    with path.open("rb") as file:
-        match = re.search(rb"^VIEWPOINT[ \t]+(.*)$", file.read(HEAD_BYTES).partition(b"\nDATA")[0], re.MULTILINE)
+    match = re.search(rb"^VIEWPOINT[ \t]+(.*)$", read_head(path, HEAD_BYTES).partition(b"\nDATA")[0], re.MULTILINE)
     if match is None:
         return None
     try:

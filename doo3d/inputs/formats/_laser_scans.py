@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, require
-from ...guard.guarding import first_line
+from ...guard.guarding import first_line, prefixed, read_head
 from ...guard.limits import check_points
 from ...types import Array, Floats
 from ._cloud_files import Points, damaged
@@ -131,8 +131,7 @@ def _is_number(text: str) -> bool:
 def _las_fault(path: Path) -> str:
     """Return the fault of a header that declares more records than the file can hold (laspy would read on for hours), or ""."""
     size = path.stat().st_size
-    with path.open("rb") as file:
-        header = file.read(_LAS_HEADER_BYTES).ljust(_LAS_HEADER_BYTES, b"\0")
+    header = read_head(path, _LAS_HEADER_BYTES).ljust(_LAS_HEADER_BYTES, b"\0")
     header_size, points_at, records, record_format, record_bytes, points = struct.unpack_from("<HIIBHI", header, 94)
     if header[25] >= 4:
         points = max(points, struct.unpack_from("<Q", header, 247)[0])
@@ -178,11 +177,9 @@ def read_e57(path: Path, scan: int) -> Points:
             raise InputError(f"{path}: holds no scans: export at least one scan into it", code="file-empty")
         if scan >= len(scans):
             raise InputError(f"{path}: holds {len(scans)} scans only", code="frame-unknown")
-        try:
+        with prefixed(f"{path}: scan {scan}"):
             points, colors = _e57_points(library, image, scans[scan])
             pose = _pose(scans[scan])
-        except InputError as error:
-            raise InputError(f"{path}: scan {scan}: {error}", code=error.code) from None
     if pose is None:
         return Points(points, colors)
     rotation, translation = pose

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import guarded
+from ...guard.guarding import guarded, read_head
 from ...guard.limits import check_points
 from ._cloud_files import MAX_CLOUD_HEADER_BYTES, Points, damaged
 from ._text_clouds import count_lines
@@ -58,8 +58,7 @@ def read_mesh(path: Path, kind: str) -> Points:
 def _check_size(path: Path, kind: str) -> None:
     """Raise InputError if a mesh announces more vertices or faces than are allowed, or than the file can hold."""
     size = path.stat().st_size
-    with path.open("rb") as file:
-        head = file.read(MAX_CLOUD_HEADER_BYTES)
+    head = read_head(path, MAX_CLOUD_HEADER_BYTES)
     announced = (
         [int(number) for number in re.findall(rb"^element\s+\w+\s+(\d{1,30})", head, re.MULTILINE)] if kind == "ply" else []
     )

@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...errors import InputError
+from ...guard.guarding import prefixed, read_head
 from ...guard.isolation import isolated
 from ...types import Array, Cloud
 from ..capture import FrameData, FrameRef
@@ -96,8 +97,7 @@ def _is_cloud(file: Path) -> bool:
 
 def _kind(path: Path) -> str | None:
     """Return the kind of a cloud file by its first bytes, else by its suffix; None if it is no cloud."""
-    with path.open("rb") as file:
-        head = file.read(HEAD_BYTES)
+    head = read_head(path, HEAD_BYTES)
     first = next((line for line in head.splitlines() if line.strip() and not line.lstrip().startswith(b"#")), b"")
     lines, suffix = [line for line in head.decode("utf-8", "replace").splitlines() if line.strip()], path.suffix.lower()
     table = find_table(lines)
@@ -124,14 +124,13 @@ def _is_mesh(path: Path) -> bool:
     """Return whether a cloud file holds faces, of which points are drawn; False if it cannot be read."""
     try:
         kind = _kind(path)
-        with path.open("rb") as file:
-            return kind in MESHES or (kind == "ply" and has_faces(file.read(HEAD_BYTES)))
+        return kind in MESHES or (kind == "ply" and has_faces(read_head(path, HEAD_BYTES)))
     except OSError:
         return False
 
 
 def _load(path: Path, name: str, scale: float | None, classes: tuple[int, ...] | None, scan: int = 0) -> FrameData:
-    try:
+    with prefixed(str(path), path):
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
         read = _read(path, scan, scale is None, classes)
@@ -139,8 +138,6 @@ def _load(path: Path, name: str, scale: float | None, classes: tuple[int, ...] |
             (read.points, read.viewpoint) if scale in (None, 1) else (read.points / scale, _scaled(read.viewpoint, scale))
         )
         cloud = Cloud(points, _colors_8_bit(read.colors), viewpoint, name, notes=read.notes)
-    except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}", code=error.code) from None
     if not len(cloud.points):
         raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
     return FrameData(cloud)

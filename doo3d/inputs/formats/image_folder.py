@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
+from ...guard.guarding import prefixed
 from ...types import Array, Bools, Floats, Frame, Image
 from ...types.arrays import fit_mask
 from ..capture import Capture, FrameData, FrameRef
@@ -21,7 +22,7 @@ from ..support.color_registration import ColorCamera, find_color_camera, sizes_d
 from ..support.depth_frames import camera_for, check_unit, depth_of_distance, read_frame_pose
 from ..support.images import Size, first_size, read_color, read_depth, read_mask
 from ..support.known_cameras import KnownCamera
-from ..support.listing import RAY_DISTANCE, is_distance, with_file
+from ..support.listing import RAY_DISTANCE, is_distance
 
 DEFAULT_DEPTH_SCALE = 1000.0  # units per metre: millimetres
 
@@ -217,7 +218,7 @@ def _load(files: Files, sensor: Sensor | None, keep_mask: bool, upright: bool) -
         assert isinstance(files.color, Path)
         image = Image(read_color(files.color, upright), files.name)
         return FrameData(image, read_mask(files.masks[0], image.color.shape[:2], upright) if files.masks else None)
-    try:
+    with prefixed(str(files.depth), files.depth.parent.parent):  # the folder of the capture
         depth = read_depth(files.depth, sensor.scale, sensor.array_scale)
         has_floats = sensor.array_scale is None and files.depth.suffix.lower() != ".png"
         check_unit(depth, files.depth, None if has_floats else sensor.scale)
@@ -227,8 +228,6 @@ def _load(files: Files, sensor: Sensor | None, keep_mask: bool, upright: bool) -
         if color is not None and sensor.color is not None:
             color = sensor.color.align(color, depth, camera)
         frame = Frame(color, depth, camera, files.name, files.time)
-    except InputError as error:
-        raise with_file(error, files.depth) from None
     masks = [read_mask(mask, depth.shape) for mask in files.masks]
     mask: Bools | None = np.any([fit_mask(each, masks[0].shape)[0] for each in masks], axis=0) if masks else None
     if mask is not None and not keep_mask and mask.all() == mask.any():

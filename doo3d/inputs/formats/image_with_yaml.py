@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from ...errors import InputError, invalid_code
-from ...guard.guarding import guarded
+from ...errors import InputError, invalid_value
+from ...guard.guarding import guarded, read_head
 from ...guard.parsing import parse_yaml
 from ..read_options import ReadOptions, without_color
 from ..support.depth_frames import check_pose
@@ -91,8 +91,7 @@ def _yaml_files(folder: Path) -> list[Path]:
 
 
 def _has_camera(file: Path) -> bool:
-    with file.open("rb") as opened:
-        return _CAMERA_KEY.search(opened.read(_MAX_YAML_BYTES)) is not None
+    return _CAMERA_KEY.search(read_head(file, _MAX_YAML_BYTES)) is not None
 
 
 def _yaml_of(image: Path) -> Path | None:
@@ -128,8 +127,8 @@ def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
     """
     values: dict[str, object] = {}
     if file is not None:
-        with guarded(file), file.open("rb") as opened:
-            values = parse_yaml(opened.read(_MAX_YAML_BYTES), str(file))
+        with guarded(file):
+            values = parse_yaml(read_head(file, _MAX_YAML_BYTES), str(file))
         if not isinstance(values, dict) or not all(isinstance(key, str) for key in values):
             sentence = f"{file}: expected keys and values, with at least camera: [fx, fy, cx, cy]"
             raise InputError(sentence, code="yaml-invalid")
@@ -139,9 +138,4 @@ def _read_info(file: Path | None, options: ReadOptions) -> DepthImageInfo:
     try:
         return DepthImageInfo.model_validate(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(map(str, first["loc"]))
-        raise InputError(
-            f"{file or '--input-option'}: {key}: {first['msg']}; the keys are {', '.join(DepthImageInfo.model_fields)}",
-            code=invalid_code([first["type"]]),
-        ) from None
+        raise invalid_value(error, f"{file or '--input-option'}: ", DepthImageInfo.model_fields) from None

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...errors import InputError
+from ...guard.guarding import prefixed
 from ...types import Array, Floats, Frame, check_mask
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, OF_DEPTH, ReadOptions, without_color
@@ -123,11 +124,9 @@ def _load(
     depth = _metres(arrays["depth"], scale, where)
     check_unit(depth, path, scale or 1.0)
     pinhole = _pinhole(intrinsics, where) if isinstance(intrinsics, np.ndarray) else intrinsics
-    try:
+    with prefixed(where):
         frame = Frame(arrays.get("color"), depth, camera_for(pinhole, depth.shape), name, time)
         mask = check_mask(arrays["mask"], depth.shape) if "mask" in arrays else None
-    except InputError as error:
-        raise InputError(f"{where}: {error}", code=error.code) from None
     return FrameData(frame, mask, None if pose is None else check_pose(pose, f"{where}: pose"))
 
 

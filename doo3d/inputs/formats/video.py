@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
+from ...guard.guarding import read_head
 from ...guard.limits import check_pixels
 from ...types import Array, Image
 from ..capture import FrameData, FrameRef
@@ -65,16 +66,12 @@ class VideoCapture:
     @staticmethod
     def can_read(path: Path) -> bool:
         """Return whether `path` is a file with the first bytes or the suffix of a video format."""
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            return _SIGNATURES.match(file.read(32)) is not None or path.suffix.lower() in SUFFIXES
+        return path.is_file() and (_SIGNATURES.match(read_head(path, 32)) is not None or path.suffix.lower() in SUFFIXES)
 
 
 def _is_azure_kinect(path: Path) -> bool:
     """Return whether a file is a Matroska of Azure Kinect's recorder, whose tags, before the images, begin with K4A_."""
-    with path.open("rb") as file:
-        head = file.read(_AZURE_KINECT_HEAD_BYTES)
+    head = read_head(path, _AZURE_KINECT_HEAD_BYTES)
     return head.startswith(b"\x1aE\xdf\xa3") and b"K4A_" in head
 
 

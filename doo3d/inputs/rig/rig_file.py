@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from ...errors import InputError, invalid_code
+from ...errors import InputError, invalid_value
+from ...guard.guarding import prefixed
 from ...guard.parsing import read_json, read_yaml
 from ...types import Camera, Floats
 from ...types.display import counted
@@ -80,10 +81,8 @@ def read_rig_file(path: Path) -> RigFile:
     try:
         rig = RigFile(**_resolved(values, path.absolute()))
     except ValidationError as error:
-        first = error.errors()[0]
-        key, model = ".".join(map(str, first["loc"])), RigCamera if first["loc"][0] == "cameras" else RigFile
-        keys = f"; the keys are {', '.join(model.model_fields)}" if first["type"] == "extra_forbidden" else ""
-        raise InputError(f"{path}: {key}: {first['msg']}{keys}", code=invalid_code([first["type"]])) from None
+        model = RigCamera if error.errors()[0]["loc"][0] == "cameras" else RigFile
+        raise invalid_value(error, f"{path}: ", model.model_fields) from None
     except TypeError:
         raise InputError(f"{path}: its keys have to be names, such as cameras", code="rig-invalid") from None
     _check(rig, path)
@@ -109,10 +108,8 @@ def _resolved_camera(values: dict[str, Any], path: Path) -> dict[str, Any]:
         values["camera"] = root / values["camera"]
     if pose is not None:
         is_file = isinstance(pose, str) and (root / pose).is_file()
-        try:
+        with prefixed(f"{path}: the camera {values.get('name')}"):
             values["pose"] = tuple(map(tuple, read_pose(root / pose if is_file else pose).tolist()))
-        except InputError as error:
-            raise InputError(f"{path}: the camera {values.get('name')}: {error}", code=error.code) from None
     return values
 
 

@@ -10,9 +10,8 @@ from typing import IO, Any
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import check_regular, guarded
+from ...guard.guarding import check_not_pointer, check_regular, guarded
 from ...types import Array
-from .git_lfs import check_not_pointer
 
 SATURATED = np.iinfo(np.uint16).max  # of 16-bit depth: no measurement, as 7-Scenes says and saturated sensors mean
 MAX_ARRAY_BYTES = 1 << 28  # of one image

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...guard.guarding import read_bytes
+from ...guard.guarding import check_not_pointer, read_bytes
 from ...guard.parsing import parse_json, parse_yaml
 from .calibration import NUMBER, Calibration, camera_of, cameras_in, check_pinhole
-from .git_lfs import check_not_pointer
 
 MAX_FILE_BYTES = 1 << 20  # the calibrations of all modes of a device are 50 kB; a longer file is no camera file
 _TEXT_PAIR = re.compile(rf"\b(width|height|resolution [xy]|ppx|ppy|fx|fy|cx|cy)\b[\"']?\s*[:=,]?\s*({NUMBER})", re.IGNORECASE)

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...guard.guarding import check_regular, guarded, read_bytes
+from ...guard.guarding import check_not_pointer, check_regular, guarded, read_bytes, read_head
 from ...guard.image_size import MAX_SEGMENTS, announced_size, file_size, read_encoded
 from ...guard.image_size import Size as Size
 from ...guard.isolation import isolated
@@ -21,7 +21,6 @@ from ...types.arrays import fit_mask
 from .arrays import SATURATED, array_header, read_color_array, read_depth_array, to_metres
 from .camera_files import read_camera_file
 from .exr import read_exr
-from .git_lfs import check_not_pointer
 from .native_output import capture_native_output
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
@@ -79,8 +78,8 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
 def _read_exr(path: Path) -> Array:
     """Return the depth in an EXR image, decoded in the process for native readers after a check of its size."""
     check_regular(path)
-    with guarded(path), path.open("rb") as file:
-        head = file.read(64)
+    with guarded(path):
+        head = read_head(path, 64)
     check_not_pointer(path, head)
     size = file_size(path)
     if not head.startswith(_EXR) or size is None:
@@ -143,8 +142,7 @@ def first_size(files: Sequence[Path]) -> Size | None:
 
 def is_image(path: Path) -> bool:
     """Return whether a file has the first bytes or the suffix of an image format (PNG, JPEG, ...); the file must exist."""
-    with path.open("rb") as file:
-        return _SIGNATURES.match(file.read(32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
+    return _SIGNATURES.match(read_head(path, 32)) is not None or path.suffix.lower() in PHOTO_SUFFIXES
 
 
 def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> Array:

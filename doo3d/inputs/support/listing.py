@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from ...errors import InputError
-from ...guard.guarding import check_regular
+from ...guard.guarding import check_regular, read_head
 from .arrays import array_header
 from .images import DEPTH_SUFFIXES, SUFFIXES, raw_size_file
 
@@ -76,8 +76,7 @@ def may_be_depth(file: Path) -> bool:
 
 def _png_kind(file: Path) -> bytes:
     """Return the bytes of a PNG with its bits per channel and its kind of color (0: gray); none for another file."""
-    with file.open("rb") as opened:
-        head = opened.read(26)
+    head = read_head(file, 26)
     return head[24:] if head.startswith(_PNG) else b""
 
 
@@ -136,13 +135,3 @@ def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[s
     if len(keys) == len(names) and len(files) == len(images) and files.keys() <= keys.keys():
         return {name: files[key] for key, name in keys.items() if key in files}
     return dict(zip(names, images.values(), strict=True)) if len(images) == len(names) else {}
-
-
-def with_file(error: InputError, file: Path) -> InputError:
-    """Return an InputError whose message is the path `file` followed by the message of `error`; its code stays the same.
-
-    `error` itself is returned if its message already contains the path of the capture's folder, which is taken to be
-    `file.parent.parent`.
-    """
-    text = str(error)
-    return error if str(file.parent.parent) in text else InputError(f"{file}: {text}", code=error.code)
