@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,7 +104,7 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError,
         type of the errors.
     ignore_tags
         read an object of an unknown type, such as OpenCV's `!!opencv-matrix`, as the object without its tag, and the first of
-        several documents that is not empty.
+        several documents that is not empty; leave out OpenCV's first line %YAML:1.0, which is no YAML.
 
     Raises
     ------
@@ -114,6 +115,7 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError,
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
         if len(text) > MAX_YAML_BYTES:
             raise ValueError(f"more than {MAX_YAML_BYTES} letters")
+        text = re.sub(r"\A\s*%YAML[^\n]*\n", "", text) if ignore_tags else text
         loader = (_UntaggedLoader if ignore_tags else _Loader)(text)
         try:
             value = loader.first() if ignore_tags else loader.get_single_data()

@@ -20,7 +20,8 @@ import cv2
 import numpy as np
 
 from ..errors import InputError
-from ..guard.guarding import read_head
+from ..guard.guarding import read_bytes, read_head
+from ..guard.parsing import MAX_JSON_BYTES
 from ..types import Floats
 from .formats.image_folder import Files, Layout, Sensor
 from .formats.image_with_yaml import can_read_pair, list_pairs
@@ -29,7 +30,7 @@ from .formats.video import VideoCapture
 from .read_options import OF_DEPTH, ReadOptions, without_color
 from .rig.calibration_files import find_pair_calibration
 from .support.camera_search import RECORDER_FILE, has_camera_file, scaled
-from .support.depth_frames import check_depth_scale, check_pose, numbers, pinhole_of, pose_of, read_json
+from .support.depth_frames import check_depth_scale, check_pose, json_object, numbers, pinhole_of, pose_of
 from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
 from .support.images import PHOTO_SUFFIXES, Size, decode_image, first_size, is_image, scaled_range
 from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
@@ -239,7 +240,7 @@ ICL = Layout(
 
 
 def _list_bop(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    cameras, depth = read_json(path / _BOP_CAMERAS), _depth_images(path)
+    cameras, depth = json_object(read_bytes(path / _BOP_CAMERAS, MAX_JSON_BYTES), str(path / _BOP_CAMERAS)), _depth_images(path)
     folder = None if without_color(options) else _first_folder(path, "rgb", "gray")
     color = images_in(folder) if folder else {}
     masks = defaultdict[str, tuple[Path, ...]](tuple)

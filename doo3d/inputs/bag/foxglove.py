@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import struct
 from collections.abc import Iterator
+from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -29,37 +30,20 @@ KINDS = {
 SERIALIZATIONS = ("protobuf", "json")
 """Serializations that are read; the encoding of a topic is the schema and one of these: "foxglove.RawImage protobuf"."""
 
-# fields of a schema by number: name and kind, a format of struct, "packed" for doubles, "varint", "text", "bytes", a schema,
-# or a list of the schema that is repeated
-_TIME = {1: ("sec", "varint"), 2: ("nsec", "varint")}
-_VECTOR = {i + 1: (name, "d") for i, name in enumerate("xyz")}
-_QUATERNION = {i + 1: (name, "d") for i, name in enumerate("xyzw")}
-_STAMPED: dict[int, tuple[str, Any]] = {1: ("timestamp", _TIME)}
-_TRANSFORM = _STAMPED | {
-    2: ("parent_frame_id", "text"),
-    3: ("child_frame_id", "text"),
-    4: ("translation", _VECTOR),
-    5: ("rotation", _QUATERNION),
-}
-_SCHEMAS: dict[str, dict[int, tuple[str, Any]]] = {
-    "RawImage": _STAMPED
-    | {
-        2: ("width", "I"),
-        3: ("height", "I"),
-        4: ("encoding", "text"),
-        5: ("step", "I"),
-        6: ("data", "bytes"),
-        7: ("frame_id", "text"),
-    },
-    "CompressedImage": _STAMPED | {2: ("data", "bytes"), 3: ("format", "text"), 4: ("frame_id", "text")},
-    "CameraCalibration": _STAMPED
-    | {2: ("width", "I"), 3: ("height", "I"), 4: ("distortion_model", "text"), 9: ("frame_id", "text")}
-    | {5: ("D", "packed"), 6: ("K", "packed"), 7: ("R", "packed"), 8: ("P", "packed")},
-    "PointCloud": _STAMPED
-    | {2: ("frame_id", "text"), 4: ("point_stride", "I"), 6: ("data", "bytes")}
-    | {5: ("fields", [{1: ("name", "text"), 2: ("offset", "I"), 3: ("type", "varint")}])},
-    "FrameTransform": _TRANSFORM,
-    "FrameTransforms": {1: ("transforms", [_TRANSFORM])},
+# fields of a schema, numbered from 1, each name:kind: a format of struct, "packed" for doubles, "varint", "text", "bytes", or
+# another schema, with a star if it is repeated
+_SCHEMAS = {
+    "RawImage": "timestamp:Time width:I height:I encoding:text step:I data:bytes frame_id:text",
+    "CompressedImage": "timestamp:Time data:bytes format:text frame_id:text",
+    "CameraCalibration": "timestamp:Time width:I height:I distortion_model:text "
+    "D:packed K:packed R:packed P:packed frame_id:text",
+    "PointCloud": "timestamp:Time frame_id:text pose:bytes point_stride:I fields:Element* data:bytes",
+    "FrameTransform": "timestamp:Time parent_frame_id:text child_frame_id:text translation:Vector rotation:Quaternion",
+    "FrameTransforms": "transforms:FrameTransform*",
+    "Time": "sec:varint nsec:varint",
+    "Vector": "x:d y:d z:d",
+    "Quaternion": "x:d y:d z:d w:d",
+    "Element": "name:text offset:I type:varint",
 }
 _TYPES = {1: 2, 2: 1, 3: 4, 4: 3, 5: 6, 6: 5, 7: 7, 8: 8}  # of Foxglove's PackedElementField: of ROS's PointField
 _MAX_VARINT_BYTES = 10
@@ -85,7 +69,7 @@ def decode(data: bytes, encoding: str) -> Any:
             values = parse_json(data, "a message")
             values["data"] = base64.b64decode(values.get("data", ""))
         else:
-            values = _message(data, _SCHEMAS[schema], iter(range(_MAX_FIELDS)))
+            values = _message(data, schema, iter(range(_MAX_FIELDS)))
         return _CONVERSIONS[schema](values)
     except (LookupError, TypeError, AttributeError, OverflowError, struct.error, InputError) as error:
         raise ValueError(f"it is not what {encoding} prescribes: {error!r}") from None
@@ -98,7 +82,14 @@ def header(data: bytes, encoding: str) -> tuple[int, str]:
     return stamped.header.stamp.sec * 10**9 + stamped.header.stamp.nanosec, stamped.header.frame_id
 
 
-def _message(data: bytes, schema: dict[int, tuple[str, Any]], fields: Iterator[int]) -> dict[str, Any]:
+@lru_cache
+def _fields(schema: str) -> dict[int, tuple[str, str]]:
+    """Return number -> name and kind of the fields of a schema."""
+    fields = [field.partition(":") for field in _SCHEMAS[schema].split()]
+    return {number: (name, kind) for number, (name, _, kind) in enumerate(fields, 1)}
+
+
+def _message(data: bytes, schema: str, fields: Iterator[int]) -> dict[str, Any]:
     """Return field -> value of a protobuf message; fields that the schema has not are skipped, missing ones are left out.
 
     `fields` yields as often as a message and those within it may have fields.
@@ -109,7 +100,7 @@ def _message(data: bytes, schema: dict[int, tuple[str, Any]], fields: Iterator[i
         if next(fields, None) is None:
             raise ValueError("it has too many fields")
         key, at = _varint(data, at)
-        wire, (name, kind) = key & 7, schema.get(key >> 3, ("", "bytes"))
+        wire, (name, kind) = key & 7, _fields(schema).get(key >> 3, ("", "bytes"))
         if wire == 0:
             values[name], at = _varint(data, at)
             continue
@@ -118,9 +109,9 @@ def _message(data: bytes, schema: dict[int, tuple[str, Any]], fields: Iterator[i
             raise ValueError("it ends too early")
         value = data[at : at + size]
         at += size
-        if isinstance(kind, list):
-            values.setdefault(name, []).append(_message(value, kind[0], fields))
-        elif isinstance(kind, dict):
+        if kind.endswith("*"):
+            values.setdefault(name, []).append(_message(value, kind[:-1], fields))
+        elif kind in _SCHEMAS:
             values[name] = _message(value, kind, fields)
         elif kind == "packed":
             values.setdefault(name, []).extend(np.frombuffer(value, "<f8"))  # a number by itself, or several

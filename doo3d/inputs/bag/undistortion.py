@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from ...errors import InputError
-from ...types import Array, Camera
+from ...types import Array, Camera, Floats
 
 # k1 k2 p1 p2 k3 k4 k5 k6, in OpenCV's order. RealSense's SDK projects by this polynomial under all these names (rsutil.h,
 # rs2_project_point_to_pixel); in the modified model p1 and p2 differ in the second order only
@@ -42,6 +42,16 @@ class Lens:
         """Whether the lens has no distortion: no coefficients, or all of them zero."""
         return not any(self.coefficients)
 
+    @property
+    def matrix(self) -> Floats:
+        """The (3, 3) camera matrix, px."""
+        return np.array([[self.camera.fx, 0, self.camera.cx], [0, self.camera.fy, self.camera.cy], [0, 0, 1]])
+
+    @property
+    def opencv(self) -> Floats:
+        """The coefficients as OpenCV takes them, at least four."""
+        return np.array(self.coefficients or (0.0,) * 4, dtype=float)
+
     def check(self) -> None:
         """Raise InputError if the distortion model is unknown or its coefficients are impossible.
 
@@ -72,18 +82,23 @@ class Lens:
         """
         if self.is_undistorted:
             return image
-        maps = _maps(self)
         interpolation = cv2.INTER_NEAREST if nearest else cv2.INTER_LINEAR
-        return np.asarray(cv2.remap(image, maps[0], maps[1], interpolation, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
+        return np.asarray(cv2.remap(image, *_maps(self), interpolation, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
 
 
 @lru_cache(maxsize=4)
 def _maps(lens: Lens) -> tuple[Array, Array]:
     """Return the position in the image of each pixel of the pinhole camera: columns and rows, (H, W) float32 px."""
     lens.check()
-    camera, coefficients = lens.camera, np.array(lens.coefficients, dtype=float)
-    size = (camera.width, camera.height)
-    matrix = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+    return rectifying_maps(lens, np.eye(3), lens.camera)
+
+
+def rectifying_maps(lens: Lens, turn: Floats, camera: Camera) -> tuple[Array, Array]:
+    """Return the position in a lens's image of each pixel of a pinhole camera: columns and rows, (H, W) float32 px.
+
+    `turn` is the (3, 3) rotation from the optical frame of the lens's camera to that of the pinhole camera.
+    """
+    size, matrix, new = (camera.width, camera.height), lens.matrix, Lens(camera).matrix
     if lens.model in FISHEYE:
-        return cv2.fisheye.initUndistortRectifyMap(matrix, coefficients[:4], np.eye(3), matrix, size, cv2.CV_32FC1)
-    return cv2.initUndistortRectifyMap(matrix, coefficients, None, matrix, size, cv2.CV_32FC1)
+        return cv2.fisheye.initUndistortRectifyMap(matrix, lens.opencv[:4], turn, new, size, cv2.CV_32FC1)
+    return cv2.initUndistortRectifyMap(matrix, lens.opencv, turn, new, size, cv2.CV_32FC1)

@@ -212,7 +212,7 @@ def _pinhole(path: Path, metadata: dict[str, Any], stem: str, size: tuple[int, i
     width, height = _size(path, metadata, "w", "h")
     per_frame, where = _row(metadata, "perFrameIntrinsicCoeffs", stem), f"{path}: {METADATA}"
     if per_frame is None:
-        given = pinhole_of(metadata.get("K"), f"{where}: K", columns=True)
+        given = pinhole_of(metadata.get("K"), f"{where}: K")
     else:
         given = numbers(per_frame, 4, f"{where}: perFrameIntrinsicCoeffs: frame {stem}", "intrinsics-invalid").tolist()
     scale_x, scale_y = size[0] / width, size[1] / height

@@ -116,8 +116,7 @@ def _content(file: Path) -> Values:
         elif suffix == ".json":
             values = parse_json(data, where)
         else:
-            text = re.sub(rb"\A\s*%YAML[^\n]*\n", b"", data.removeprefix(b"\xef\xbb\xbf"))  # OpenCV's %YAML:1.0 is no YAML
-            values = parse_yaml(text, where, ignore_tags=True)
+            values = parse_yaml(data, where, ignore_tags=True)
     if not isinstance(values, dict) or not values:
         raise InputError(f"{file}: holds no calibration: expected keys and values", code="intrinsics-missing")
     return {str(key): value["data"] if isinstance(value, dict) and "data" in value else value for key, value in values.items()}
@@ -175,8 +174,7 @@ def _ros_pair(contents: Sequence[Values], names: Sequence[str], size: Size | Non
             lenses.append(Lens(Camera(*pinhole_of(matrix[:, :3], f"{name}: P"), width=width, height=height)))
             turns.append(np.eye(3))
             continue
-        where = f"{name}: K"
-        pinhole = pinhole_of(_first(values, ("camera_matrix", "K", "k"), name), where)
+        pinhole = pinhole_of(_first(values, ("camera_matrix", "K", "k"), name), f"{name}: K")
         model = str(values.get("distortion_model", "plumb_bob"))
         coefficients = _floats(values.get("distortion_coefficients", values.get("D", values.get("d", ()))), f"{name}: D")
         lenses.append(Lens(Camera(*pinhole, width=width, height=height), model, coefficients))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...types import Array, Bools, Camera, Floats
-from ..bag.undistortion import FISHEYE, Lens
+from ..bag.undistortion import FISHEYE, Lens, rectifying_maps
 
 BASELINE_RANGE_M = (1e-3, 10.0)
 """m; cameras nearer to each other or farther apart are no stereo pair: their unit is wrong."""
@@ -23,8 +23,6 @@ MAX_BASELINE_TILT = 1.0
 
 MASK_LEVEL = 0.5
 """Share of a pixel of the rectified mask that the object covers."""
-
-_LINEAR = cv2.INTER_LINEAR
 
 
 @dataclass(frozen=True)
@@ -125,11 +123,10 @@ class RectifiedPair:
         """
         own = points - np.array([side * self.pair.baseline, 0.0, 0.0])
         lens = (self.pair.left, self.pair.right)[side]
-        local, matrix, none = np.ascontiguousarray((own @ self.turns[side])[:, None]), _matrix(lens.camera), np.zeros((3, 1))
-        coefficients = np.array(lens.coefficients or (0.0,) * 4)
+        local, none = np.ascontiguousarray((own @ self.turns[side])[:, None]), np.zeros((3, 1))
         if lens.model in FISHEYE:
-            return np.asarray(cv2.fisheye.projectPoints(local, none, none, matrix, coefficients[:4])[0][:, 0])
-        return np.asarray(cv2.projectPoints(local, none, none, matrix, coefficients)[0][:, 0])
+            return np.asarray(cv2.fisheye.projectPoints(local, none, none, lens.matrix, lens.opencv[:4])[0][:, 0])
+        return np.asarray(cv2.projectPoints(local, none, none, lens.matrix, lens.opencv)[0][:, 0])
 
     def _rectify(self, image: Array, side: int) -> Array:
         camera = (self.pair.left, self.pair.right)[side].camera
@@ -139,7 +136,7 @@ class RectifiedPair:
                 f"{sizes} but {self.pair.source} is for {camera.width}x{camera.height}: give the calibration of this resolution",
                 code="intrinsics-size",
             )
-        return np.asarray(cv2.remap(image, *self.maps[side], _LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
+        return np.asarray(cv2.remap(image, *self.maps[side], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
 
 
 @lru_cache(maxsize=4)
@@ -156,7 +153,7 @@ def _rectified(pair: StereoPair) -> RectifiedPair:
     center = np.mean([_center(side, own, focal) for side, own in zip((pair.left, pair.right), turns, strict=True)], axis=0)
     width, height = pair.left.camera.width, pair.left.camera.height
     camera = Camera(focal, focal, float(center[0]), float(center[1]), width, height)
-    left, right = (_maps(side, own, camera) for side, own in zip((pair.left, pair.right), turns, strict=True))
+    left, right = (rectifying_maps(side, own, camera) for side, own in zip((pair.left, pair.right), turns, strict=True))
     return RectifiedPair(pair, camera, turns, (left, right))
 
 
@@ -166,15 +163,3 @@ def _center(lens: Lens, turn: Floats, focal: float) -> Floats:
     middle = np.array([camera.width - 1, camera.height - 1]) / 2
     ray = turn @ np.append((middle - (camera.cx, camera.cy)) / (camera.fx, camera.fy), 1.0)
     return np.asarray(middle - focal * ray[:2] / ray[2])
-
-
-def _maps(lens: Lens, turn: Floats, camera: Camera) -> tuple[Array, Array]:
-    size, matrix, new = (camera.width, camera.height), _matrix(lens.camera), _matrix(camera)
-    coefficients = np.array(lens.coefficients or (0.0,) * 4)
-    if lens.model in FISHEYE:
-        return cv2.fisheye.initUndistortRectifyMap(matrix, coefficients[:4], turn, new, size, cv2.CV_32FC1)
-    return cv2.initUndistortRectifyMap(matrix, coefficients, turn, new, size, cv2.CV_32FC1)
-
-
-def _matrix(camera: Camera) -> Floats:
-    return np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])

@@ -116,16 +116,16 @@ def _normal(key: str) -> str:
 
 def _pinhole_in(keys: Mapping[str, Any], path: Path) -> Pinhole | None:
     if all(key in keys for key in ("fx", "fy", "cx", "cy")):
-        return check_pinhole(_flat([keys[key] for key in ("fx", "fy", "cx", "cy")]), path, "fx, fy, cx, cy")
+        return check_pinhole(_flat([keys[key] for key in ("fx", "fy", "cx", "cy")]), f"{path}: fx, fy, cx, cy")
     if {"camerafocallength", "cameraaperture", "renderproductresolution"} <= set(keys):
         width, height, *_ = [*_flat(keys["renderproductresolution"]), math.nan, math.nan]
         aperture, *_ = [*_flat(keys["cameraaperture"]), math.nan]  # mm; the vertical one is not used by the renderer
         focal_px = _flat(keys["camerafocallength"])[0] * width / max(aperture, _MIN_APERTURE)
-        return check_pinhole([focal_px, focal_px, width / 2, height / 2], path, "cameraFocalLength, cameraAperture")
+        return check_pinhole([focal_px, focal_px, width / 2, height / 2], f"{path}: cameraFocalLength, cameraAperture")
     focal, center = keys.get("focallength", keys.get("focal")), keys.get("principalpoint")
     if focal is not None and isinstance(center, list):
         pair = focal if isinstance(focal, list) else [focal, focal]
-        return check_pinhole(_flat([*pair, *center]), path, "focal_length, principal_point")
+        return check_pinhole(_flat([*pair, *center]), f"{path}: focal_length, principal_point")
     for key in _MATRIX_KEYS:
         value = keys.get(key)
         value = value.get("data") if isinstance(value, dict) else value
@@ -133,7 +133,7 @@ def _pinhole_in(keys: Mapping[str, Any], path: Path) -> Pinhole | None:
             numbers = _flat(value)
             is_nested = any(isinstance(row, list) for row in value)
             name = "intrinsic_matrix" if key == "intrinsicmatrix" else key
-            return check_pinhole(numbers[:3] if len(numbers) == 4 and is_nested else numbers, path, name)
+            return check_pinhole(numbers[:3] if len(numbers) == 4 and is_nested else numbers, f"{path}: {name}")
     return None
 
 
@@ -146,17 +146,11 @@ def _flat(values: Any) -> list[float]:
         return [math.nan]
 
 
-def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
+def check_pinhole(numbers: list[float], where: str) -> Pinhole:
     """Check the numbers of a camera and return its fx, fy, cx, cy in px.
 
-    Parameters
-    ----------
-    numbers
-        these 4 numbers, or a matrix of 9 (3x3), 12 (3x4) or 16 (4x4), row by row; one of 9 also column by column.
-    path
-        the file, named in the error.
-    name
-        name of the matrix in the file.
+    They are these 4 numbers, or a matrix of 9 (3x3), 12 (3x4) or 16 (4x4), row by row; one of 9 also column by column. `where` is
+    the file and the name of the matrix in it, for errors.
 
     Raises
     ------
@@ -165,7 +159,7 @@ def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
     count, shown = len(numbers), ", ".join(f"{value:g}" for value in numbers[:9])
     form = "9 numbers of a camera matrix (fx, 0, cx, 0, fy, cy, 0, 0, 1) or 4 (fx, fy, cx, cy)"
     if count not in (4, 9, 12, 16) or not all(map(math.isfinite, numbers)):
-        raise InputError(f"{path}: {name}: expected {form}, got {count}: {shown}", code="intrinsics-invalid")
+        raise InputError(f"{where}: expected {form}, got {count}: {shown}", code="intrinsics-invalid")
     if count == 4:
         fx, fy, cx, cy = numbers
     else:
@@ -174,25 +168,19 @@ def check_pinhole(numbers: list[float], path: Path, name: str) -> Pinhole:
         if rows[2] != [0, 0, 1]:
             rows = [list(column) for column in zip(*rows, strict=True)]  # Open3D's is column by column
         if rows[2] != [0, 0, 1] or rows[1][0]:
-            raise InputError(f"{path}: {name} is {shown}: expected {form}", code="intrinsics-invalid")
+            raise InputError(f"{where} is {shown}: expected {form}", code="intrinsics-invalid")
         fx, fy, cx, cy = rows[0][0], rows[1][1], rows[0][2], rows[1][2]
     if fx <= 0 or fy <= 0:
         values = f"intrinsics fx={fx:g} fy={fy:g} cx={cx:g} cy={cy:g}"
-        raise InputError(f"{path}: {values}: expected focal lengths above zero, in pixels", code="intrinsics-invalid")
+        raise InputError(f"{where}: {values}: expected focal lengths above zero, in pixels", code="intrinsics-invalid")
     return fx, fy, cx, cy
 
 
 def _size_in(keys: Mapping[str, Any], path: Path) -> tuple[int, int] | None:
     given = [keys[key] for key in ("width", "height") if key in keys]
     if len(given) != 2:
-        given = next(
-            (
-                keys[key]
-                for key in ("resolution", "imagesize", "size", "renderproductresolution")
-                if isinstance(keys.get(key), list)
-            ),
-            [],
-        )
+        pairs = (keys.get(key) for key in ("resolution", "imagesize", "size", "renderproductresolution"))
+        given = next((each for each in pairs if isinstance(each, list)), [])
     if len(given) != 2 or ("d" in keys and given == [0, 0]):  # a CameraInfo without size
         return None
     numbers = [_flat(value)[0] if not isinstance(value, bool | list) else math.nan for value in given]

@@ -38,7 +38,7 @@ def read_camera_file(path: Path) -> list[Calibration]:
     check_not_pointer(path, data)
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
-        found = list(cameras_in(_parse_yaml(path, data), path, path.stem))
+        found = list(cameras_in(parse_yaml(data, str(path), ignore_tags=True), path, path.stem))
     elif suffix == ".json" or data.lstrip()[:1] == b"{":
         found = list(cameras_in(_parse_json(path, data), path, path.stem))
     else:
@@ -59,11 +59,6 @@ def _parse_json(path: Path, data: bytes) -> Any:
     return {"K": values} if isinstance(values, list) and isinstance(values[0], list) else values
 
 
-def _parse_yaml(path: Path, data: bytes) -> Any:
-    text = re.sub(rb"\A\s*%YAML[^\n]*\n", b"", data.removeprefix(b"\xef\xbb\xbf"))  # OpenCV writes %YAML:1.0, which is no YAML
-    return parse_yaml(text, str(path), ignore_tags=True) or {}
-
-
 def _text_cameras(text: str, path: Path) -> Iterator[Calibration]:
     """Yield the cameras in the text of RealSense's tools, or in a text of numbers alone."""
     starts = [*_BLOCK.finditer(text), None]
@@ -74,7 +69,7 @@ def _text_cameras(text: str, path: Path) -> Iterator[Calibration]:
     ]
     for label, block in blocks or [(path.stem, text)]:
         for width, height, cx, cy, fx, fy in _COMPACT.findall(block):
-            pinhole = check_pinhole([float(v) for v in (fx, fy, cx, cy)], path, label)
+            pinhole = check_pinhole([float(v) for v in (fx, fy, cx, cy)], f"{path}: {label}")
             yield Calibration(pinhole, (int(width), int(height)), None, label, path)
         keys: dict[str, Any] = {key.lower(): float(value) for key, value in reversed(_TEXT_PAIR.findall(block))}
         if coefficients := re.search(r"coeffs\W+([-+\d.eE\s,]+)", block, re.IGNORECASE):
@@ -83,4 +78,4 @@ def _text_cameras(text: str, path: Path) -> Iterator[Calibration]:
             yield camera
     words = re.sub(r"#.*", "", text).replace(",", " ").replace("[", " ").replace("]", " ").split()
     if len(words) in (4, 9, 16) and all(re.fullmatch(NUMBER, word) for word in words):
-        yield Calibration(check_pinhole([float(word) for word in words], path, "numbers"), label=path.stem, file=path)
+        yield Calibration(check_pinhole([float(word) for word in words], f"{path}: numbers"), label=path.stem, file=path)

@@ -10,9 +10,10 @@ import numpy as np
 
 from ...errors import InputError
 from ...guard.guarding import read_bytes
-from ...guard.parsing import MAX_JSON_BYTES, parse_json
+from ...guard.parsing import parse_json
 from ...types import Array, Camera, Floats
 from .calibration import Pinhole as Pinhole
+from .calibration import check_pinhole
 
 _MIN_MEDIAN_DEPTH_M, _MAX_MEDIAN_DEPTH_M = 0.01, 100.0  # no depth camera's image has a median outside
 _UNIT_STEP, _MIN_UNIT_SAMPLE = 16, 200  # px of the grid whose median is looked at first, and measured pixels that it must have
@@ -109,33 +110,18 @@ def check_depth_scale(value: Any, where: str, meaning: str) -> float:
     return float(value)
 
 
-def pinhole_of(matrix: Any, where: str, columns: bool = False) -> Pinhole:
-    """Return (fx, fy, cx, cy) of a camera matrix [fx, 0, cx; 0, fy, cy; 0, 0, 1].
+def pinhole_of(matrix: Any, where: str) -> Pinhole:
+    """Return (fx, fy, cx, cy) of a camera matrix [fx, 0, cx; 0, fy, cy; 0, 0, 1], row by row or column by column.
 
-    Parameters
-    ----------
-    matrix
-        the nine numbers in any nesting (a list of 9, or 3x3); None counts as missing.
-    where
-        file and key, named in the error.
-    columns
-        whether the numbers come column by column (fx, 0, 0, 0, fy, 0, cx, cy, 1) instead of row by row.
+    It is nine numbers in any nesting (a list of 9, or 3x3); None counts as missing. `where` is file and key, named in the error.
 
     Raises
     ------
     InputError : the matrix is missing, or not of this form with fx and fy above zero.
     """
     code = "intrinsics-missing" if matrix is None else "intrinsics-invalid"
-    form = "fx, 0, 0, 0, fy, 0, cx, cy, 1" if columns else "fx, 0, cx, 0, fy, cy, 0, 0, 1"
-    values = numbers(matrix, 9, f"{where}, expected a camera matrix ({form})", code).reshape(3, 3)
-    values = values.T if columns else values
-    if (values[2] != (0, 0, 1)).any() or values[1, 0] or values[0, 0] <= 0 or values[1, 1] <= 0:
-        listed = ", ".join(f"{value:g}" for value in values.ravel())
-        raise InputError(
-            f"{where}: [{listed}], row by row, is not a camera matrix, expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]",
-            code="intrinsics-invalid",
-        )
-    return values[0, 0].item(), values[1, 1].item(), values[0, 2].item(), values[1, 2].item()
+    form = "fx, 0, cx, 0, fy, cy, 0, 0, 1"
+    return check_pinhole(numbers(matrix, 9, f"{where}, expected a camera matrix ({form})", code).tolist(), where)
 
 
 def pose_of(rotation: Any, translation: Any, where: str) -> Floats:
@@ -220,16 +206,6 @@ def numbers(given: Any, count: int, where: str, code: str = "pose-invalid") -> F
             got = repr(given)[:_MAX_LETTERS] if np.size(given) <= _MAX_SHOWN else f"{np.size(given)} values"
         raise InputError(f"{where}: expected {count} finite numbers, got {got}", code=code)
     return values
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON file whose top level is an object, and return that object as a dict.
-
-    Raises
-    ------
-    InputError : the file is missing, is not JSON, or its top level is not an object.
-    """
-    return json_object(read_bytes(path, MAX_JSON_BYTES), str(path))
 
 
 def json_object(data: bytes, where: str) -> dict[str, Any]:

@@ -101,7 +101,7 @@ def test_data_set_of_scenes_lists_them(make):
     ("changes", "code", "part"),
     [
         ({"cam_K": None}, "intrinsics-missing", "cam_K"),
-        ({"cam_K": [500, 0, 0, 0, 500, 0, 320, 240, 1]}, "intrinsics-invalid", "cam_K"),
+        ({"cam_K": [500, 0, 320, 0, 500, 240, 0, 1, 1]}, "intrinsics-invalid", "cam_K"),
         ({"cam_K": [500, 0, 320, 0, -500, 240, 0, 0, 1]}, "intrinsics-invalid", "-500"),
         ({"cam_K": [500, 0, 320]}, "intrinsics-invalid", "cam_K"),
         ({"cam_K": "none"}, "intrinsics-invalid", "'none'"),

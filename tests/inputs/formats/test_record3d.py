@@ -203,7 +203,7 @@ def test_metadata_with_an_unreasonable_size(make):
 @pytest.mark.parametrize(
     ("changes", "code", "parts"),
     [
-        ({"K": [500, 0, 320, 0, 500, 240, 0, 0, 1]}, "intrinsics-invalid", ["metadata: K"]),
+        ({"K": [500, 0, 320, 0, 500, 240, 0, 1, 1]}, "intrinsics-invalid", ["metadata: K"]),
         ({"K": None}, "intrinsics-missing", ["metadata: K"]),
         ({"w": 0}, "intrinsics-invalid", ["metadata: w, h", "[0, 480]"]),
         ({"dw": "640"}, "intrinsics-invalid", ["metadata: dw, dh", "['640', 480]"]),
