@@ -25,13 +25,8 @@ IMAGE = {"timestamp": STAMP, "frame_id": "optical", "width": WIDTH, "height": HE
 IMAGE |= {"data": slope().tobytes()}
 PACKED = {"timestamp": STAMP, "frame_id": "optical", "data": png(tint(3)[:, :, ::-1]), "format": "png"}
 INFO = {"timestamp": STAMP, "frame_id": "optical", "width": WIDTH, "height": HEIGHT, "K": CAMERA, "D": [0.0] * 5}
-MOVE = {
-    "timestamp": STAMP,
-    "parent_frame_id": "world",
-    "child_frame_id": "optical",
-    "translation": {"x": 1.0, "y": 2.0, "z": 3.0},
-}
-MOVE |= {"rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+MOVE = {"timestamp": STAMP, "parent_frame_id": "world", "child_frame_id": "optical"}
+MOVE |= {"translation": {"x": 1.0, "y": 2.0, "z": 3.0}, "rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
 POINTS = np.arange(30, dtype=np.float32).reshape(10, 3)
 CLOUD = {"timestamp": STAMP, "frame_id": "lidar", "point_stride": 12, "data": POINTS.tobytes()}
 CLOUD |= {"fields": [{"name": name, "offset": 4 * i, "type": 7} for i, name in enumerate("xyz")]}
@@ -41,30 +36,31 @@ def varint(value: int) -> bytes:
     return bytes([value & 127 | 128]) + varint(value >> 7) if value > 127 else bytes([value])
 
 
-def field(number: int, kind: Any, value: Any) -> bytes:
+def field(number: int, kind: str, value: Any) -> bytes:
     """One field of a protobuf message, of a kind as in the reader's tables."""
-    if isinstance(kind, list):
-        return b"".join(field(number, kind[0], each) for each in value)
+    if kind.endswith("*"):
+        return b"".join(field(number, kind[:-1], each) for each in value)
     if kind == "varint":
         return varint(number << 3) + varint(value)
     if kind in ("I", "d"):
         return varint(number << 3 | (1 if kind == "d" else 5)) + struct.pack("<" + kind, value)
     data = value if isinstance(value, bytes) else str(value).encode()
-    if isinstance(kind, dict):
+    if kind in foxglove._SCHEMAS:
         data = protobuf(kind, value)
     elif kind == "packed":
         data = np.array(value, dtype=float).tobytes()
     return varint(number << 3 | 2) + varint(len(data)) + data
 
 
-def protobuf(schema: dict[int, tuple[str, Any]], values: dict[str, Any]) -> bytes:
-    return b"".join(field(number, kind, values[name]) for number, (name, kind) in sorted(schema.items()) if name in values)
+def protobuf(schema: str, values: dict[str, Any]) -> bytes:
+    fields = foxglove._fields(schema).items()
+    return b"".join(field(number, kind, values[name]) for number, (name, kind) in fields if name in values)
 
 
 def serialized(schema: str, values: dict[str, Any], how: str) -> bytes:
     if how == "json":
         return json.dumps(values, default=lambda data: base64.b64encode(data).decode()).encode()
-    return protobuf(foxglove._SCHEMAS[schema], values) + field(99, "text", "unknown")
+    return protobuf(schema, values) + field(99, "text", "unknown")
 
 
 def record(op: int, data: bytes) -> bytes:
