@@ -10,12 +10,15 @@ from functools import cache, partial
 from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..config import Config, load_config
+from ..inputs import FrameData
+from ..types import Cloud
 from .benchmark import Timing, time_frame
 
 if TYPE_CHECKING:
-    from ..config import Config
     from ..evaluation.rendering.renderer import Rendered
-    from ..inputs import FrameData
 
 JITTER = 3e-4
 """m; standard deviation by which copies of a cloud's points are displaced if more points are wanted than there are."""
@@ -50,8 +53,6 @@ def _rendered(family: str, sensor: str) -> Rendered:
 
 def scene(family: str, with_mask: bool) -> FrameData:
     """Return a frame of a D435, 1280x720, of a family of scenes, with the true mask or without a mask."""
-    from ..inputs import FrameData
-
     rendered = _rendered(family, "d435")
     return FrameData(rendered.frame, rendered.mask if with_mask else None)
 
@@ -60,7 +61,6 @@ def stereo_scene(family: str) -> FrameData:
     """Return a frame of a simulated stereo camera, 1280x720, of a family of scenes, with a mask as segmentation gives it."""
     from ..evaluation.rendering.ragged_mask import ragged_mask
     from ..evaluation.scenes.registry import family_rng
-    from ..inputs import FrameData
 
     rendered = _rendered(family, "stereo")
     return FrameData(rendered.frame, ragged_mask(rendered.mask, family_rng(f"{family}_000/ragged", 0)))
@@ -69,18 +69,12 @@ def stereo_scene(family: str) -> FrameData:
 def photo(cables: int, seed: int) -> FrameData:
     """Return a drawn image of cables on cloth, 640x480, with its mask."""
     from ..evaluation.photos.drawn import draw_photo
-    from ..inputs import FrameData
 
     return FrameData(*draw_photo(cables, seed))
 
 
 def cloud(points: int) -> FrameData:
     """Return a cloud of so many points: those of a crossing cable, and displaced copies of them."""
-    import numpy as np
-
-    from ..inputs import FrameData
-    from ..types import Cloud
-
     rendered = _rendered("crossing", "d435")
     depth = rendered.frame.depth
     v, u = np.nonzero(rendered.mask & (depth > 0))
@@ -136,8 +130,6 @@ def time_cases(
     with_progress
         called with the cases that are timed; returns an iterable of the same, for example one that shows a bar.
     """
-    from ..config import load_config
-
     if config.mode == "2d":
         images = {case.name.rpartition(", ")[0]: case.make for case in cases if case.preset}
         cases = [BenchCase(name, make) for name, make in images.items()]

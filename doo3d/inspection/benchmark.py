@@ -6,11 +6,15 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..config import Config
-    from ..inputs import FrameData
+import cv2
+import numpy as np
+
+from ..config import Config
+from ..inputs import FrameData, open_capture
+from ..pipeline import detect
+from ..types import Cloud, Frame
+from ..types.display import counted
 
 WARM_UP_RUNS = 3
 """Runs before the timed ones, for caches."""
@@ -60,7 +64,7 @@ class Timing:
             f"{stage:<{width}}{median:>10.1f}{percentile:>10.1f}{median / self.yardstick:>12.1f}"
             for stage, (median, percentile) in self.stages.items()
         ]
-        head = f"{self.name}: {self.size}, {self.chains} chain{'' if self.chains == 1 else 's'}, {self.runs} runs, one thread"
+        head = f"{self.name}: {self.size}, {counted(self.chains, 'chain')}, {self.runs} runs, one thread"
         columns = f"{'ms':<{width}}{'median':>10}{'95 %':>10}{'yardsticks':>12}"
         return [head, columns, *rows[:-1], "-" * len(columns), rows[-1], *footer([self])]
 
@@ -92,9 +96,6 @@ def measure_yardstick(runs: int = YARDSTICK_RUNS) -> float:
 
     runs : number of measurements, of which the median is returned.
     """
-    import cv2
-    import numpy as np
-
     image = np.random.default_rng(0).integers(0, 256, (*YARDSTICK_SIZE, 3), dtype=np.uint8)
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
@@ -129,11 +130,6 @@ def time_frame(name: str, frame: FrameData, config: Config, runs: int) -> Timing
     ------
     InputError : the frame cannot be used.
     """
-    import numpy as np
-
-    from ..pipeline import detect
-    from ..types import Cloud, Frame
-
     seconds: list[dict[str, float]] = []
     for _ in range(WARM_UP_RUNS + runs):
         start = time.perf_counter()
@@ -171,8 +167,6 @@ def bench(paths: Sequence[Path], config: Config, runs: int) -> list[Timing]:
     ------
     InputError : a capture cannot be read, or its frame cannot be used.
     """
-    from ..inputs import open_capture
-
     frames = [(str(path), open_capture(path, config.mode == "2d").frames[0].load()) for path in paths]
     return [time_frame(name, frame, config, runs) for name, frame in frames]
 

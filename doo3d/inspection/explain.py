@@ -5,7 +5,7 @@ Everything is read off the records that the stages keep; no stage runs again.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from ..facts.frame_facts import FrameFacts
 from ..geometry.curves import Curves
 from ..geometry.polyline import steps
 from ..pipeline import Stages, object_given, run_with_stages
-from ..stages.links import TOO_MANY, Candidate, DroppedChain, MergeDecision
+from ..stages.links import TOO_MANY, Candidate, MergeDecision
 from ..stages.segment import Segmentation
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
 from ..types.display import counted, length_text, tree_text
@@ -24,6 +24,8 @@ from ..working_picture import enlarged_points
 from .doubts import doubts
 
 SCHEMA = "doo3d/explanation/1"
+
+_InWords = Callable[[float], str]
 
 MAX_LISTED_PATHS = 12
 """Paths whose lengths are listed, the longest first."""
@@ -63,8 +65,7 @@ class Choice:
         gap = candidate.gap_cost
         terms = {**candidate.terms, "free space": gap.free_space, "unknown": gap.unknown, "bare surface": gap.bare}
         first, second = candidate.ends
-        points = enlarged_points(candidate.points, scale)
-        return Choice((str(first), str(second)), points, sum(terms.values()), terms)
+        return Choice((str(first), str(second)), enlarged_points(candidate.points, scale), sum(terms.values()), terms)
 
     def to_dict(self) -> dict[str, Any]:
         """Return {"ends", "points", "cost", "terms"} (the attributes) as plain values for JSON."""
@@ -98,11 +99,10 @@ class Merge:
 
         decision : the merge stage's record of the connection. stages : the products of all stages.
         """
-        scale = stages.scale
-        runner_up = Choice.of(decision.runner_up, scale) if decision.runner_up else None
-        place = Choice.of(decision.chosen).points.mean(axis=0)
+        runner_up = Choice.of(decision.runner_up, stages.scale) if decision.runner_up else None
+        place = decision.chosen.points.mean(axis=0)
         kept = decision.kept and _distance(place, stages.chains) <= _distance(place, stages.unchosen)
-        return Merge(Choice.of(decision.chosen, scale), runner_up, decision.confidence, kept)
+        return Merge(Choice.of(decision.chosen, stages.scale), runner_up, decision.confidence, kept)
 
     def to_dict(self) -> dict[str, Any]:
         """Return {"chosen", "runner_up", "confidence", "kept"} (the attributes) as plain values for JSON.
@@ -198,7 +198,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
 
     stages : the products of all stages. config : the configuration that the stages were run with.
     """
-    in_words = _Lengths.of(stages)
+    in_words = _lengths(stages)
     accounts = (
         _segment(stages),
         _voxelize(stages, in_words),
@@ -221,19 +221,10 @@ def _distance(place: Floats, chains: Sequence[Chain]) -> float:
     return min((float(np.linalg.norm(chain.joints - place, axis=1).min()) for chain in chains), default=np.inf)
 
 
-@dataclass(frozen=True)
-class _Lengths:
-    """Lengths in words: in mm in 3-D, in px in 2-D."""
-
-    unit: str
-    scale: float
-
-    @staticmethod
-    def of(stages: Stages) -> _Lengths:
-        return _Lengths("mm", 1000.0) if stages.context.grid.coords.shape[1] == 3 else _Lengths("px", float(stages.scale))
-
-    def __call__(self, length: float) -> str:
-        return f"{self.scale * length:.1f} {self.unit}"
+def _lengths(stages: Stages) -> _InWords:
+    """Return the function that says a length in words: in mm in 3-D, in px in 2-D."""
+    scale, unit = (1000.0, "mm") if stages.context.grid.coords.shape[1] == 3 else (float(stages.scale), "px")
+    return lambda length: f"{scale * length:.1f} {unit}"
 
 
 def _segment(stages: Stages) -> Account:
@@ -254,10 +245,8 @@ def _segment(stages: Stages) -> Account:
         left = segmentation.without_depth - segmentation.inpainted
         rest = f"; {segmentation.inpainted} others got the depth of their surroundings" if segmentation.inpainted else ""
         dropped.append(f"{left} pixels without depth{rest}")
-    if segmentation.smoothed:
-        dropped.append(
-            f"the depth of {segmentation.smoothed} pixels was smoothed along the strand: it is torn, or comes in waves"
-        )
+    if (smoothed := segmentation.smoothed) > 0:
+        dropped.append(f"the depth of {smoothed} pixels was smoothed along the strand: it is torn, or comes in waves")
     if segmentation.outliers:
         reason = "points with few neighbors, or far from the rest"
         if foreground.mask is not None:
@@ -277,18 +266,15 @@ def _selection(segmentation: Segmentation, unit: str) -> list[str]:
     return [f"{removed} of {selected}, {reason}" for removed, reason in reasons if removed]
 
 
-def _voxelize(stages: Stages, in_words: _Lengths) -> Account:
+def _voxelize(stages: Stages, in_words: _InWords) -> Account:
     grid = stages.context.grid
+    made = f"{len(grid.coords)} voxels of {in_words(grid.size)}, for a radius of {in_words(grid.radius)}"
     unused = len(stages.context.foreground.points) - int(grid.counts.sum())
     reason = "near the edges of strands (voxelize.core_fraction) or in components too small"
-    return Account(
-        "voxelize",
-        f"{len(grid.coords)} voxels of {in_words(grid.size)}, for a radius of {in_words(grid.radius)}",
-        (f"{unused} points {reason}",) * (unused > 0),
-    )
+    return Account("voxelize", made, (f"{unused} points {reason}",) * (unused > 0))
 
 
-def _traverse(stages: Stages, in_words: _Lengths) -> Account:
+def _traverse(stages: Stages, in_words: _InWords) -> Account:
     lengths = sorted((float(steps(path.points).sum()) for path in stages.paths), reverse=True)
     listed = ", ".join(in_words(length) for length in lengths[:MAX_LISTED_PATHS])
     more = ", ..." if len(lengths) > MAX_LISTED_PATHS else ""
@@ -297,62 +283,43 @@ def _traverse(stages: Stages, in_words: _Lengths) -> Account:
         (stages.traversal.loop_length, "in loops round holes in the surface"),
         (stages.traversal.trimmed_length, "cut off at tips, and where strands touch at junctions"),
     )
-    return Account(
-        "traverse",
-        f"{counted(len(lengths), 'path')}: {listed}{more}",
-        (
-            *(f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0),
-            *stages.traversal.notes,
-        ),
-    )
+    dropped = [f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0]
+    return Account("traverse", f"{counted(len(lengths), 'path')}: {listed}{more}", (*dropped, *stages.traversal.notes))
 
 
-def _fit(stages: Stages, in_words: _Lengths) -> Account:
+def _fit(stages: Stages, in_words: _InWords) -> Account:
     length = stages.context.segment_length
     short = sum(float(steps(path.points).sum()) < length for path in stages.paths)
-    return Account(
-        "fit",
-        f"{_segments(stages.fitted)} of {in_words(length)}",
-        (f"{counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0),
-    )
+    dropped = (f"{counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0)
+    return Account("fit", f"{_segments(stages.fitted)} of {in_words(length)}", dropped)
 
 
 def _prune(stages: Stages) -> Account:
     removed = len(stages.pruned.removed)
-    return Account(
-        "prune",
-        _segments(stages.pruned.chains),
-        (f"{counted(removed, 'segment')} that overlapped one of a longer chain (prune.width)",) * (removed > 0),
-    )
+    dropped = (f"{counted(removed, 'segment')} that overlapped one of a longer chain (prune.width)",) * (removed > 0)
+    return Account("prune", _segments(stages.pruned.chains), dropped)
 
 
-def _merge(stages: Stages, config: Config, in_words: _Lengths) -> Account:
+def _merge(stages: Stages, config: Config, in_words: _InWords) -> Account:
     merged = stages.merged
     reasons = {
         "merge.chains": f"chains wanted: {config.merge.chains} (merge.chains)",
         "merge.min_length": f"shorter than {config.merge.min_length:g} radii (merge.min_length)",
     }
-
-    def sentence(dropped: DroppedChain) -> str:
-        return f"a chain of {in_words(dropped.length)}: {reasons[dropped.setting]}"
-
-    return Account(
-        "merge",
-        f"{counted(len(merged.decisions), 'connection')}, {counted(len(merged.assemblies), 'chain')}",
-        (*(sentence(dropped) for dropped in merged.dropped if dropped.setting != TOO_MANY), *merged.notes),
-    )
+    made = f"{counted(len(merged.decisions), 'connection')}, {counted(len(merged.assemblies), 'chain')}"
+    short = [
+        f"a chain of {in_words(each.length)}: {reasons[each.setting]}" for each in merged.dropped if each.setting != TOO_MANY
+    ]
+    return Account("merge", made, (*short, *merged.notes))
 
 
-def _refine(stages: Stages, in_words: _Lengths) -> Account:
+def _refine(stages: Stages, in_words: _InWords) -> Account:
     # chains are cut at junctions, so that their number does not say how many were dropped
     dropped = len(stages.filled) - len(stages.chains) - len(stages.unchosen) if not stages.context.branches else 0
     refined = (*stages.chains, *stages.unchosen)
     reason = "shorter than half a segment, or thin beside a longer chain (refine.min_radius_ratio)"
-    return Account(
-        "refine",
-        f"{counted(len(refined), 'chain')}: {', '.join(in_words(chain.length) for chain in refined)}",
-        (f"{counted(dropped, 'chain')} {reason}",) * (dropped > 0),
-    )
+    made = f"{counted(len(refined), 'chain')}: {', '.join(in_words(chain.length) for chain in refined)}"
+    return Account("refine", made, (f"{counted(dropped, 'chain')} {reason}",) * (dropped > 0))
 
 
 def _branches(stages: Stages) -> list[Account]:
@@ -377,9 +344,8 @@ def _confidence(stages: Stages, config: Config) -> Account:
         f"chains wanted: {config.merge.chains} (merge.chains)"
         for chain in stages.unchosen
     ]
-    return Account(
-        "confidence", made, (*unchosen, *(f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0))
-    )
+    hidden = (f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0)
+    return Account("confidence", made, (*unchosen, *hidden))
 
 
 def _segments(chains: Curves) -> str:

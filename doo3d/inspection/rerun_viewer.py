@@ -57,7 +57,8 @@ class RerunRecording:
     def __init__(self, results: Results, save: Path | None) -> None:
         self.rr: Any = require("rerun", "view")
         self.results, self.warning = results, ""
-        self.config = _effective_config(results)
+        file = results.path / CONFIG
+        self.config = load_config(file) if file.is_file() else None
         self.frame_refs = self._open_capture()
         self.recording = self.rr.RecordingStream(APPLICATION)
         self.viewer: LocalViewer | None = None
@@ -104,9 +105,8 @@ class RerunRecording:
             reading = ReadOptions(**source.get("reading", {}))
             capture = open_frames(source["path"], self.config or Config(), source.get("masks"), reading)
             if capture.format != source.get("format"):
-                raise InputError(
-                    f"{source['path']}: is a capture of another format now; run doo3d detect again", code="input-changed"
-                )
+                sentence = "is a capture of another format now; run doo3d detect again"
+                raise InputError(f"{source['path']}: {sentence}", code="input-changed")
             return {ref.name: ref for ref in capture.frames}
         except (DooError, KeyError, TypeError, ValueError) as error:
             self.warning = f"the capture cannot be read any more, so only the chains are shown ({error})"
@@ -149,33 +149,31 @@ class RerunRecording:
         return data, merge_table(explanation)
 
     def _log_product(self, product: Product) -> None:
-        rr, planar = self.rr, product.points.shape[1] == 2
+        rr = self.rr
         if product.mask is not None:
             self.recording.log(f"image/stages/{product.name}", rr.SegmentationImage(product.mask.astype(np.uint8)))
-        entity = f"{'image' if planar else 'world'}/stages/{product.name}"
+        entity, at = f"stages/{product.name}", product.points
         if len(product.edges):
-            lines = (rr.LineStrips2D if planar else rr.LineStrips3D)(
-                product.points[product.edges], colors=product.colors[product.edges[:, 0]], radii=rr.Radius.ui_points(2.0)
-            )
-            self.recording.log(f"{entity}/lines", lines)
-        if len(product.points):
-            dots = (rr.Points2D if planar else rr.Points3D)(
-                product.points, colors=product.colors, radii=rr.Radius.ui_points(2.0 if len(product.edges) else 1.5)
-            )
-            self.recording.log(f"{entity}/points", dots)
+            colors = product.colors[product.edges[:, 0]]
+            self._log_shape(f"{entity}/lines", "LineStrips", at[product.edges], colors=colors, radii=rr.Radius.ui_points(2.0))
+        if len(at):
+            size = rr.Radius.ui_points(2.0 if len(product.edges) else 1.5)
+            self._log_shape(f"{entity}/points", "Points", at, colors=product.colors, radii=size)
         if product.labels:
-            at = product.points[list(product.labels)]
-            labels = (rr.Points2D if planar else rr.Points3D)(
-                at, labels=list(product.labels.values()), radii=rr.Radius.ui_points(4.0)
-            )
-            self.recording.log(f"{entity}/labels", labels)
+            labels = list(product.labels.values())
+            self._log_shape(f"{entity}/labels", "Points", at[list(product.labels)], labels=labels, radii=rr.Radius.ui_points(4.0))
+
+    def _log_shape(self, entity: str, kind: str, points: Array, **style: Any) -> None:
+        """Log points or line strips: in the image if they are 2-D, else in the world."""
+        dimensions = points.shape[-1]
+        shape = getattr(self.rr, f"{kind}{dimensions}D")(points, **style)
+        self.recording.log(f"{'image' if dimensions == 2 else 'world'}/{entity}", shape)
 
     def _log_chains(self, detection: Detection) -> None:
         """Log the chains: in 3-D as tubes of the object's radius, with junctions as white balls.
 
         Segments whose depth was filled in are darker, and paler if other frames filled them in. Doubtful chains are thin, gray.
         """
-        rr, planar = self.rr, detection.mode == "2d"
         for i, (chain, style, number) in enumerate(all_chains(detection)):
             color = np.array(style.color)
             dimmed = np.where(chain.depth_filled[:, None], 3 * color // 4, color)
@@ -183,20 +181,12 @@ class RerunRecording:
             colors = np.where(chain.from_time[:, None], (color + 255) // 2, colors).astype(np.uint8)
             radius = style.width * chain.radius if np.isfinite(chain.radius) else 0.0
             pairs = np.stack((chain.joints[:-1], chain.joints[1:]), axis=1)
-            strips = (rr.LineStrips2D if planar else rr.LineStrips3D)(pairs, colors=colors, radii=radius)
-            self.recording.log(
-                f"{'image' if planar else 'world'}/{f'chains/{i}' if number else f'doubtful/{i - len(detection.chains)}'}", strips
-            )
+            entity = f"chains/{i}" if number else f"doubtful/{i - len(detection.chains)}"
+            self._log_shape(entity, "LineStrips", pairs, colors=colors, radii=radius)
         if detection.junctions:
             at = np.array([junction.position for junction in detection.junctions])
             radii = np.array([2 * np.nanmax([0.0, *junction.radii]) for junction in detection.junctions])
-            dots = (rr.Points2D if planar else rr.Points3D)(at, colors=[(255, 255, 255)] * len(at), radii=radii)
-            self.recording.log(f"{'image' if planar else 'world'}/chains/junctions", dots)
-
-
-def _effective_config(results: Results) -> Config | None:
-    path = results.path / CONFIG
-    return load_config(path) if path.is_file() else None
+            self._log_shape("chains/junctions", "Points", at, colors=[(255, 255, 255)] * len(at), radii=radii)
 
 
 def _pinhole(rr: Any, camera: Camera) -> Any:
@@ -240,7 +230,6 @@ def select_frames(results: Results, wanted: Sequence[str] | None) -> list[str]:
         try:
             chosen.append(item if item in results.frames else results.frames[int(item)])
         except (ValueError, IndexError):
-            raise InputError(
-                f"--frame {item}: {results.path} has {len(results.frames)} successful frames", code="frame-unknown"
-            ) from None
+            count = f"{results.path} has {len(results.frames)} successful frames"
+            raise InputError(f"--frame {item}: {count}", code="frame-unknown") from None
     return chosen

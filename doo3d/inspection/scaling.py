@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+import cv2
+import numpy as np
+
+from ..config import Config
+from ..geometry.polyline import arc_length
+from ..pipeline import detect
+from ..types import Bools, Camera, Floats, Frame
+from ..types.display import counted
 from .benchmark import measure_yardstick
-
-if TYPE_CHECKING:
-    from ..config import Config
-    from ..types import Bools, Floats, Frame
 
 WIDTH, HEIGHT = 1280, 720
 RADIUS_PX = 5
@@ -58,7 +62,7 @@ class ScalePoint:
         """Return the line of the table that `doo3d bench --scale` prints."""
         size = f"{self.size:.2f}" if self.respect in ("pixels", "length") else f"{self.size:.0f}"
         times = f"{self.milliseconds:>9.1f}{self.milliseconds / self.yardstick:>12.1f}"
-        return f"{size:>12} {UNITS[self.respect]:<20}{times}  {self.chains} chain{'' if self.chains == 1 else 's'}"
+        return f"{size:>12} {UNITS[self.respect]:<20}{times}  {counted(self.chains, 'chain')}"
 
 
 HEADING = f"{'size':>12} {'':<20}{'ms':>9}{'yardsticks':>12}"
@@ -74,10 +78,6 @@ def time_sizes(config: Config, runs: int) -> Iterator[ScalePoint]:
     runs
         number of timed runs of each frame.
     """
-    import numpy as np
-
-    from ..pipeline import detect
-
     for respect, sizes in SIZES.items():
         for wanted in sizes:
             frame, mask, size = draw_frame(respect, wanted)
@@ -92,8 +92,6 @@ def time_sizes(config: Config, runs: int) -> Iterator[ScalePoint]:
 
 def growth(points: list[ScalePoint]) -> float:
     """Return the exponent with which time grows between the two largest sizes of one series: 1 if it doubles with the size."""
-    import math
-
     first, last = points[-2:]
     return math.log(last.milliseconds / first.milliseconds) / math.log(last.size / first.size)
 
@@ -114,15 +112,8 @@ def draw_frame(respect: str, size: float) -> tuple[Frame, Bools, float]:
     mask : (H, W) bool, the strands.
     size : the size as drawn, in the unit of UNITS.
     """
-    import cv2
-    import numpy as np
-
-    from ..geometry.polyline import arc_length
-    from ..types import Camera, Frame
-
     scale = (1e6 * size / (WIDTH * HEIGHT)) ** 0.5 if respect == "pixels" else 1.0
-    width, height = round(WIDTH * scale), round(HEIGHT * scale)
-    focal = FOCAL_PX * scale
+    width, height, focal = round(WIDTH * scale), round(HEIGHT * scale), FOCAL_PX * scale
     strands = [strand * scale for strand in _STRANDS[respect](size)]
     depth = np.full((height, width), DISTANCE + 0.02, np.float32)
     mask = np.zeros((height, width), np.uint8)
@@ -144,22 +135,17 @@ def draw_frame(respect: str, size: float) -> tuple[Frame, Bools, float]:
 
 def _wave(row: float, amplitude: float, phase: float = 0.0) -> Floats:
     """Return a wave from left to right around a row, (P, 2) px."""
-    import numpy as np
-
     u = np.linspace(100, WIDTH - 100, 400)
     return np.column_stack((u, row + amplitude * np.sin((u - 100) / (WIDTH - 200) * 2 * np.pi + phase)))
 
 
 def _long_strand(length: float) -> list[Floats]:
     """Return a strand of about the given length in m that goes to and fro, 25 px from one row to the next."""
-    import numpy as np
-
     side, gap = WIDTH - 240, 25
     rows = max(1, round(length * FOCAL_PX / DISTANCE / (side + gap)))
     if rows == 1:
         side = round(length * FOCAL_PX / DISTANCE)
-    points = []
-    turn = np.linspace(-np.pi / 2, np.pi / 2, 24)[1:-1]
+    points, turn = [], np.linspace(-np.pi / 2, np.pi / 2, 24)[1:-1]
     for row in range(rows):
         way = 1 if row % 2 == 0 else -1
         u = np.linspace(120, 120 + side, 200)[::way]
@@ -175,8 +161,6 @@ def _many_cables(count: float) -> list[Floats]:
 
 def _many_crossings(count: float) -> list[Floats]:
     """Return a straight strand and one that winds over it as often as wanted."""
-    import numpy as np
-
     u = np.linspace(100, WIDTH - 100, 1200)
     straight = np.column_stack((u, np.full_like(u, HEIGHT / 2)))
     return [straight, np.column_stack((u, HEIGHT / 2 + 120 * np.cos((u - 100) / (WIDTH - 200) * count * np.pi)))]

@@ -236,17 +236,9 @@ def _most_likely(samples: _Samples, searched: _Searched) -> Floats:
 
 def _parts(samples: _Samples, size: int = 64) -> list[_Samples]:
     """Return the samples in parts, so that their profiles at all disparities fit into memory."""
-    cuts = range(0, len(samples.points), size)
-    return [
-        _Samples(
-            samples.points[cut : cut + size],
-            samples.normals[cut : cut + size],
-            samples.radius[cut : cut + size],
-            samples.offsets,
-            samples.profiles[cut : cut + size],
-        )
-        for cut in cuts
-    ]
+    cuts = range(size, len(samples.points), size)
+    parts = zip(*(np.split(getattr(samples, name), cuts) for name in ("points", "normals", "radius", "profiles")), strict=True)
+    return [_Samples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
 
 
 def _refined(
@@ -281,12 +273,8 @@ def _planes(samples: Sequence[_Samples], disparities: Sequence[Floats], weights:
     The disparity on a plane, such as a table, is linear in the image. The more the strands leave it, the less it says on those
     stretches whose own disparity is unknown: along the rows, and where the right image does not show them.
     """
-    points, disparity, weight = (
-        np.concatenate([each.points for each in samples]),
-        np.concatenate(disparities),
-        np.concatenate(weights),
-    )
-    weight = weight * np.concatenate([each.normals[:, 0] for each in samples]) ** 2
+    points, across = (np.concatenate([getattr(each, name) for each in samples]) for name in ("points", "normals"))
+    disparity, weight = np.concatenate(disparities), np.concatenate(weights) * across[:, 0] ** 2
     share = (weight + MIN_SHARE) / (weight + MIN_SHARE).sum()
     middle = share @ points
     table = np.column_stack((points - middle, np.full(len(points), PLANE_SCALE_PX)))

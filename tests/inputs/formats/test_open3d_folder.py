@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from builders.errors import refuses
+from builders.sample_scene import put
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.types import Frame
-
-
-def put(path: Path, image: np.ndarray) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(cv2.imencode(path.suffix, image)[1].tobytes())
 
 
 def frame_of(folder: Path, index: int = 0) -> Frame:
@@ -39,14 +36,15 @@ def test_frames_depth_colour_and_intrinsics(capture):
     assert np.abs(loaded.data.color[0, 0].astype(int) - (170, 160, 150)).max() <= 3  # RGB, through JPEG
 
 
-def test_the_matrix_is_column_major(capture):
-    matrix = [410, 0, 0, 0, 420, 0, 150, 110, 1]
-    camera = frame_of(capture(intrinsics={"intrinsic_matrix": matrix})).camera
-    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
-
-
-def test_the_matrix_as_three_columns(capture):
-    matrix = [[410, 0, 0], [0, 420, 0], [150, 110, 1]]
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        [410, 0, 0, 0, 420, 0, 150, 110, 1],
+        [[410, 0, 0], [0, 420, 0], [150, 110, 1]],
+        [410, 0, 150, 0, 420, 110, 0, 0, 1],
+    ],
+)
+def test_the_matrix_is_column_major_and_may_be_row_by_row(capture, matrix):
     camera = frame_of(capture(intrinsics={"intrinsic_matrix": matrix})).camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
 
@@ -162,13 +160,6 @@ def write_json(folder: Path, text: str) -> None:
     (folder / "camera_intrinsic.json").write_text(text)
 
 
-def test_missing_intrinsics(capture):
-    folder = capture()
-    (folder / "camera_intrinsic.json").unlink()
-    with refuses("intrinsics-missing", "camera_intrinsic.json", "intrinsic_matrix"):
-        open_capture(folder)
-
-
 @pytest.mark.parametrize("text", ["", "{", "[1, 2]", "null", "\x00\x01", '"x"'])
 def test_invalid_json_of_intrinsics(capture, text):
     folder = capture()
@@ -177,30 +168,25 @@ def test_invalid_json_of_intrinsics(capture, text):
         open_capture(folder)
 
 
+NO_MATRICES = [
+    [[400, 0], [0, 400]],
+    [[400, 0, 0], [0, 400, 0], [160, 120]],
+    "400",
+    [400, 0, 160, 0, 400, 120, 0, 0, 2],
+    *([400, 0, 0, 0, value, 0, 160, 120, 1] for value in (None, "x", math.nan, math.inf)),
+]
+
+
 @pytest.mark.parametrize(
     ("values", "code", "part"),
     [
         ({"intrinsic_matrix": [400, 0, 0, 0, 400, 0, 160, 120]}, "intrinsics-invalid", "8"),
-        ({"intrinsic_matrix": [[400, 0], [0, 400]]}, "intrinsics-invalid", "intrinsic_matrix"),
-        ({"intrinsic_matrix": [[400, 0, 0], [0, 400, 0], [160, 120]]}, "intrinsics-invalid", "intrinsic_matrix"),
-        ({"intrinsic_matrix": "400"}, "intrinsics-invalid", "intrinsic_matrix"),
-        ({"intrinsic_matrix": [400, 0, 0, 0, None, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
-        ({"intrinsic_matrix": [400, 0, 0, 0, "x", 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
-        ({"intrinsic_matrix": [float("nan"), 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
-        ({"intrinsic_matrix": [float("inf"), 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "intrinsic_matrix"),
         ({"intrinsic_matrix": [0, 0, 0, 0, 400, 0, 160, 120, 1]}, "intrinsics-invalid", "fx=0"),
-        ({"intrinsic_matrix": [400, 0, 160, 0, 400, 120, 0, 0, 2]}, "intrinsics-invalid", "intrinsic_matrix"),
         ({"width": 0}, "intrinsics-invalid", "width"),
         ({"width": "wide"}, "intrinsics-invalid", "wide"),
-        ({"height": None}, "intrinsics-invalid", "height"),
-        ({"height": 240.5}, "intrinsics-invalid", "height"),
-        ({"height": float("inf")}, "intrinsics-invalid", "height"),
-        ({"height": float("nan")}, "intrinsics-invalid", "height"),
-        ({"depth_scale": 0}, "depth-scale-invalid", "depth_scale"),
-        ({"depth_scale": -1000}, "depth-scale-invalid", "depth_scale"),
-        ({"depth_scale": float("nan")}, "depth-scale-invalid", "depth_scale"),
-        ({"depth_scale": "mm"}, "depth-scale-invalid", "depth_scale"),
-        ({"depth_scale": True}, "depth-scale-invalid", "depth_scale"),
+        *(({"intrinsic_matrix": matrix}, "intrinsics-invalid", "intrinsic_matrix") for matrix in NO_MATRICES),
+        *(({"height": height}, "intrinsics-invalid", "height") for height in (None, 240.5, math.inf, math.nan)),
+        *(({"depth_scale": scale}, "depth-scale-invalid", "depth_scale") for scale in (0, -1000, math.nan, "mm", True)),
     ],
 )
 def test_intrinsics_with_a_wrong_value(capture, values, code, part):
@@ -209,9 +195,12 @@ def test_intrinsics_with_a_wrong_value(capture, values, code, part):
         open_capture(folder)
 
 
-def test_intrinsics_without_the_matrix(capture):
+@pytest.mark.parametrize("values", [None, {"width": 320, "height": 240}])
+def test_missing_intrinsics(capture, values):
     folder = capture()
-    write_json(folder, json.dumps({"width": 320, "height": 240}))
+    (folder / "camera_intrinsic.json").unlink()
+    if values:
+        write_json(folder, json.dumps(values))
     with refuses("intrinsics-missing", "camera_intrinsic.json", "intrinsic_matrix"):
         open_capture(folder)
 
@@ -221,11 +210,6 @@ def test_intrinsics_without_the_size_are_for_images_of_any(capture):
     write_json(folder, json.dumps({"intrinsic_matrix": [410, 0, 0, 0, 420, 0, 150, 110, 1]}))
     camera = frame_of(folder).camera
     assert (camera.fx, camera.width, camera.height) == (410, 320, 240)
-
-
-def test_the_matrix_row_by_row(capture):
-    camera = frame_of(capture(intrinsics={"intrinsic_matrix": [410, 0, 150, 0, 420, 110, 0, 0, 1]})).camera
-    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (410, 420, 150, 110)
 
 
 def test_folder_without_frames(capture):
@@ -271,12 +255,6 @@ def test_depth_of_another_resolution_than_the_intrinsics(capture):
         open_capture(folder)
 
 
-def test_mask_of_another_size(capture):
-    folder = capture(mask=True)
-    put(folder / "mask" / "000000.png", np.zeros((480, 640), np.uint8))
-    refused(folder, "mask-shape", str(Path("mask", "000000.png")), "640x480", "320x240")
-
-
 def test_mask_as_jpeg(capture):
     folder = capture(mask=True)
     (folder / "mask" / "000000.png").unlink()
@@ -320,23 +298,20 @@ def test_png_with_a_flipped_byte(capture, capfd):
     data[len(data) // 2] ^= 0xFF
     path.write_bytes(bytes(data))
     refused(folder, "file-damaged", "000000.png")
-    assert capfd.readouterr().err == ""
-
-
-def test_png_with_other_content(capture, capfd):
-    folder = capture()
-    (folder / "depth" / "000000.png").write_bytes(b"not an image at all")
+    path.write_bytes(b"not an image at all")
     refused(folder, "image-unreadable", "000000.png")
     assert capfd.readouterr().err == ""
 
 
-def test_eight_bit_depth(capture):
-    folder = capture()
-    put(folder / "depth" / "000000.png", np.full((240, 320), 200, np.uint8))
-    refused(folder, "depth-type", "000000.png", "8-bit")
-
-
-def test_colour_image_as_depth(capture):
-    folder = capture()
-    put(folder / "depth" / "000000.png", np.zeros((240, 320, 3), np.uint8))
-    refused(folder, "depth-shape", "000000.png", "3")
+@pytest.mark.parametrize(
+    ("part", "image", "code", "parts"),
+    [
+        ("depth", np.full((240, 320), 200, np.uint8), "depth-type", ["8-bit"]),
+        ("depth", np.zeros((240, 320, 3), np.uint8), "depth-shape", ["3"]),
+        ("mask", np.zeros((480, 640), np.uint8), "mask-shape", ["640x480", "320x240"]),
+    ],
+)
+def test_image_of_a_wrong_type_or_size(capture, part, image, code, parts):
+    folder = capture(mask=True)
+    put(folder / part / "000000.png", image)
+    refused(folder, code, str(Path(part, "000000.png")), *parts)
