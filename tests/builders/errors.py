@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from doo3d.errors import DooError, InputError
+from doo3d.inputs import open_capture
 
 
 @contextmanager
@@ -19,6 +22,17 @@ def refuses(code: str, *parts: str, kind: type[DooError] = InputError) -> Iterat
     assert caught.value.code == code, f"{caught.value.code}: {caught.value}"
     for part in parts:
         assert part in str(caught.value)
+
+
+def refused(path: str | Path, code: str, *parts: str, index: int | None = None, **how: Any) -> None:
+    """Assert that opening a capture, or with an index loading that frame, fails as `refuses` says; `how` goes to open_capture."""
+    if index is None:
+        with refuses(code, *parts):
+            open_capture(path, **how)
+    else:
+        frame = open_capture(path, **how).frames[index]
+        with refuses(code, *parts):
+            frame.load()
 
 
 def code_in(sentence: str) -> str:

@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 
 import doo3d
-from builders.errors import refuses
 from builders.paths import SAMPLES
-from doo3d.inputs import FrameData, ReadOptions, open_capture
+from doo3d.inputs import FrameData, open_capture
 
 SAMPLE = SAMPLES / "crossing"
 LENGTH = 1.08  # m, of the cable
@@ -75,15 +74,3 @@ def assert_detected(loaded: FrameData, tolerance: float = 0.03) -> None:
     chains = doo3d.detect(loaded.data, doo3d.load_config("default"), mask=loaded.mask).chains
     assert len(chains) == 1
     assert abs(chains[0].length - LENGTH) < tolerance
-
-
-def refused(path: Path, code: str, *parts: str, index: int | None = None, options: ReadOptions | None = None) -> None:
-    """Assert that opening, or with an index loading that frame, fails with this code and these parts in the sentence."""
-    options = options or ReadOptions()
-    if index is None:
-        with refuses(code, *parts):
-            open_capture(path, options=options)
-    else:
-        frame = open_capture(path, options=options).frames[index]
-        with refuses(code, *parts):
-            frame.load()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused, refuses
 from builders.sample_scene import put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -231,8 +231,7 @@ def test_other_files_with_words_of_cameras(tmp_path):
 )
 def test_files_that_are_no_camera(tmp_path, name, text, code):
     (tmp_path / name).write_text(text)
-    with refuses(code, name):
-        open_capture(images(tmp_path / "capture"), camera=tmp_path / name)
+    refused(images(tmp_path / "capture"), code, name, camera=tmp_path / name)
 
 
 def test_aliases_of_aliases_are_not_unfolded(tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused
 from builders.sample_scene import LENGTH, POSE, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -31,14 +31,12 @@ def test_a_pointer_of_git_lfs_within_a_folder(tmp_path, name):
     if name.startswith("bag"):
         (tmp_path / "bag").mkdir()
         (tmp_path / name).write_text(POINTER)
-        with refuses("file-lfs-pointer", "a.mcap", "git lfs pull"):
-            open_capture(tmp_path / "bag")
+        refused(tmp_path / "bag", "file-lfs-pointer", "a.mcap", "git lfs pull")
         return
     put(tmp_path / "depth" / "0.png", units(1000))
     put(tmp_path / "rgb" / "0.png", scene().color)
     (tmp_path / name).write_text(POINTER)
-    with refuses("file-lfs-pointer", name, "git lfs pull"):
-        open_capture(tmp_path, options=ReadOptions(camera=scene().pinhole)).frames[0].load()
+    refused(tmp_path, "file-lfs-pointer", name, "git lfs pull", index=0, options=ReadOptions(camera=scene().pinhole))
 
 
 # --- NPZ of other keys -------------------------------------------------------------------------------------------------

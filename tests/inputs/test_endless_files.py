@@ -11,7 +11,7 @@ from contextlib import suppress
 import cv2
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused, refuses
 
 from doo3d.errors import InputError
 from doo3d.guard import image_size
@@ -58,8 +58,7 @@ KINDS = {"device": "file-unreadable", "pipe": "file-unreadable", "sparse": "size
 @pytest.mark.parametrize("name", ["depth/0.png", "rgb/0.png"])
 def test_an_image_of_a_folder(folder, name, kind):
     replaced_by(folder / name, kind)
-    with refuses(KINDS[kind], name):
-        open_capture(folder).frames[0].load()
+    refused(folder, KINDS[kind], name, index=0)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -67,8 +66,7 @@ def test_a_table_of_a_folder(folder, kind):
     (folder / "depth.txt").write_text("0.0 depth/0.png\n")
     replaced_by(folder / "rgb.txt", kind)
     if kind == "sparse":
-        with refuses("size-too-large", "rgb.txt"):
-            open_capture(folder)
+        refused(folder, "size-too-large", "rgb.txt")
     else:  # no list, so the depth is read alone
         assert len(open_capture(folder).frames) == 1
 
@@ -93,8 +91,7 @@ def test_depth_of_other_programs(tmp_path, suffix, kind):
 
 @pytest.mark.parametrize("name", ["a.xyz", "a.pts"])
 def test_a_sparse_cloud_of_text(tmp_path, name):
-    with refuses("file-damaged", "a line of more than"):
-        open_capture(replaced_by(tmp_path / name, "sparse")).frames[0].load()
+    refused(replaced_by(tmp_path / name, "sparse"), "file-damaged", "a line of more than", index=0)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.ptx", "a.pts"])
@@ -103,21 +100,18 @@ def test_a_line_without_end_after_rows(tmp_path, name):
     head = {"a.csv": "x,y,z\n", "a.pts": "2\n", "a.ptx": "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + 4 * "1 0 0 1\n"}[name]
     (tmp_path / name).write_text(head + ("1,2,3\n" if name == "a.csv" else "1 2 3 1\n"))
     os.truncate(tmp_path / name, 4 << 20)
-    with refuses("file-damaged", "a line of more than"):
-        open_capture(tmp_path / name).frames[0].load()
+    refused(tmp_path / name, "file-damaged", "a line of more than", index=0)
 
 
 def test_a_text_of_more_lines_than_points_are_allowed(tmp_path):
     (tmp_path / "a.csv").write_text("x,y,z\n" + 20 * "1,2,3\n")
-    with refuses("size-too-large", "announces 21 points"):
-        open_capture(tmp_path / "a.csv", limits=Limits(max_points=20)).frames[0].load()
+    refused(tmp_path / "a.csv", "size-too-large", "announces 21 points", index=0, limits=Limits(max_points=20))
 
 
 @pytest.mark.parametrize(("name", "text"), [("a.obj", "# " * 2000 + "x"), ("a.xyz", "1 2 " + "1" * 1_000_000 + "x\n")])
 def test_a_first_line_on_which_patterns_could_take_hours(tmp_path, name, text):
     (tmp_path / name).write_text(text)
-    with refuses("file-damaged" if name == "a.xyz" else "format-unknown", name):
-        open_capture(tmp_path / name).frames[0].load()
+    refused(tmp_path / name, "file-damaged" if name == "a.xyz" else "format-unknown", name, index=0)
 
 
 def test_a_cloud_without_the_end_of_its_header(tmp_path, monkeypatch):

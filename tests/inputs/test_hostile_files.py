@@ -14,7 +14,7 @@ import zlib
 import laspy
 import numpy as np
 import pytest
-from builders.errors import code_in
+from builders.errors import code_in, refused
 
 from doo3d.guard.image_size import announced_size
 from doo3d.guard.isolation import isolated
@@ -166,14 +166,11 @@ def test_a_camera_matrix_that_is_none(doo3d, capture, rows):
 
 
 def test_a_null_byte_in_a_path(tmp_path, capture):
-    from builders.errors import refuses
 
-    with refuses("file-missing"):
-        open_capture("a\0b")
+    refused("a\0b", "file-missing")
     folder = capture()
     (folder / "depth.txt").write_text("1.0 depth/a\0b.png\n")
-    with refuses("file-damaged"):
-        open_capture(folder).frames[0].load()
+    refused(folder, "file-damaged", index=0)
 
 
 def test_segments_too_short_for_the_unit(doo3d, capture):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused, refuses
 
 from doo3d.inputs import FORMATS, IMAGE_FORMATS, open_capture
 
@@ -17,19 +17,16 @@ def test_every_registered_class_can_be_imported():
 
 
 def test_missing_path(tmp_path):
-    with refuses("file-missing", "nowhere"):
-        open_capture(tmp_path / "nowhere")
+    refused(tmp_path / "nowhere", "file-missing", "nowhere")
 
 
 def test_empty_folder(tmp_path):
-    with refuses("folder-empty", str(tmp_path), "doo3d info --formats"):
-        open_capture(tmp_path)
+    refused(tmp_path, "folder-empty", str(tmp_path), "doo3d info --formats")
 
 
 def test_folder_of_captures_names_them(capture):
     inside = capture("recordings/first")
-    with refuses("folder-of-captures", "recordings", "first"):
-        open_capture(inside.parent)
+    refused(inside.parent, "folder-of-captures", "recordings", "first")
 
 
 def test_single_depth_image_has_the_camera_and_the_color_of_its_folder(capture):
@@ -63,8 +60,7 @@ def test_unknown_file_says_where_the_formats_are(tmp_path, content):
 )
 def test_unknown_file_says_what_would_be_read(tmp_path, name, words):
     (tmp_path / name).write_bytes(b"nothing\n")
-    with refuses("format-unknown", name, words):
-        open_capture(tmp_path / name)
+    refused(tmp_path / name, "format-unknown", name, words)
 
 
 def test_unreadable_file(tmp_path, monkeypatch):
@@ -75,8 +71,7 @@ def test_unreadable_file(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr("pathlib.Path.open", refuse)
-    with refuses("file-unreadable", "a.npz", "Permission denied"):
-        open_capture(path)
+    refused(path, "file-unreadable", "a.npz", "Permission denied")
 
 
 @pytest.mark.parametrize(
@@ -92,20 +87,17 @@ def test_unknown_folder_is_answered_with_what_is_in_it_and_what_would_make_it_re
     for file in files:
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_bytes(b"\x01\x02nothing known")
-    with refuses("format-unknown", str(tmp_path), "To make it readable", *parts):
-        open_capture(tmp_path)
+    refused(tmp_path, "format-unknown", str(tmp_path), "To make it readable", *parts)
 
 
 @pytest.mark.parametrize(("name", "part"), [("a.zip", "unpack"), ("a.h5", "numpy.savez")])
 def test_unknown_file_is_answered_with_what_would_make_it_readable(tmp_path, name, part):
     (tmp_path / name).write_bytes(b"\x01\x02nothing known")
-    with refuses("format-unknown", name, part):
-        open_capture(tmp_path / name)
+    refused(tmp_path / name, "format-unknown", name, part)
 
 
 def test_dataset_of_lerobot_is_named(tmp_path):
     (tmp_path / "meta").mkdir()
     (tmp_path / "meta" / "info.json").write_text('{"codebase_version": "v3.0"}')
     (tmp_path / "videos").mkdir()
-    with refuses("format-unknown", "LeRobotDataset", "numpy.savez"):
-        open_capture(tmp_path)
+    refused(tmp_path, "format-unknown", "LeRobotDataset", "numpy.savez")

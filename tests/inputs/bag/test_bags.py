@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("rosbags")
 from builders.bags import KINDS, SECOND, BagScript
-from builders.errors import refuses
+from builders.errors import refused
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.types import Cloud, Frame, Image
@@ -150,8 +150,7 @@ def test_only_one_topic_has_header_stamps(tmp_path):
 def test_messages_of_other_types_are_skipped(tmp_path):
     (file,) = script("mcap").write(tmp_path / "bag").glob("*.mcap")
     file.write_bytes(file.read_bytes().replace(b"\x03\0\0\0cdr", b"\x03\0\0\0pro"))
-    with refuses("frames-missing", "/camera/depth/image_raw (sensor_msgs/msg/Image, pro)"):
-        open_capture(file)
+    refused(file, "frames-missing", "/camera/depth/image_raw (sensor_msgs/msg/Image, pro)")
 
 
 def test_depth_aligned_to_colour_is_preferred(tmp_path):
@@ -174,8 +173,7 @@ def test_two_equal_cameras_are_ambiguous(tmp_path):
         made.image(f"/{name}/depth/image_raw", SECOND, slope(), "16UC1")
         made.info(f"/{name}/depth/camera_info", SIZE, NUMBERS)
     path = made.write(tmp_path / "a.bag")
-    with refuses("topic-ambiguous", "/left/depth/image_raw, /right/depth/image_raw", "--input-option depth_topic="):
-        open_capture(path)
+    refused(path, "topic-ambiguous", "/left/depth/image_raw, /right/depth/image_raw", "--input-option depth_topic=")
     assert len(frames(path, depth_topic="/right/depth/image_raw")) == 1
 
 

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("rosbags")
 from builders.bags import KINDS, SECOND, BagScript
-from builders.errors import refuses
+from builders.errors import refused
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.types import Camera
@@ -103,8 +103,7 @@ def test_pixels_without_depth_keep_their_colour(tmp_path):
 def test_missing_transform_between_the_cameras(tmp_path):
     made = scene()
     made.messages = made.messages[:4]
-    with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
-        open_capture(made.write(tmp_path / "a.bag"))
+    refused(made.write(tmp_path / "a.bag"), "extrinsics-missing", COLOR, DEPTH, "color_topic=none")
 
 
 def bent(numbers, size, d, model) -> tuple[np.ndarray, np.ndarray]:

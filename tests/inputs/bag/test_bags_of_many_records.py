@@ -7,9 +7,8 @@ import sqlite3
 import struct
 
 import pytest
-from builders.errors import refuses
+from builders.errors import refused
 
-from doo3d.inputs import open_capture
 from doo3d.inputs.bag import records
 from doo3d.inputs.bag.index import Bag
 from doo3d.inputs.bag.mcap_storage import MAGIC as MCAP
@@ -133,8 +132,7 @@ def test_only_plain_tables_are_read(tmp_path, name):
         pytest.skip(f"this SQLite: {error}")
     finally:
         database.close()
-    with refuses("bag-damaged", "has no plain table"):
-        open_capture(tmp_path / "a.db3")
+    refused(tmp_path / "a.db3", "bag-damaged", "has no plain table")
 
 
 def test_a_table_whose_pages_repeat_has_no_more_rows_than_its_file(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("rosbags")
 from builders.bags import SECOND, BagScript
-from builders.errors import refuses
+from builders.errors import refused
 from test_bags_aligned import C_NUMBERS, C_SIZE, D_NUMBERS, D_SIZE, MOVE, wall
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -73,8 +73,7 @@ def test_unit_of_one_millimetre(tmp_path):
 
 def test_missing_unit(tmp_path):
     path = write(recording(unit=None), tmp_path / "a.bag")
-    with refuses("depth-unit", OPTION, "depth_scale"):
-        open_capture(path)
+    refused(path, "depth-unit", OPTION, "depth_scale")
     frame = open_capture(path, options=ReadOptions(depth_scale=1000)).frames[0].load().data
     assert np.allclose(frame.depth, 0.8, atol=1e-6)
 
@@ -83,12 +82,10 @@ def test_missing_unit(tmp_path):
 def test_impossible_unit(tmp_path, unit):
     made = recording()
     made.messages[0] = (*made.messages[0][:3], made.make("std_msgs/msg/Float32", data=unit))
-    with refuses("depth-unit", OPTION, f"{np.float32(unit):.4}"):
-        open_capture(write(made, tmp_path / "a.bag"))
+    refused(write(made, tmp_path / "a.bag"), "depth-unit", OPTION, f"{np.float32(unit):.4}")
 
 
 def test_missing_extrinsics(tmp_path):
     path = write(recording(extrinsics=False), tmp_path / "a.bag")
-    with refuses("extrinsics-missing", COLOR, DEPTH, "color_topic=none"):
-        open_capture(path)
+    refused(path, "extrinsics-missing", COLOR, DEPTH, "color_topic=none")
     assert open_capture(path, options=ReadOptions(color_topic="none")).frames[0].load().data.color is None

@@ -7,8 +7,8 @@ import pickle
 
 import numpy as np
 import pytest
-from builders.errors import refuses
-from builders.sample_scene import POSE, assert_detected, check, put, refused, scene, units
+from builders.errors import refused
+from builders.sample_scene import POSE, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 
@@ -90,8 +90,7 @@ def test_options_take_precedence(make):
 
 
 def test_data_set_of_scenes_lists_them(make):
-    with refuses("folder-of-captures", "000002"):
-        open_capture(make().parent)
+    refused(make().parent, "folder-of-captures", "000002")
 
 
 # --- what cannot be read -----------------------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ import pickle
 import numpy as np
 import pytest
 import yaml
-from builders.errors import refuses
-from builders.sample_scene import POSE, assert_detected, check, put, refused, scene, units
+from builders.errors import refused, refuses
+from builders.sample_scene import POSE, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 from builders.captures import FOCAL, HEIGHT, MATRIX, WIDTH, rope, save
-from builders.errors import refuses
+from builders.errors import refused, refuses
 
 from doo3d.inputs import open_capture
 
@@ -90,8 +90,7 @@ def test_damaged_snapshot(tmp_path, content, numbers, code):
     folder = save_snapshot(tmp_path)
     (folder / "snap_Depth.raw").write_bytes(content)
     (folder / "snap_Depth_metadata.csv").write_text(numbers)
-    with refuses(code, "snap_Depth"):
-        open_capture(folder)[0].load()
+    refused(folder, code, "snap_Depth", index=0)
 
 
 @pytest.mark.parametrize(
@@ -169,8 +168,7 @@ def test_distances_along_the_rays(tmp_path, apart):
 def test_damaged_camera_of_replicator(tmp_path, change):
     file = save_replicator(tmp_path) / "camera_params_0000.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | change))
-    with refuses("intrinsics-invalid", "camera_params_0000.json"):
-        open_capture(tmp_path)
+    refused(tmp_path, "intrinsics-invalid", "camera_params_0000.json")
 
 
 def save_exr(folder: Path, channels: dict[str, np.ndarray]) -> Path:
@@ -196,8 +194,7 @@ def test_depth_in_exr(tmp_path, channels):
 
 def test_exr_without_depth(tmp_path):
     folder = save_exr(tmp_path, {"R": METRES.astype(np.float32), "G": METRES.astype(np.float32) + 1})
-    with refuses("depth-shape", "0.exr", "R", "G"):
-        open_capture(folder)[0].load()
+    refused(folder, "depth-shape", "0.exr", "R", "G", index=0)
 
 
 def test_damaged_exr(tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused, refuses
 from builders.sample_scene import LENGTH, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -126,8 +126,7 @@ def test_two_depth_images_for_one_frame(tmp_path):
     folder = with_camera(tmp_path)
     put(folder / "000_depth.png", units(1000))
     put(folder / "depth_000.png", units(1000))
-    with refuses("names-clash", "000_depth.png", "depth_000.png"):
-        open_capture(folder)
+    refused(folder, "names-clash", "000_depth.png", "depth_000.png")
 
 
 def test_a_frame_without_its_color_fails_alone(tmp_path):

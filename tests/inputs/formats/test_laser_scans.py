@@ -10,7 +10,7 @@ import laspy
 import numpy as np
 import pye57
 import pytest
-from builders.errors import refuses
+from builders.errors import refused, refuses
 
 from doo3d import errors
 from doo3d.errors import InputError, MissingDependency
@@ -162,8 +162,7 @@ def test_an_e57_is_opened_once_for_all_of_its_scans(tmp_path, points, monkeypatc
 
 
 def test_e57_without_scans(tmp_path):
-    with refuses("file-empty", "a.e57", "no scans"):
-        open_capture(write_e57(tmp_path / "a.e57")).frames[0].load()
+    refused(write_e57(tmp_path / "a.e57"), "file-empty", "a.e57", "no scans", index=0)
 
 
 def test_e57_without_coordinates(tmp_path):
@@ -204,14 +203,12 @@ def test_damaged_file_of_a_folder_fails_alone(tmp_path, points):
 def test_two_files_of_one_stem(tmp_path, points):
     np.savetxt(tmp_path / "a.xyz", points)
     np.savez(tmp_path / "a.npz", points=points)
-    with refuses("names-clash", "a.npz, a.xyz"):
-        open_capture(tmp_path)
+    refused(tmp_path, "names-clash", "a.npz, a.xyz")
 
 
 def test_npz_of_other_formats_make_no_folder_of_clouds(tmp_path):
     np.savez(tmp_path / "a.npz", depth=np.ones((3, 3)))
-    with refuses("folder-of-captures", "a.npz"):
-        open_capture(tmp_path)
+    refused(tmp_path, "folder-of-captures", "a.npz")
 
 
 # --- viewpoint of a PCD ------------------------------------------------------------------------------------------------

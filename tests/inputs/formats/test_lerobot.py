@@ -5,7 +5,7 @@ import importlib
 import numpy as np
 import pytest
 from builders.drawn_masks import frame_of, wave
-from builders.errors import refuses
+from builders.errors import refused
 from builders.lerobot import CODING, COLOR, DEPTH, FPS, ramps, write
 
 import doo3d
@@ -66,11 +66,9 @@ def test_times_of_the_parquet_files_and_color(tmp_path):
     assert not capture.notes
     for i in (0, 5, 3):
         np.testing.assert_allclose(capture[i].load().data.color[24, 32], color[i][24, 32], atol=2)
-    with refuses("topic-missing", "other", COLOR):
-        open_capture(folder, options=ReadOptions(color_topic="other"), camera=PINHOLE)
+    refused(folder, "topic-missing", "other", COLOR, options=ReadOptions(color_topic="other"), camera=PINHOLE)
     parquet.write_table(pa.table({key: values[:4] for key, values in stamps.items()}), next(folder.rglob("*.parquet")))
-    with refuses("frame-count", "4 rows for 6 frames"):
-        open_capture(folder, camera=PINHOLE)
+    refused(folder, "frame-count", "4 rows for 6 frames", camera=PINHOLE)
 
 
 def test_a_cable_is_found(tmp_path):
@@ -93,20 +91,16 @@ def test_a_cable_is_found(tmp_path):
 )
 def test_a_coding_that_is_none(tmp_path, changes, code, parts):
     folder = write(tmp_path / "set", ramps(4), **changes)
-    with refuses(code, "info.json", *parts):
-        open_capture(folder, camera=PINHOLE)
+    refused(folder, code, "info.json", *parts, camera=PINHOLE)
 
 
 def test_what_is_missing_is_named(tmp_path, monkeypatch):
     folder = write(tmp_path / "set", ramps(4))
-    with refuses("intrinsics-missing", "--camera"):
-        open_capture(folder)
-    with refuses("topic-missing", "other", DEPTH):
-        open_capture(folder, options=ReadOptions(depth_topic="other"), camera=PINHOLE)
+    refused(folder, "intrinsics-missing", "--camera")
+    refused(folder, "topic-missing", "other", DEPTH, options=ReadOptions(depth_topic="other"), camera=PINHOLE)
     file = folder / "videos" / DEPTH / "chunk-000" / "file-001.mp4"
     file.write_bytes(file.read_bytes()[:200])
-    with refuses("file-damaged", "file-001.mp4"):
-        open_capture(folder, camera=PINHOLE)
+    refused(folder, "file-damaged", "file-001.mp4", camera=PINHOLE)
     real = importlib.import_module
 
     def missing(name, *rest):

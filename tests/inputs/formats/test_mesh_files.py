@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from builders.errors import refuses
+from builders.errors import refused
 
 from doo3d import detect, load_config
 from doo3d.inputs import open_capture
@@ -83,8 +83,7 @@ def test_vertices_without_faces(tmp_path):
 ])  # fmt: skip
 def test_damaged_mesh(tmp_path, name, content, code):
     (tmp_path / name).write_bytes(content)
-    with refuses(code, name):
-        open_capture(tmp_path / name)[0].load()
+    refused(tmp_path / name, code, name, index=0)
 
 
 def test_folder_of_meshes(tmp_path):

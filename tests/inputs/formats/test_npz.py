@@ -8,8 +8,8 @@ import zipfile
 
 import numpy as np
 import pytest
-from builders.errors import refuses
-from builders.sample_scene import POSE, assert_detected, check, refused, scene, units
+from builders.errors import refused
+from builders.sample_scene import POSE, assert_detected, check, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats import _npz_arrays as arrays
@@ -148,7 +148,7 @@ def test_invalid_arrays(tmp_path, given, code, part):
 @pytest.mark.parametrize(
     ("given", "code", "part"),
     [
-        ({"K": matrix().T}, "intrinsics-invalid", "frame 0: K"),
+        ({"K": matrix() + 1}, "intrinsics-invalid", "frame 0: K"),
         ({"K": np.eye(3) * np.nan}, "intrinsics-invalid", "frame 0: K"),
         ({"K": np.zeros((3, 3))}, "intrinsics-invalid", "frame 0: K"),
         ({"depth_scale": 0}, "depth-scale-invalid", "frame 0: depth_scale"),
@@ -174,8 +174,7 @@ def test_decreasing_times(tmp_path):
 def test_truncated(tmp_path, kept):
     path = save(tmp_path / "a.npz")
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * kept)])
-    with refuses("file-damaged", "a.npz"):
-        open_capture(path).frames[0].load()
+    refused(path, "file-damaged", "a.npz", index=0)
 
 
 @pytest.mark.parametrize("compressed", [False, True])

@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused
 from builders.sample_scene import LENGTH, POSE, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -112,8 +112,7 @@ def test_a_camera_of_others_in_the_folder_above_is_not_taken(tmp_path, name, val
     camera = {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
     (tmp_path / name).write_text(json.dumps(camera | values))
     put(tmp_path / "scene" / "0_depth.png", units(1000))
-    with refuses("intrinsics-missing", "--camera FILE"):
-        open_capture(tmp_path / "scene")
+    refused(tmp_path / "scene", "intrinsics-missing", "--camera FILE")
 
 
 def test_a_camera_of_these_images_in_the_folder_above_is_taken(tmp_path):
@@ -128,8 +127,7 @@ def test_a_camera_of_these_images_in_the_folder_above_is_taken(tmp_path):
 def test_a_camera_of_other_images_beside_the_images_is_refused(tmp_path):
     put(tmp_path / "0_depth.png", units(1000))
     (tmp_path / "camera.json").write_text(json.dumps({"fx": 605, "fy": 605, "cx": 640, "cy": 360}))
-    with refuses("intrinsics-size", "camera.json", "(640, 360)", "640x480", "--camera"):
-        open_capture(tmp_path)
+    refused(tmp_path, "intrinsics-size", "camera.json", "(640, 360)", "640x480", "--camera")
     assert open_capture(tmp_path, camera=tmp_path / "camera.json").frames[0].load().data.camera.cx == 640
 
 
@@ -192,8 +190,7 @@ def test_stray_scanner_without_its_video_or_a_frame_of_it(tmp_path):
     alone = open_capture(folder, options=ReadOptions(color="none"))
     assert alone.frames[0].load().data.color is None
     put(folder / "depth" / "000009.png", cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED))
-    with refuses("color-missing", "000009.png", "rgb.mp4"):
-        open_capture(folder).frames[-1].load()
+    refused(folder, "color-missing", "000009.png", "rgb.mp4", index=-1)
     (folder / "rgb.mp4").unlink()
     opened = open_capture(folder)
     assert "rgb.mp4" in opened.notes[0]
@@ -208,8 +205,7 @@ def test_options_of_stray_scanner(tmp_path, option):
         next(iter(option)), changed.color is None
     )
     for name, value in (("depth_topic", "/a"), ("color", Path("a.png"))):
-        with refuses("option-unused", name, "stray"):
-            open_capture(folder, options=ReadOptions(**{name: value}))
+        refused(folder, "option-unused", name, "stray", options=ReadOptions(**{name: value}))
 
 
 @pytest.mark.parametrize(
@@ -225,5 +221,4 @@ def test_options_of_stray_scanner(tmp_path, option):
 def test_damaged_text_of_stray_scanner(tmp_path, name, text, code):
     folder = stray(tmp_path / "a", frames=1)
     (folder / name).write_text(text)
-    with refuses(code, name):
-        open_capture(folder)
+    refused(folder, code, name)

@@ -11,7 +11,7 @@ import zipfile
 import cv2
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders import errors
 from builders.sample_scene import POSE, POSITION, QUATERNION, assert_detected, check, scene
 
 from doo3d.errors import MissingDependency
@@ -22,15 +22,8 @@ packing = pytest.importorskip("lzfse")
 SMALL = (320, 240)  # of the depth; the colour is twice as large
 
 
-def refused(path, code, *parts, index=None):
-    """Assert that opening fails with this code; or with an index, that opening works and loading that frame fails."""
-    if index is None:
-        with refuses(code, path.name, *parts):
-            open_capture(path)
-    else:
-        frame_ref = open_capture(path).frames[index]
-        with refuses(code, path.name, *parts):
-            frame_ref.load()
+def refused(path, code, *parts, **how):
+    errors.refused(path, code, path.name, *parts, **how)
 
 
 def jpeg(color):

@@ -6,8 +6,8 @@ import pickle
 
 import numpy as np
 import pytest
-from builders.errors import refuses
-from builders.sample_scene import LINE, POSE, assert_detected, check, put, refused, scene, units
+from builders.errors import refused
+from builders.sample_scene import LINE, POSE, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 
@@ -118,8 +118,7 @@ def test_folder_with_intrinsics_is_no_redwood(capture):
 def test_folder_without_camera_is_not_guessed(capture):
     folder = capture()
     (folder / "camera_intrinsic.json").unlink()
-    with refuses("intrinsics-missing", "camera_intrinsic.json", "camera="):
-        open_capture(folder)
+    refused(folder, "intrinsics-missing", "camera_intrinsic.json", "camera=")
 
 
 # --- what cannot be read -----------------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from builders.errors import refuses
+from builders.errors import refused, refuses
 from builders.sample_scene import LINE, POSE, put
 
 from doo3d.inputs import ReadOptions, open_capture
@@ -45,8 +45,7 @@ def test_match_by_order_if_frames_have_no_times(capture, tmp_path):
     assert np.allclose(frame_refs[0].load().pose, POSE)
     assert frame_refs[1].load().pose[0, 3] == 0.3
     assert opened.format == "folder"
-    with refuses("frame-count", "a.txt: has 2", "capture3 has 3"):
-        open_capture(capture("capture3", frames=3), options=ReadOptions(trajectory=file))
+    refused(capture("capture3", frames=3), "frame-count", "a.txt: has 2", "capture3 has 3", options=ReadOptions(trajectory=file))
 
 
 def test_match_by_time_with_external_masks(tmp_path):
@@ -92,13 +91,10 @@ def test_lines_that_are_not_sorted_or_double(tmp_path):
 )
 def test_broken(capture, tmp_path, lines, code, parts):
     file = write(tmp_path / "a.txt", *lines)
-    with refuses(code, "a.txt", *parts):
-        open_capture(capture(), options=ReadOptions(trajectory=file))
+    refused(capture(), code, "a.txt", *parts, options=ReadOptions(trajectory=file))
 
 
 def test_binary_and_missing_file(capture, tmp_path):
     (tmp_path / "a.txt").write_bytes(bytes(range(128, 256)))
-    with refuses("file-not-text", "a.txt"):
-        open_capture(capture(), options=ReadOptions(trajectory=tmp_path / "a.txt"))
-    with refuses("file-missing", "b.txt"):
-        open_capture(capture("other"), options=ReadOptions(trajectory=tmp_path / "b.txt"))
+    refused(capture(), "file-not-text", "a.txt", options=ReadOptions(trajectory=tmp_path / "a.txt"))
+    refused(capture("other"), "file-missing", "b.txt", options=ReadOptions(trajectory=tmp_path / "b.txt"))

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders.sample_scene import LINE, POSE, assert_detected, check, put, refused, scene, units
+from builders.errors import refused
+from builders.sample_scene import LINE, POSE, assert_detected, check, put, scene, units
 
 from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats.trajectory import associate
