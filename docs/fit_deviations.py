@@ -30,7 +30,7 @@ from scipy.optimize import minimize
 from doo3d import Cloud, DooError, load_config
 from doo3d.evaluation.benchmark.cases import scene_cases
 from doo3d.evaluation.benchmark.evaluate import case_config
-from doo3d.evaluation.metrics.joint_errors import joint_errors
+from doo3d.evaluation.metrics.distances import joint_errors
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.rendering.ragged_mask import ragged_mask
 from doo3d.evaluation.scenes.registry import FAMILIES, family_rng

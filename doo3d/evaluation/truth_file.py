@@ -123,10 +123,10 @@ def _evenly_sampled(truth: Truth) -> Truth:
         steps = np.append(steps, truth.length - truth.arcs[-1])
     if steps.max() <= MAX_STEP_RATIO * SPACING and inner.min() >= MIN_STEP_RATIO * inner.mean():
         return truth
-    axis, arcs, seen = truth.axis, truth.arcs, np.asarray(truth.seen)
+    arcs, seen = truth.arcs, np.asarray(truth.seen)
     if truth.closed:
-        axis, arcs, seen = np.vstack((axis, axis[:1])), np.append(arcs, truth.length), np.append(seen, seen[:1])
+        arcs, seen = np.append(arcs, truth.length), np.append(seen, seen[:1])
     even = np.linspace(0, truth.length, max(int(np.ceil(truth.length / SPACING)), 2) + 1)[: -1 if truth.closed else None]
     nearest = np.round(np.interp(even, arcs, np.arange(len(arcs)))).astype(int)
-    points = np.column_stack([np.interp(even, arcs, axis[:, k]) for k in range(3)])
+    points = np.column_stack([np.interp(even, arcs, column) for column in truth.line.T])
     return replace(truth, axis=points, seen=seen[nearest])

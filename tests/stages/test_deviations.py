@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import doo3d
-from doo3d.evaluation.metrics.joint_errors import joint_errors
+from doo3d.evaluation.metrics.distances import joint_errors
 from doo3d.evaluation.rendering.ragged_mask import ragged_mask
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.model import Truth

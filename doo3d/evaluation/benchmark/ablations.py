@@ -9,51 +9,17 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..metrics.record import Record
-from .source_size import SourceSize, size_of
+from .source_size import size_of
 from .steps import ABLATIONS, Ablation
 from .trials import Outcome, Run, Trial
-
-
-class Bill(NamedTuple):
-    """What a step gives on one or more kinds of data. Changes are by the step: with it against without it.
-
-    Attributes
-    ----------
-    frames
-        frames tried.
-    gained, lost
-        frames that the step makes right, and wrong, by the strict rule.
-    gained_in_image, lost_in_image
-        the same in the image.
-    crossings_gained
-        crossings whose upper strand is right by the step, less those that are wrong by it.
-    brier
-        change of the mean squared difference of confidence and rightness in the image; less is better.
-    ms
-        mean time of the step.
-    """
-
-    frames: int
-    gained: int
-    lost: int
-    gained_in_image: int
-    lost_in_image: int
-    crossings_gained: int
-    brier: float
-    ms: float
-
-    @property
-    def chance(self) -> float:
-        """The chance of so uneven a change, strict and in the image together, if the step did nothing: a sign test."""
-        return sign_test(self.gained + self.gained_in_image, self.lost + self.lost_in_image)
 
 
 def sign_test(gained: int, lost: int) -> float:
@@ -143,22 +109,42 @@ def _listening(steps: Sequence[str], called: set[str]) -> dict[str, Any]:
     return found
 
 
-def bill_of(results: Sequence[Result], step: str, kinds: Sequence[str] = ()) -> Bill:
-    """Return what a step gives on the frames of some kinds of data; of all without any."""
+def changed(complete: Iterable[Any], without: Iterable[Any], name: str) -> tuple[int, int]:
+    """Return the numbers of frames that have a value by a step, and that have lost it by the step.
+
+    complete, without : outcomes with and without the step, frame by frame. name : of a true or false value.
+    """
+    pairs = [(bool(getattr(a, name)), bool(getattr(b, name))) for a, b in zip(complete, without, strict=True)]
+    return sum(a > b for a, b in pairs), sum(b > a for a, b in pairs)
+
+
+def bill_of(results: Sequence[Result], step: str, kinds: Sequence[str] = ()) -> Record:
+    """Return what a step gives on the frames of some kinds of data; of all without any.
+
+    Changes are by the step: with it against without it.
+
+    Returns
+    -------
+    Record
+        frames: those tried. gained, lost: frames that the step makes right, and wrong, by the strict rule; gained_in_image,
+        lost_in_image: the same in the image. crossings_gained: crossings whose upper strand is right by the step, less those that
+        are wrong by it. brier: change of the mean squared difference of confidence and rightness in the image; less is better.
+        ms: mean time of the step. chance: of so uneven a change, strict and in the image together, if the step did nothing.
+    """
     pairs = [(complete, without[step]) for trial, complete, without in results if not kinds or trial.kind in kinds]
-
-    def changes(name: str) -> tuple[int, int]:
-        each = [(getattr(complete, name), getattr(without, name)) for complete, without in pairs]
-        return sum(a and not b for a, b in each), sum(b and not a for a, b in each)
-
+    first, second = [a for a, _ in pairs], [b for _, b in pairs]
+    (gained, lost), (in_image, lost_in_image) = (changed(first, second, name) for name in ("right", "in_image"))
     squared = [(a.confidence - a.in_image) ** 2 - (b.confidence - b.in_image) ** 2 for a, b in pairs]
-    return Bill(
-        len(pairs),
-        *changes("right"),
-        *changes("in_image"),
-        sum(complete.crossings_right - without.crossings_right for complete, without in pairs),
-        float(np.mean(squared)) if pairs else 0.0,
-        float(np.mean([complete.ms - without.ms for complete, without in pairs])) if pairs else 0.0,
+    return Record(
+        frames=len(pairs),
+        gained=gained,
+        lost=lost,
+        gained_in_image=in_image,
+        lost_in_image=lost_in_image,
+        crossings_gained=sum(a.crossings_right - b.crossings_right for a, b in pairs),
+        brier=float(np.mean(squared or [0.0])),
+        ms=float(np.mean([a.ms - b.ms for a, b in pairs] or [0.0])),
+        chance=round(sign_test(gained + in_image, lost + lost_in_image), 4),
     )
 
 
@@ -167,32 +153,32 @@ def rows_of(results: Sequence[Result], steps: Sequence[str]) -> list[Record]:
     rows = []
     for step in steps:
         ablation = ABLATIONS[step]
-        size = size_of(ablation.modules) if ablation.modules else SourceSize(0, 0)
+        size = size_of(ablation.modules)._asdict()
         for data, kinds in (("own", ablation.made_for), ("all", ())):
-            bill = bill_of(results, step, kinds)
-            own = {"lines": size.lines, "numbers": size.numbers}
-            rows.append(Record({"step": step, "data": data, **bill._asdict(), "chance": round(bill.chance, 4), **own}))
+            rows.append(Record({"step": step, "data": data} | bill_of(results, step, kinds) | size))
     return rows
+
+
+CELLS = {
+    "frames": "{frames}",
+    "strict": "+{gained} -{lost}",
+    "in image": "+{gained_in_image} -{lost_in_image}",
+    "chance": "{chance:.3f}",
+    "crossings": "{crossings_gained:+d}",
+    "Brier": "{brier:+.4f}",
+    "ms": "{ms:+.1f}",
+    "lines": "{lines}",
+    "numbers": "{numbers}",
+}
+"""Title of a column of the bill -> text of its cells, from the values of a row."""
 
 
 def format_ablations(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the bill as a text table: a line for each step on its own data, and one on all."""
-    titles = ("frames", "strict", "in image", "chance", "crossings", "Brier", "ms", "lines", "numbers")
     width = max(len(row["step"]) for row in rows)
-    lines = [f"{'step':{width}s} data " + " ".join(f"{title:>9s}" for title in titles)]
+    lines = [f"{'step':{width}s} data " + " ".join(f"{title:>9s}" for title in CELLS)]
     for row in rows:
-        cells = (
-            str(row["frames"]),
-            f"+{row['gained']} -{row['lost']}",
-            f"+{row['gained_in_image']} -{row['lost_in_image']}",
-            f"{row['chance']:.3f}",
-            f"{row['crossings_gained']:+d}",
-            f"{row['brier']:+.4f}",
-            f"{row['ms']:+.1f}",
-            str(row["lines"] or ""),
-            str(row["numbers"] or ""),
-        )
-        lines.append(
-            f"{row['step'] if row['data'] == 'own' else '':{width}s} {row['data']}  " + " ".join(f"{c:>9s}" for c in cells)
-        )
+        shown = {**row, "lines": row["lines"] or "", "numbers": row["numbers"] or ""}
+        cells = " ".join(f"{cell.format(**shown):>9s}" for cell in CELLS.values())
+        lines.append(f"{row['step'] if row['data'] == 'own' else '':{width}s} {row['data']}  {cells}")
     return "\n".join(lines)

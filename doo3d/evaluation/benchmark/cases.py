@@ -14,11 +14,11 @@ import numpy as np
 from ...errors import InputError
 from ...inputs.capture import FrameRef
 from ...inputs.read_options import DEFAULT, ReadOptions
-from ...types import Array, Bools, Camera, Cloud, Frame, Image
+from ...types import Array, Bools, Camera, Cloud, Detection, Frame, Image
 from ..metrics.record import Record
 from ..rendering.renderer import Rendered, render
 from ..scenes.model import Scene, Truth
-from ..scenes.registry import is_only_counted, make_scene
+from ..scenes.registry import FIRST_COUNTED_SEED, make_scene
 from ..truth_arrays import FILE, ragged_mask_of, read_truth_arrays, with_depth, with_seen
 from ..truth_file import read_truth
 
@@ -80,12 +80,12 @@ class Case:
     sensor: str = ""
     records: int = 1
 
-    def record(self, values: Mapping[str, Any]) -> Record:
-        """Return the record of the case with its values."""
-        counted = is_only_counted(self.family, self.seed)
+    def record(self, values: Mapping[str, Any], detection: Detection | None = None) -> Record:
+        """Return the record of the case with its values and its detection."""
+        counted = self.seed is not None and self.seed >= FIRST_COUNTED_SEED
         names = {"family": self.family, "frame": self.name, "seed": self.seed, "sensor": self.sensor, "counted": counted}
         result = Record(names | dict(values))
-        result.case = self
+        result.case, result.detection = self, detection
         return result
 
 

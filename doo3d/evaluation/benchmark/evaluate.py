@@ -148,9 +148,7 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
     detection, end = detect_safely(known.data, used, mask)
     is_frame = isinstance(known.data, Frame)
     camera, crossings = (known.data.camera, detection.crossings) if is_frame else (None, None)  # type: ignore[union-attr]
-    record = case.record(score(detection.chains, known.truths, crossings, camera) | end)
-    record.detection = detection
-    return record
+    return case.record(score(detection.chains, known.truths, crossings, camera) | end, detection)
 
 
 def given_mask(name: str, known: KnownFrame, method: Masking) -> Bools | None:

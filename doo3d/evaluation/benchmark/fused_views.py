@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,11 +15,13 @@ from ...inputs import FrameData, FrameRef
 from ...pipeline import detect
 from ...sequence.fusion import fuse
 from ...types import Bools, Floats
-from ..metrics.record import Record
+from ..metrics.record import Record, flags, number, share
 from ..metrics.score import score
 from ..rendering.renderer import Rendered, render
-from ..scenes.model import Scene, Solid, cuboid_triangles, moved_scene
+from ..scenes.model import Scene, corners, cuboid, moved_scene
 from ..scenes.registry import make_scene
+from .run import print_lines
+from .tables import markdown_table
 
 SCENES = (("open", 1), ("crossing", 3), ("crossings", 2), ("several", 6), ("occluded", 5))
 VIEW_COUNTS = (1, 2, 4, 8, 16)
@@ -73,8 +74,7 @@ def with_block(scene: Scene) -> Scene:
     along = along - (along @ up) * up
     along /= np.linalg.norm(along)
     rotation = np.array((along, np.cross(up, along), up))
-    corners = axis[k] + BLOCK_HEIGHT * up + ((np.array(list(np.ndindex(2, 2, 2))) - 0.5) * BLOCK_SIZE) @ rotation
-    return replace(scene, occluders=(Solid(corners, cuboid_triangles()),))
+    return replace(scene, occluders=(cuboid(axis[k] + BLOCK_HEIGHT * up + corners(BLOCK_SIZE) @ rotation),))
 
 
 def scene_in_view(scene: Scene, pose: Floats, name: str) -> Scene:
@@ -113,8 +113,12 @@ def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, s
     -------
     A view for each camera, with its pose in the scene's frame.
     """
-    poses = circle_poses(scene, count, tilt_degrees)
-    return [RenderedView(render(scene_in_view(scene, pose, f"{scene.name}/{k}"), sensor), pose) for k, pose in enumerate(poses)]
+    return rendered_views(scene, circle_poses(scene, count, tilt_degrees), f"{scene.name}/", sensor)
+
+
+def rendered_views(scene: Scene, poses: Sequence[Floats], name: str, sensor: str = "d435") -> list[RenderedView]:
+    """Render a scene from cameras at poses (4, 4), from each to the scene; a view's name begins with `name`."""
+    return [RenderedView(render(scene_in_view(scene, pose, f"{name}{k}"), sensor), pose) for k, pose in enumerate(poses)]
 
 
 def circle_poses(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES) -> list[Floats]:
@@ -167,44 +171,30 @@ def seen_fraction(views: list[RenderedView]) -> float:
     return float(np.mean(np.concatenate(seen_by_any(views))))
 
 
+COLUMNS = (
+    number(("in view", "%"), 0, "in_view", 1, np.mean, 100),
+    share(("correct", ""), 0, "frames", flags("correct"), "{} of {}"),
+    number(("covered, least,", "%"), 0, "coverage", 0, np.min, 100),
+    number(("RMS seen,", "mm"), 0, "rms_seen", 2, np.mean),
+    number(("RMS hidden,", "mm"), 0, "rms_hidden", 2, np.mean),
+    number(("radius,", "detected/true"), 0, "radius_ratio", 3, np.mean),
+)
+"""The columns of the table: the part of the cables' length that a view shows; scenes that are correct; the part of a cable that
+its chain covers, least over the scenes; distance from the true axis where it is seen and hidden; detected over true radius."""
+
+
 def table(sensor: str = "d435") -> Iterator[str]:
     """Yield the lines of a Markdown table of coverage and accuracy for 1, 2, 4, 8 and 16 fused views.
 
-    Each line sums up five rendered scenes with a block above a cable. Its columns are:
-
-    - the number of views;
-    - the fraction of the cables' length that at least one view shows, in %;
-    - the number of correct scenes;
-    - the fraction of a cable that its chain covers, in %, least over the scenes;
-    - the mean RMS distance from the true axis in mm, where the axis is seen and where it is hidden;
-    - the mean ratio of detected to true radius.
-
-    Parameters
-    ----------
-    sensor
-        simulated depth camera: "d435", "d455", "zivid", or "none" for exact depth.
+    Each line sums up five rendered scenes with a block above a cable. `sensor` is a depth camera, "none" for exact depth.
     """
-    config = load_config("default")
-    yield "| views | in view | correct | covered, least | RMS seen, mm | RMS hidden, mm | radius, detected/true |"
-    yield "|---|---|---|---|---|---|---|"
-    scenes = [with_block(make_scene(family, seed, SIZE)) for family, seed in SCENES]
+    config, rows = load_config("default"), list[Record]()
     for count in VIEW_COUNTS:
-        views = [circle_views(scene, count, sensor=sensor) for scene in scenes]
-        scores = [fused_score(scene, scene_views, config) for scene, scene_views in zip(scenes, views, strict=True)]
-        hidden = [item.rms_hidden for item in scores if np.isfinite(item.rms_hidden)]
-        correct = sum(item.correct for item in scores)
-        yield (
-            f"| {count} | {np.mean([seen_fraction(scene_views) for scene_views in views]):.1%} | {correct} of {len(scores)} "
-            f"| {min(item.coverage for item in scores):.0%} | {np.mean([item.rms_seen for item in scores]):.2f} "
-            f"| {f'{np.mean(hidden):.2f}' if hidden else '-'} "
-            f"| {np.mean([item.radius_ratio for item in scores]):.3f} |"
-        )
+        for scene in (with_block(make_scene(family, seed, SIZE)) for family, seed in SCENES):
+            views = circle_views(scene, count, sensor=sensor)
+            rows.append(Record(fused_score(scene, views, config) | {"variant": str(count), "in_view": seen_fraction(views)}))
+    return markdown_table("views", rows, COLUMNS)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        prog="python -m doo3d.evaluation.benchmark.fused_views", description="Measure coverage against the number of views."
-    )
-    parser.add_argument("--sensor", default="d435", help="depth camera that is simulated; none for exact depth")
-    for line in table(parser.parse_args().sensor):
-        print(line, flush=True)  # noqa: T201
+    print_lines(table)

@@ -169,7 +169,7 @@ def write_png(path: Path, image: Array) -> None:
 
 def truth_chain(truth: Truth) -> Chain:
     """Return a cable as a chain, to be drawn."""
-    axis = np.vstack((truth.axis, truth.axis[:1])) if truth.closed else truth.axis
+    axis = truth.line
     joints = lay_equal_chords(axis, TRUTH_SEGMENT_LENGTH)[0]
     seen = np.ones(len(axis), dtype=bool) if truth.seen is None else truth.seen[np.arange(len(axis)) % len(truth.axis)]
     middle = (np.arange(len(joints) - 1) + 0.5) / (len(joints) - 1) * (len(axis) - 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,12 +21,14 @@ from ...rig.depth_cameras import load_best
 from ...rig.opening import PairLoader, open_rig
 from ...rig.pair_frame import triangulate
 from ...types import Bools, Chain, Detection, Floats
-from ..metrics.record import Record
+from ..metrics.record import Record, added, amount, number
 from ..metrics.score import score
 from ..rendering.renderer import render
-from ..scenes.model import Scene, Solid, cuboid_triangles, moved_scene
+from ..scenes.model import Scene, corners, cuboid, moved_scene
 from ..scenes.registry import make_scene
-from .fused_views import RenderedView, circle_poses, scene_in_view, seen_by_any
+from .fused_views import RenderedView, circle_poses, fused_score, rendered_views, seen_by_any
+from .run import print_lines
+from .tables import markdown_table
 
 FAMILIES = ("open", "crossing", "crossings", "several", "air", "occluded", "hairpin", "knots", "tangle")
 """Families of the scenes."""
@@ -63,11 +65,9 @@ def hidden_views(scene: Scene, hidden: int) -> tuple[Scene, list[RenderedView]]:
     poses = circle_poses(scene, 2, TILT_DEGREES)
     axis = scene.cables[0].axis
     middle, eye = axis[len(axis) // 2], poses[hidden][:3, 3]
-    corners = middle + BLOCK_PLACE * (eye - middle) + (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * BLOCK_SIZE
-    blocked = replace(scene, occluders=(*scene.occluders, Solid(corners, cuboid_triangles())))
-    names = [f"{scene.name}/{hidden}{k}" for k in range(len(poses))]
-    views = [render(scene_in_view(blocked, pose, name)) for pose, name in zip(poses, names, strict=True)]
-    return blocked, [RenderedView(view, pose) for view, pose in zip(views, poses, strict=True)]
+    block = cuboid(middle + BLOCK_PLACE * (eye - middle) + corners(BLOCK_SIZE))
+    blocked = replace(scene, occluders=(*scene.occluders, block))
+    return blocked, rendered_views(blocked, poses, f"{scene.name}/{hidden}")
 
 
 def rig_score(scene: Scene, views: Sequence[RenderedView], config: Config) -> Record:
@@ -125,39 +125,47 @@ def real_pairs(folder: Path, cameras: Path, masks: Path | None, left_only: bool)
     yield f"| least; median distance | | {' | '.join(ends)} |"
 
 
+PAIR_COLUMNS = (
+    amount(("frames", ""), 0, "frames", len),
+    amount(("correct", ""), 0, "correct", added("correct")),
+    amount(("right in", "the image"), 0, "image_correct", added("image_correct")),
+    number(("RMS seen,", "mm, median"), 0, "rms_seen", 1),
+)
+"""The columns of the tables of rendered rigs; that of depth cameras has the first two."""
+
+
 def rendered(seeds: int) -> Iterator[str]:
     """Yield the lines of two Markdown tables: rendered pairs without depth, and two depth cameras, each hidden in turn."""
-    config = load_config("default")
-    yield "| pairs | frames | correct | right in the image | RMS seen, mm, median |"
-    yield "|---|---|---|---|---|"
-    scenes = [make_scene(family, seed + 1, PAIR_SIZE) for family in FAMILIES for seed in range(seeds)]
-    for masks, name in ((2, "masks of both views"), (1, "mask of the left view")):
-        records = [pair_score(scene, config, masks) for scene in scenes]
-        correct, image = (sum(bool(getattr(each, key)) for each in records) for key in ("correct", "image_correct"))
-        yield f"| {name} | {len(records)} | {correct} | {image} | {np.median([each.rms_seen for each in records]):.1f} |"
-    yield ""
-    yield "| two depth cameras | frames | correct |"
-    yield "|---|---|---|"
-    results: dict[str, list[bool]] = {"the camera with the block": [], "the other camera": [], "both": []}
-    for scene in (make_scene(family, seed + 1, RIG_SIZE) for family in FAMILIES for seed in range(seeds)):
+    config, pairs, rigs = load_config("default"), list[Record](), list[Record]()
+    for family, seed in itertools.product(FAMILIES, range(1, seeds + 1)):
+        for masks, name in ((2, "masks of both views"), (1, "mask of the left view")):
+            pairs.append(Record(pair_score(make_scene(family, seed, PAIR_SIZE), config, masks) | {"variant": name}))
         for hidden in (0, 1):
-            blocked, views = hidden_views(scene, hidden)
+            blocked, views = hidden_views(make_scene(family, seed, RIG_SIZE), hidden)
             for name, k in (("the camera with the block", hidden), ("the other camera", 1 - hidden)):
-                view = views[k].rendered
-                results[name].append(score(detect(view.frame, config, view.mask).chains, view.truths).correct)
-            results["both"].append(rig_score(blocked, views, config).correct)
-    for name, correct_frames in results.items():
-        yield f"| {name} | {len(correct_frames)} | {sum(correct_frames)} |"
+                rigs.append(Record(fused_score(blocked, [views[k]], config) | {"variant": name}))
+            rigs.append(Record(rig_score(blocked, views, config) | {"variant": "both"}))
+    yield from markdown_table("pairs", pairs, PAIR_COLUMNS)
+    yield ""
+    yield from markdown_table("two depth cameras", rigs, PAIR_COLUMNS[:2])
+
+
+def main(
+    seeds: int = 3,
+    pairs: Path | None = None,
+    cameras: Path | None = None,
+    masks: Path | None = None,
+    left_only: bool = False,
+) -> Iterator[str]:
+    """Measure rigs of cameras, and yield the lines of tables.
+
+    seeds : rendered scenes of each family. pairs : folder of real stereo pairs with masks, which are measured instead; cameras :
+    their rig file or calibration; masks : their masks, if these are elsewhere; left_only : give the masks of the left view only.
+    """
+    if pairs is None or cameras is None:
+        return rendered(seeds)
+    return real_pairs(pairs, cameras, masks, left_only)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m doo3d.evaluation.benchmark.rigs", description="Measure rigs of cameras.")
-    parser.add_argument("--seeds", type=int, default=3, help="rendered scenes of each family")
-    parser.add_argument("--pairs", type=Path, help="folder of real stereo pairs with masks; measures these instead")
-    parser.add_argument("--cameras", type=Path, help="their rig file or calibration")
-    parser.add_argument("--masks", type=Path, help="their masks, if these are elsewhere")
-    parser.add_argument("--left-only", action="store_true", help="give the masks of the left view only")
-    given = parser.parse_args()
-    lines = rendered(given.seeds) if given.pairs is None else real_pairs(given.pairs, given.cameras, given.masks, given.left_only)
-    for text in lines:
-        print(text, flush=True)  # noqa: T201
+    print_lines(main)

@@ -7,8 +7,11 @@ import multiprocessing
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
+
+import typer
 
 from ...errors import ConfigError, InputError
 from ...runs.threads import single_thread
@@ -107,6 +110,17 @@ def in_processes(function: Callable[[T], R], items: Sequence[T], workers: int) -
         yield from pool.map(function, items)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def print_lines(table: Callable[..., Iterator[str]]) -> None:
+    """Print the lines that a function returns; its arguments are options of the command line."""
+
+    @wraps(table)
+    def run(*args: Any, **options: Any) -> None:
+        for line in table(*args, **options):
+            typer.echo(line)
+
+    typer.run(run)
 
 
 def _open_journal(folder: Path, settings: Mapping[str, Any]) -> dict[tuple[str, str], list[Record]]:

@@ -8,21 +8,26 @@ FOLDER holds real frames, `*_depth.png` (uint16, 0 outside the rope) and `camera
 from __future__ import annotations
 
 import json
-import sys
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 import cv2
 import numpy as np
+import typer
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ...geometry.polyline import densify
 from ...pipeline import detect
 from ...types import Bools, Camera, Floats, Frame
+from ..metrics.record import Record, number
 from ..rendering.renderer import Rendered, render
-from ..scenes.model import Scene, Solid, Table, Truth, cuboid_triangles
+from ..scenes.model import Scene, Table, Truth, corners, cuboid
 from ..scenes.stacking import AXIS_SPACING, spline_axis
+from .run import print_lines
+from .tables import format_table
 
 ROPE_RADIUS, ROPE_DEPTH = 0.0029, 0.47
 """m, the cable that is measured, and its distance from the camera."""
@@ -46,51 +51,19 @@ OUTLIER = 0.015
 """m from the axis beyond which a reading is none of the cable, but of what is behind it."""
 
 
-@dataclass(frozen=True)
-class CableDepth:
-    """How the depth along a cable looks. Medians over slices or windows.
-
-    Attributes
-    ----------
-    spread
-        mm, standard deviation of the depth within a slice of 2 mm.
-    edge_minus_middle
-        mm, by which the depth at the edges exceeds the depth in the middle; of a cylinder of radius 2.9 mm, 1.4.
-    ripple
-        mm, root mean square of the middle's depth about a smooth curve (a parabola) over 40 mm of cable.
-    hole_fraction, holes_per_metre
-        fraction of the axis without a reading within half a radius, and number of such runs of 3 mm or more per metre.
-    longest_hole
-        mm, the longest run without readings.
-    """
-
-    spread: float
-    edge_minus_middle: float
-    ripple: float
-    hole_fraction: float
-    holes_per_metre: float
-    longest_hole: float
+COLUMNS = (
+    number(("", "spread"), 8, "spread", 2, np.mean),
+    number(("", "edge-mid"), 8, "edge_minus_middle", 2, np.mean),
+    number(("", "ripple"), 8, "ripple", 2, np.mean),
+    number(("", "holes"), 8, "hole_fraction", 2, np.mean),
+    number(("", "per m"), 8, "holes_per_metre", 2, np.mean),
+    number(("", "longest"), 8, "longest_hole", 2, np.mean),
+)
+"""The columns of the table; see `measure_cable`."""
 
 
-@dataclass(frozen=True)
-class EdgeDepth:
-    """How wide and how high things look in the depth image.
-
-    Attributes
-    ----------
-    too_wide
-        px of the color image by which a bar 60 mm above a table looks too wide.
-    height, width
-        apparent height and width of a cable on a table, over the true ones.
-    """
-
-    too_wide: float
-    height: float
-    width: float
-
-
-def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) -> CableDepth:
-    """Measure the depth along a cable.
+def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) -> Record:
+    """Measure how the depth along a cable looks.
 
     Parameters
     ----------
@@ -102,6 +75,15 @@ def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) ->
         (P, 3) m, the center line in the camera's optical frame; its depth need not be exact.
     radius
         m.
+
+    Returns
+    -------
+    Record
+        spread: mm, standard deviation of the depth within a slice of 2 mm. edge_minus_middle: mm, by which the depth at the edges
+        exceeds the depth in the middle; of a cylinder of radius 2.9 mm, 1.4. ripple: mm, root mean square of the middle's depth
+        about a parabola over 40 mm of cable. hole_fraction, holes_per_metre: fraction of the axis without a reading within half a
+        radius, and number of such runs of 3 mm or more per metre. longest_hole: mm. The first three are medians over slices or
+        windows.
     """
     line = densify(axis, AXIS_SPACING)
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
@@ -123,7 +105,7 @@ def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) ->
         if len(middle) and len(edge):
             edges.append(z[edge].mean() - z[middle].mean())
     holes = _hole_runs(arc[offset < 0.5], float(arcs[-1]))
-    return CableDepth(
+    return Record(
         spread=1e3 * _median(spreads),
         edge_minus_middle=1e3 * float(np.mean(edges)) if edges else float("nan"),
         ripple=1e3 * _median(_ripples(middles)),
@@ -195,12 +177,11 @@ def slab_scene(seed: int, height: float = STEP_HEIGHT, size: tuple[int, int] = (
         (width, height) px of the image.
     """
     scene = cable_scene(seed, height, size=size)
-    corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * (0.04, 0.2, 0.005) + (0, 0, ROPE_DEPTH)
-    return Scene(**{**vars(scene), "cables": (), "occluders": (Solid(corners, cuboid_triangles()),)})
+    return replace(scene, cables=(), occluders=(cuboid(corners((0.04, 0.2, 0.005)) + np.array([0, 0, ROPE_DEPTH])),))
 
 
-def measure_edges(cables: list[Rendered], slabs: list[Rendered]) -> EdgeDepth:
-    """Measure the apparent width of a bar in the air, and the apparent width and height of a cable on the table.
+def measure_edges(cables: list[Rendered], slabs: list[Rendered]) -> Record:
+    """Measure how wide and how high things look in the depth image.
 
     Parameters
     ----------
@@ -208,54 +189,35 @@ def measure_edges(cables: list[Rendered], slabs: list[Rendered]) -> EdgeDepth:
         rendered frames of a cable on the table, from `cable_scene`.
     slabs
         rendered frames of a bar in the air, from `slab_scene`.
+
+    Returns
+    -------
+    Record
+        too_wide: px of the color image by which the bar looks too wide. height, width: apparent height and width of the cable,
+        over the true ones.
     """
-    wide = [_widened(frame) for frame in slabs]
-    height, width = [], []
-    for frame in cables:
-        table = _table_depth(frame)
-        top = _middle_height(frame, table)
-        height.append(top / (2 * ROPE_RADIUS))
-        width.append(_apparent_width(frame, top) / _true_width(frame))
-    return EdgeDepth(_median(wide), _median(height), _median(width))
+    wide = _median([_widened(frame) for frame in slabs])
+    height, width = np.median([_apparent_size(frame) for frame in cables], axis=0).tolist()
+    return Record(too_wide=wide, height=height, width=width)
 
 
 def _widened(frame: Rendered) -> float:
     """Return the px by which the bar of `slab_scene` looks too wide."""
-    depth, exact = np.asarray(frame.frame.depth, dtype=float), frame.exact
     middle = ROPE_DEPTH + STEP_HEIGHT / 2
-    rows = slice(int(0.4 * depth.shape[0]), int(0.6 * depth.shape[0]))
-    seen, true = ((image[rows] > 0) & (image[rows] < middle) for image in (depth, exact))
+    rows = slice(int(0.4 * frame.exact.shape[0]), int(0.6 * frame.exact.shape[0]))
+    seen, true = ((image[rows] > 0) & (image[rows] < middle) for image in (frame.frame.depth, frame.exact))
     return float(seen.sum(axis=1).mean() - true.sum(axis=1).mean())
 
 
-def _true_width(frame: Rendered) -> float:
-    """Return the mean width of the cable in px: pixels of the mask per px of its length."""
-    return float(frame.mask.sum()) / _image_length(frame)
-
-
-def _image_length(frame: Rendered) -> float:
-    pixels = frame.frame.camera.project(frame.truths[0].axis)
-    return float(np.linalg.norm(np.diff(pixels, axis=0), axis=1).sum())
-
-
-def _table_depth(frame: Rendered) -> Floats:
-    table, camera = frame.exact, frame.frame.camera
-    return np.full((camera.height, camera.width), float(table[~frame.mask].max()))
-
-
-def _apparent_width(frame: Rendered, height: float) -> float:
-    """Return the mean width in px of what is more than half of `height` in m above the table."""
-    depth = np.asarray(frame.frame.depth, dtype=float)
-    near = cv2.dilate(frame.mask.astype(np.uint8), np.ones((41, 41), np.uint8)) > 0
-    raised = (depth > 0) & near & (_table_depth(frame) - depth > 0.5 * height)
-    return float(raised.sum()) / _image_length(frame)
-
-
-def _middle_height(frame: Rendered, table: Floats) -> float:
-    """Return the median height in m of the readings along the axis above the table."""
+def _apparent_size(frame: Rendered) -> tuple[float, float]:
+    """Return height and width of a cable on the table over the true ones; wide is what is above half of its height."""
     u, v = np.round(frame.frame.camera.project(frame.truths[0].axis)).astype(int).T
-    depth = np.asarray(frame.frame.depth, dtype=float)[v, u]
-    return float(np.median((table[v, u] - depth)[depth > 0]))
+    depth = np.asarray(frame.frame.depth, dtype=float)
+    above = float(frame.exact[~frame.mask].max()) - depth
+    top = float(np.median(above[v, u][depth[v, u] > 0]))
+    near = cv2.dilate(frame.mask.astype(np.uint8), np.ones((41, 41), np.uint8)) > 0
+    raised = (depth > 0) & near & (above > 0.5 * top)
+    return top / (2 * ROPE_RADIUS), float(raised.sum() / frame.mask.sum())
 
 
 def rope_frames(folder: Path) -> list[tuple[str, Frame, Bools]]:
@@ -276,7 +238,7 @@ def rope_frames(folder: Path) -> list[tuple[str, Frame, Bools]]:
     return frames
 
 
-def measure_rope(frame: Frame, mask: Bools, radius: float = ROPE_RADIUS) -> CableDepth:
+def measure_rope(frame: Frame, mask: Bools, radius: float = ROPE_RADIUS) -> Record:
     """Measure the depth along the first cable that is detected in a frame.
 
     Parameters
@@ -305,7 +267,7 @@ def simulated_frames(height: float, seeds: range = range(3), size: tuple[int, in
     return [render(cable_scene(seed, height, angle, size), "stereo") for seed in seeds for angle in (0.0, 30.0, 60.0, 90.0)]
 
 
-def measure_simulated(height: float, seeds: range = range(3), size: tuple[int, int] = (1280, 720)) -> list[CableDepth]:
+def measure_simulated(height: float, seeds: range = range(3), size: tuple[int, int] = (1280, 720)) -> list[Record]:
     """Measure the depth along a cable of radius 2.9 mm at 0.47 m, as the simulated stereo sensor sees it.
 
     Parameters
@@ -329,25 +291,22 @@ def measure_simulated(height: float, seeds: range = range(3), size: tuple[int, i
     ]
 
 
-def _line(name: str, values: list[CableDepth]) -> str:
-    cells = [f"{np.nanmean([getattr(value, key) for value in values]):8.2f}" for key in CableDepth.__dataclass_fields__]
-    return f"{name:18s}" + " ".join(cells)
-
-
-def main(arguments: list[str]) -> None:
-    """Print the measures of the simulated sensor, and of the real frames in a folder if one is named."""
-    print(" " * 18 + "  spread edge-mid   ripple    holes    per m  longest")  # noqa: T201
-    for name, frame, mask in rope_frames(Path(arguments[0])) if arguments else ():
-        print(_line(f"real {name}", [measure_rope(frame, mask)]))  # noqa: T201
+def table(folder: Annotated[Path | None, typer.Argument()] = None) -> Iterator[str]:
+    """Yield the lines of a table of the simulated sensor, and of the real frames in a folder if one is named."""
+    rows, lines = list[Record](), list[str]()
+    for name, frame, mask in rope_frames(folder) if folder else ():
+        rows.append(Record(measure_rope(frame, mask) | {"family": f"real {name}"}))
     seeds = range(CHECKED_SEEDS)
     for size in ((1280, 720), (848, 480)):
         for height in (0.0, STEP_HEIGHT):
-            print(_line(f"{size[0]}, {1e3 * height:.0f} mm high", measure_simulated(height, seeds, size)))  # noqa: T201
-        edges = measure_edges(
-            simulated_frames(0.0, seeds, size), [render(slab_scene(seed, size=size), "stereo") for seed in range(3)]
-        )
-        print(f"{size[0]}: {edges.too_wide:.1f} px too wide, {edges.height:.2f} of the height, {edges.width:.2f} of the width")  # noqa: T201
+            family = {"family": f"{size[0]}, {1e3 * height:.0f} mm high"}
+            rows += [Record(row | family) for row in measure_simulated(height, seeds, size)]
+        slabs = [render(slab_scene(seed, size=size), "stereo") for seed in range(3)]
+        edges = measure_edges(simulated_frames(0.0, seeds, size), slabs)
+        shown = "{too_wide:.1f} px too wide, {height:.2f} of the height, {width:.2f} of the width".format(**edges)
+        lines.append(f"{size[0]}: {shown}")
+    yield from (format_table(rows, COLUMNS), *lines)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    print_lines(table)

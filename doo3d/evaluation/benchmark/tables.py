@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -61,6 +61,15 @@ def format_table(rows: Records, columns: Sequence[Column]) -> str:
     if empty:
         lines.append(f"no chain in {ratio(sum(empty), len(empty))} of the frames without a cable")
     return "\n".join(lines)
+
+
+def markdown_table(name: str, rows: Records, columns: Sequence[Column]) -> Iterator[str]:
+    """Yield the lines of a Markdown table with a line for each variant of the records; `name` is the title of the variants."""
+    titles = [" ".join(filter(None, column.title)) for column in columns]
+    yield f"| {' | '.join([name, *titles])} |"
+    yield "|---" * (len(columns) + 1) + "|"
+    for variant, group in grouped(rows, lambda row: str(row.variant)).items():
+        yield f"| {' | '.join([variant, *(column.text(column.summarize(group)) for column in columns)])} |"
 
 
 def csv_text(rows: Records) -> str:

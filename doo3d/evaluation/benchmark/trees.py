@@ -54,9 +54,7 @@ def measure_tree(case: Case, config: Config, method: Masking) -> list[Record]:
     known: KnownFrame = case.load()
     assert known.scene is not None
     detection, end = detect_safely(known.data, config, given_mask(known.scene.name, known, method))
-    record = case.record(score_trees(detection, known.scene) | end)
-    record.detection = detection
-    return [record]
+    return [case.record(score_trees(detection, known.scene) | end, detection)]
 
 
 def _panels(row: Record) -> tuple[Array, Array]:

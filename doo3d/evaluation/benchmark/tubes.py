@@ -91,10 +91,8 @@ def measure_tubes(case: Case, config: Config) -> list[Record]:
     rows = []
     for number, (truth, correct) in enumerate(zip(known.truths, correct_tubes(detection.chains, known.truths), strict=True)):
         seen = 1.0 if truth.seen is None else float(truth.seen.mean())
-        rows.append(
-            case.record({"cable": number + 1, "seen": seen, "counts": seen >= MIN_SEEN_FRACTION, "correct": correct} | end)
-        )
-        rows[-1].detection = detection
+        values = {"cable": number + 1, "seen": seen, "counts": seen >= MIN_SEEN_FRACTION, "correct": correct}
+        rows.append(case.record(values | end, detection))
     return rows
 
 

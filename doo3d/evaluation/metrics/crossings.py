@@ -64,7 +64,7 @@ def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
     """
     if not truths:
         return TrueCrossings(np.zeros((0, 2), dtype=int), np.zeros((0, 2)), np.zeros(0, dtype=bool))
-    axes = [np.concatenate((truth.axis, truth.axis[:1])) if truth.closed else truth.axis for truth in truths]
+    axes = [truth.line for truth in truths]
     seen = [_seen_samples(truth, len(axis)) for truth, axis in zip(truths, axes, strict=True)]
     values = [np.column_stack((_project(axis), each)) for axis, each in zip(axes, seen, strict=True)]
     curves = Curves.of(values, [truth.closed for truth in truths])

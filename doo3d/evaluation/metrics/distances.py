@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,13 @@ from scipy.spatial.distance import cdist
 
 from ...types import Bools, Chain, Floats, Ints
 from ..scenes.model import Truth
-from .alignment import ChainAlignment, axis_tolerance
+from .alignment import ChainAlignment, align_chain, axis_tolerance
 
 OFF_RADII, MIN_OFF_DISTANCE = 1.5, 0.005
 """A chain is off its cable beyond max(1.5 r, 5 mm) from the axis where that is seen; where hidden, beyond its tolerance."""
+
+WINDOW_SEGMENTS = 2
+"""Segments from where a joint lies on a cable within which the nearest point of its axis is looked for."""
 
 SAMPLE_SPACING = 0.001
 """m at most between the points of a chain that are measured."""
@@ -66,7 +70,9 @@ def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Tru
     for stretch in alignment.stretches:
         on = np.flatnonzero((joint >= stretch.joints[0] - 0.5) & (joint <= stretch.joints[-1] + 0.5))
         truth, arcs = truths[stretch.cable], np.interp(joint[on], stretch.joints, stretch.arcs)
-        sample, distance[on] = _nearest_on_axis(points[on], arcs, chain.segment_length, truth)
+        sample, offset, tangent = _nearest_on_axis(points[on], arcs, chain.segment_length, truth)
+        along = np.clip(np.einsum("ij,ij->i", offset, tangent), -truth.spacing, truth.spacing)
+        distance[on] = np.linalg.norm(offset - along[:, None] * tangent, axis=1)
         seen[on] = True if truth.seen is None else truth.seen[sample]
         limit = np.where(seen[on], max(OFF_RADII * truth.radius, MIN_OFF_DISTANCE), axis_tolerance(truth)[sample])
         off[on] = distance[on] > limit
@@ -96,19 +102,50 @@ def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple
     return chain.joints[index] * (1 - t) + chain.joints[index + 1] * t, joint
 
 
-def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Truth) -> tuple[Ints, Floats]:
-    """Return the axis sample nearest each point within `max_shift` in m of its arc, and the distance from the axis in m."""
+def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Truth) -> tuple[Ints, Floats, Floats]:
+    """Return the axis sample (K,) nearest each point, within `max_shift` in m of its arc.
+
+    Also the offsets of the points from it (K, 3) m, and the unit tangents there (K, 3).
+    """
     spacing, count = truth.spacing, len(truth.axis)
     window = np.arange(-int(max_shift / spacing) - 2, int(max_shift / spacing) + 3)
     index = np.round(arcs / spacing).astype(int)[:, None] + window
     index = index % count if truth.closed else np.clip(index, 0, count - 1)
     distances = np.linalg.norm(truth.axis[index] - points[:, None], axis=-1)
     sample = index[np.arange(len(points)), distances.argmin(axis=1)]
-    tangent = np.gradient(truth.axis, axis=0)
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    offset = points - truth.axis[sample]
-    along = np.clip(np.einsum("ij,ij->i", offset, tangent[sample]), -spacing, spacing)
-    return sample, np.linalg.norm(offset - along[:, None] * tangent[sample], axis=1)
+    tangent = np.gradient(truth.axis, axis=0)[sample]
+    return sample, points - truth.axis[sample], tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
+
+
+def joint_errors(chain: Chain, truths: Sequence[Truth], viewpoint: Floats | None = None) -> Floats:
+    """Return the distances of a chain's joints from the true axis, without what lies along the axis.
+
+    Parameters
+    ----------
+    chain
+        the chain of N segments, m, in the frame of the cables.
+    truths
+        the true cables.
+    viewpoint
+        (3,) m, position of the sensor; None for the origin.
+
+    Returns
+    -------
+    (N + 1, 2) m, 0 or more: the parts across and along the ray from the sensor to the joint; NaN for joints on no cable.
+    """
+    result = np.full((len(chain.joints), 2), np.nan)
+    for stretch in align_chain(chain, tuple(truths)).stretches:
+        joints = np.arange(stretch.joints.min(), stretch.joints.max() + 1)
+        order = np.argsort(stretch.joints)
+        arcs = np.interp(joints, stretch.joints[order], stretch.arcs[order])
+        truth, points = truths[stretch.cable], chain.joints[joints]
+        _, offset, tangent = _nearest_on_axis(points, arcs, WINDOW_SEGMENTS * chain.segment_length, truth)
+        offset -= (offset * tangent).sum(axis=1, keepdims=True) * tangent
+        ray = points - (0.0 if viewpoint is None else viewpoint)
+        ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+        along = (offset * ray).sum(axis=1, keepdims=True)
+        result[joints] = np.column_stack((np.linalg.norm(offset - along * ray, axis=1), np.abs(along)))
+    return result
 
 
 def end_error(chain: Chain, truth: Truth) -> float:

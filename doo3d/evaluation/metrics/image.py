@@ -90,8 +90,7 @@ def _flat_chain(chain: Chain, line: Floats) -> Chain:
 
 def _flat_truth(truth: Truth, camera: Camera, depth: float) -> Truth:
     """Return a projected cable, resampled evenly; its radius is as wide as it looks at the cable's own median depth."""
-    axis = np.vstack((truth.axis, truth.axis[:1])) if truth.closed else truth.axis
-    line = _to_plane(axis, camera, depth / camera.fx)
+    line = _to_plane(truth.line, camera, depth / camera.fx)
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
     count = max(2, int(np.ceil(arcs[-1] / SPACING)))
     even = np.linspace(0, arcs[-1], count + 1)[: -1 if truth.closed else None]

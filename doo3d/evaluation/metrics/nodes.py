@@ -1,12 +1,18 @@
-"""Measure the distance of a chain's nodes from the same nodes of the true cable, as trackers are measured."""
+"""Measure chains against the objects that they are matched with: distance from the axis, nodes, ends and radii."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
 from ...types import Chain, Floats
 from ..scenes.model import Truth
+from .correct import IMAGE_RMS
+from .distances import end_error, rms_mm
+from .observed import Observed
+from .record import Metric, number
 
 STARTS_PER_NODE = 10
 """Positions per node at which the first node of a closed cable is tried."""
@@ -37,7 +43,38 @@ def _closed_error(joints: Floats, truth: Truth) -> float:
 
 def axis_points(truth: Truth, arcs: Floats) -> Floats:
     """Return the points (K, 3) m of a cable's axis at arcs (K,) in m."""
-    axis, axis_arcs = truth.axis, truth.arcs
-    if truth.closed:
-        axis, axis_arcs = np.vstack((axis, axis[:1])), np.append(axis_arcs, truth.length)
-    return np.column_stack([np.interp(arcs, axis_arcs, axis[:, k]) for k in range(3)])
+    axis_arcs = np.append(truth.arcs, truth.length) if truth.closed else truth.arcs
+    return np.column_stack([np.interp(arcs, axis_arcs, column) for column in truth.line.T])
+
+
+def measure(match: Observed) -> dict[str, Any]:
+    """Return the distances from the axes, and the means over the objects with a chain; NaN if there are none.
+
+    rms_seen, rms_hidden: mm, RMS distances from the true axes where these are seen, and hidden.
+    node_error: mm, distance of joint i of a chain from node i of its object, with as many evenly spaced nodes. end_error: mm,
+    distance of chain ends from the tips of open objects. radius_ratio: detected over true radius.
+    """
+    return {
+        "rms_seen": rms_mm([part.distance[part.seen] for part in match.distances]),
+        "rms_hidden": rms_mm([part.distance[~part.seen] for part in match.distances]),
+        "node_error": _mean([node_error(chain, truth) for chain, truth in match.matched]),
+        "end_error": _mean([end_error(chain, truth) for chain, truth in match.matched if not truth.closed]),
+        "radius_ratio": _mean([chain.radius / truth.radius for chain, truth in match.matched]),
+    }
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.mean(values)) if values else float("nan")
+
+
+METRIC = Metric(
+    measure,
+    (
+        number(("RMS seen", "mm"), 9, "rms_seen", 2),
+        number(("hidden", "mm"), 7, "rms_hidden", 2),
+        IMAGE_RMS,
+        number(("nodes", "mm"), 6, "node_error", 1),
+        number(("ends", "mm"), 6, "end_error", 1),
+        number(("radius", "ratio"), 7, "radius_ratio", 2),
+    ),
+)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ...types import Camera, Chain, Crossing
 from ..scenes.model import Truth
-from . import connections, correct, crossings, distances_to_axis, ends, occlusions
+from . import connections, correct, crossings, nodes, occlusions
 from .observed import Observed
 from .record import TIME, Metric, Record
 
@@ -16,8 +16,7 @@ METRICS: tuple[Metric, ...] = (
     occlusions.METRIC,
     connections.METRIC,
     crossings.METRIC,
-    distances_to_axis.METRIC,
-    ends.METRIC,
+    nodes.METRIC,
 )
 """The metrics of a frame, in the order of the columns; another metric is one file, and one line here."""
 

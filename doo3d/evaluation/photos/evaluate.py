@@ -77,7 +77,7 @@ def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool
     detection, end = _detect(photo.image, used, photo.mask if give_mask else None)
     own = give_mask or end["error"]
     mask: Any = photo.mask if own else segment(Image(photo.image), used.segment, seed=used.seed).foreground.mask
-    return [_record(case, detection, score_photo(detection.chains, photo.labels, mask) | end)]
+    return [case.record(score_photo(detection.chains, photo.labels, mask) | end, detection)]
 
 
 def measure_cables(case: Case, config: Config) -> list[Record]:
@@ -88,14 +88,8 @@ def measure_cables(case: Case, config: Config) -> list[Record]:
         detection, end = _detect(photo.image, config, mask)
         trace = trace_cable(detection.chains[0] if detection.chains else None, photo.labels, cable)
         score = score_photo(detection.chains, mask.astype(np.uint8), mask)
-        rows.append(_record(case, detection, {"cable": cable} | score | trace | {"correct": trace.traced} | end))
+        rows.append(case.record({"cable": cable} | score | trace | {"correct": trace.traced} | end, detection))
     return rows
-
-
-def _record(case: Case, detection: Detection, values: dict[str, Any]) -> Record:
-    row = case.record(values)
-    row.detection = detection
-    return row
 
 
 def _detect(image: Array, config: Config, mask: Bools | None) -> tuple[Detection, dict[str, Any]]:

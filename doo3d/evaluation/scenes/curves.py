@@ -74,7 +74,7 @@ def resample_polyline(points: Floats, step: float) -> Floats:
     step
         distance along the polyline from one returned point to the next, m.
     """
-    arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    arcs = arcs_of(points)
     even_arcs = np.arange(0, arcs[-1], step)
     return np.column_stack((np.interp(even_arcs, arcs, points[:, 0]), np.interp(even_arcs, arcs, points[:, 1])))
 
@@ -106,6 +106,24 @@ def turned_curve(curve: Floats, angle: float) -> Floats:
     """Return a planar curve (P, 2) turned by an angle in radians, with its bounding box centered at the origin."""
     turned = curve @ rotation(angle)
     return np.asarray(turned - (turned.max(axis=0) + turned.min(axis=0)) / 2)
+
+
+def headed_curve(curve: Floats, angle: float, step: int = 4) -> Floats:
+    """Return a planar curve (P, 2) m moved to begin at the origin, its first `step` steps at an angle in radians."""
+    curve = curve - curve[0]
+    return np.asarray(curve @ rotation(angle - np.arctan2(curve[step, 1], curve[step, 0])))
+
+
+def offset_curve(curve: Floats, offset: Floats) -> Floats:
+    """Return the points (P, 2) m at offsets (P,) m to the left of a planar curve."""
+    tangent = np.gradient(curve, axis=0)
+    normal = np.column_stack((-tangent[:, 1], tangent[:, 0])) / np.linalg.norm(tangent, axis=1, keepdims=True)
+    return np.asarray(curve + offset[:, None] * normal)
+
+
+def arcs_of(points: Floats) -> Floats:
+    """Return the arc length from the first point of a polyline (P, D) to each, (P,) m."""
+    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
 
 
 def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:

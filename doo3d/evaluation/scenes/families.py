@@ -258,13 +258,12 @@ def planar_curve(
     distance = min_strand_distance(radius) if strand_distance is None else strand_distance
     for candidate in random_curves(rng, CANDIDATES, length, max(6.5 * radius, 0.025)):
         curve = oriented_curve(candidate, rng.uniform(-0.35, 0.35))
-        slack = usable - np.ptp(curve, axis=0)
-        if (slack < 0).any():
+        if (np.ptp(curve, axis=0) > usable).any():
             continue
         crossed = clear_crossings(*concatenate_curves([curve]), distance, np.radians(min_angle))
         if crossed is None or not crossing_range[0] <= len(crossed.first) <= crossing_range[1]:
             continue
-        curve = curve + rng.uniform(-0.4, 0.4, size=2) * slack
+        curve = curve + studio.shift_in_view(rng, curve)
         if studio.contains(at_height(curve, radius)):
             return np.asarray(curve)
     return None
@@ -362,4 +361,4 @@ def sound_scene(
         Truth(studio.to_camera(axis), radius, color=drawn[k % len(drawn)])
         for k, (axis, radius) in enumerate(zip(axes, np.broadcast_to(radii, len(axes)).tolist(), strict=True))
     )
-    return Scene("", "", 0, studio.camera, cables, solids, studio.table(), studio.light)
+    return studio.scene(cables, solids)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.random import Generator
 
 from ...types import Floats
-from .curves import STEP, random_curves, rotation
+from .curves import STEP, headed_curve, random_curves
 from .families import MIN_BEND_RADII, RADII, Lying, Size, at_height, cables_on_table, is_sound, planar_curve, sound_scene
-from .model import Scene, Solid, Stripe, Table, Truth, cuboid_triangles
+from .model import Scene, Solid, Stripe, Table, Truth, corners, cuboid
 from .stacking import min_bend_radius, min_clearance, spline_axis
 from .studio import CABLE_COLORS, GRIPPER_COLORS, MARGIN_FRACTION, Studio, box, cable_color, make_studio, pick
 
@@ -101,15 +101,14 @@ def hook(rng: Generator, size: Size) -> Scene | None:
     if not inside or min_bend_radius(axis) < MIN_BEND_RADII * radius or min_clearance([axis], radius) < 1.5:
         return None
     thick = rng.uniform(0.006, 0.014)
-    corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * (thick, rng.uniform(0.06, 0.12), thick)
+    bar = corners((thick, rng.uniform(0.06, 0.12), thick))
     cosine, sine = across[:2]
-    corners = corners @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    bar = Solid(corners + top + (0, 0, radius + thick / 2), cuboid_triangles(), pick(rng, GRIPPER_COLORS))
+    bar = bar @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]]) + top + (0, 0, radius + thick / 2)
+    solid = cuboid(bar, pick(rng, GRIPPER_COLORS))
     tilt = rng.uniform(-0.15, 0.15, 2)
     normal = np.array([*tilt, -1.0]) / np.sqrt(1 + tilt @ tilt)
     table = Table(np.array([0.0, 0.0, rng.uniform(1.7, 2.0)]), normal, studio.table().color)
-    cable = Truth(axis, radius, color=cable_color(rng))
-    return Scene("", "", 0, camera, (cable,), (bar,), table, studio.light)
+    return studio.scene((Truth(axis, radius, color=cable_color(rng)),), (solid,), table)
 
 
 def leaving(rng: Generator, size: Size) -> Scene | None:
@@ -140,8 +139,7 @@ def leaving(rng: Generator, size: Size) -> Scene | None:
         return None
     if min_bend_radius(axis) < MIN_BEND_RADII * radius or min_clearance([axis], radius) < 1.2:
         return None
-    cable = Truth(studio.to_camera(axis), radius, color=cable_color(rng))
-    return Scene("", "", 0, studio.camera, (cable,), (), studio.table(), studio.light)
+    return studio.scene((Truth(studio.to_camera(axis), radius, color=cable_color(rng)),))
 
 
 def plugs(rng: Generator, size: Size) -> Scene | None:
@@ -186,9 +184,7 @@ def touch(rng: Generator, size: Size) -> Scene | None:
         start = main[k] + normal * radius * (2 + rng.uniform(*TOUCH_GAP_RADII))
         angle = np.arctan2(normal[1], normal[0]) + rng.uniform(-1, 1) * (np.pi / 2 - MIN_TOUCH_ANGLE)
         branch = random_curves(rng, 1, rng.uniform(0.15, 0.4), max(10 * radius, 0.06))[0]
-        heading = branch[3] - branch[0]
-        turn = angle - np.arctan2(heading[1], heading[0])
-        curves.append((branch - branch[0]) @ rotation(turn) + start)
+        curves.append(headed_curve(branch, angle, 3) + start)
     axes = [spline_axis(at_height(curve, radius)) for curve in curves]
     return sound_scene(rng, studio, axes, radius)
 

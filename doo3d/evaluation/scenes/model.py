@@ -127,6 +127,11 @@ class Truth:
     stripe: Stripe | None = None
 
     @property
+    def line(self) -> Floats:
+        """The axis points in m, of a closed cable with the first one repeated at the end."""
+        return np.vstack((self.axis, self.axis[:1])) if self.closed else self.axis
+
+    @property
     def arcs(self) -> Floats:
         """The arc length from the first axis point to each axis point, (P,) m."""
         steps = np.linalg.norm(np.diff(self.axis, axis=0), axis=1)
@@ -252,13 +257,23 @@ class Scene:
     trees: tuple[Tree, ...] = ()
 
 
-def cuboid_triangles() -> Ints:
-    """Return the 12 triangles of a cuboid as indices of its 8 corners, (12, 3) int, counter-clockwise seen from outside.
+CUBOID_TRIANGLES = np.array(
+    [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+     (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)], dtype=np.int64)  # fmt: skip
+"""The 12 triangles of a cuboid as indices of its `corners`, counter-clockwise seen from outside."""
 
-    The corners must be in the order of `np.ndindex(2, 2, 2)`: (0, 0, 0), (0, 0, 1), (0, 1, 0) and so on, z changing fastest.
+
+def corners(edges: Floats | tuple[float, ...], middle: tuple[float, ...] = (0.5, 0.5, 0.5)) -> Floats:
+    """Return the 8 corners of a cuboid with edges along the axes, (8, 3) m, z changing fastest.
+
+    edges : (3,) m, their lengths. middle : where the origin lies, as fractions of the edges.
     """
-    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4)]
-    return np.array([*faces, (1, 5, 7), (1, 7, 3)], dtype=np.int64)
+    return (np.array(list(np.ndindex(2, 2, 2))) - middle) * edges
+
+
+def cuboid(vertices: Floats, color: Color = (70, 70, 75)) -> Solid:
+    """Return a cuboid of vertices that `corners` gave, wherever these were moved to in the camera's optical frame."""
+    return Solid(vertices, CUBOID_TRIANGLES, color)
 
 
 def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: Callable[[Floats], Floats], name: str) -> Scene:

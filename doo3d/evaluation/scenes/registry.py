@@ -11,53 +11,37 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from . import families, harnesses, knots, tough, tubes, without
+from . import families, harnesses, knots, tubes
 from . import handled_families as handled
 from . import hard_families as hard
 from . import wound_families as wound
 from .model import Scene
+from .tough_families import TOUGH
+from .without import WITHOUT
 
 Builder = Callable[[Generator, tuple[int, int]], "Scene | None"]
 
-FAMILIES: dict[str, Builder] = {
-    "straight": families.straight,
-    "open": families.PLAIN["open"],
-    "crossing": families.PLAIN["crossing"],
-    "crossings": families.PLAIN["crossings"],
-    "occluded": families.occluded,
-    "air": families.air,
-    "several": families.several,
-    "clutter": hard.clutter,
-    "tangle": families.PLAIN["tangle"],
-    "hairpin": hard.hairpin,
-    "shiny": hard.shiny,
-    "thin": hard.thin,
-    "far": families.PLAIN["far"],
-    "knots": knots.knots,
-    "gripper": handled.gripper,
-    "hook": handled.hook,
-    "coil": wound.coil,
-    "bundle": wound.bundle,
-    "two_radii": wound.two_radii,
-    "hose": families.PLAIN["hose"],
-    "wire": families.PLAIN["wire"],
-    "plugs": handled.plugs,
-    "striped": handled.striped,
-    "ring": wound.ring,
-    "leaving": handled.leaving,
-    "touch": handled.touch,
-    "figure_eight": wound.figure_eight,
+BASIC = "straight open crossing crossings occluded air several clutter tangle hairpin shiny thin far knots".split()
+MORE = "gripper hook coil bundle two_radii hose wire plugs striped ring leaving touch figure_eight".split()
+_BUILDERS: dict[str, Builder] = {
+    **families.PLAIN,
+    **{
+        builder.__name__: builder
+        for builder in (
+            *(families.straight, families.occluded, families.air, families.several),
+            *(hard.clutter, hard.hairpin, hard.shiny, hard.thin, knots.knots),
+            *(handled.gripper, handled.hook, handled.plugs, handled.striped, handled.leaving, handled.touch),
+            *(wound.coil, wound.bundle, wound.two_radii, wound.ring, wound.figure_eight),
+        )
+    },
 }
-WITHOUT = without.WITHOUT
-"""The families of scenes without a cable: name -> builder. Right is: no chain."""
-
-TOUGH = tough.TOUGH
-"""The families of scenes as hard as those of other generators: name -> builder."""
+FAMILIES = {name: _BUILDERS[name] for name in (*BASIC, *MORE)}
+"""The families of scenes with cables: name -> builder."""
 
 GROUPS = {
     "all": tuple(FAMILIES),
-    "basic": tuple(FAMILIES)[:14],
-    "more": tuple(FAMILIES)[14:],
+    "basic": tuple(BASIC),
+    "more": tuple(MORE),
     "without": tuple(WITHOUT),
     "tough": tuple(TOUGH),
 }
@@ -72,19 +56,11 @@ MOTION = "tree_motion"
 TUBES = "tubes"
 """The family whose scenes are read from a file."""
 
-COUNTED_FAMILIES: frozenset[str] = frozenset()
-"""Families whose results are only counted: nobody looks at their scenes, so that nothing is tuned to them."""
-
 FIRST_COUNTED_SEED = 1000
 """Seeds of all families from which on results are only counted."""
 
 MAX_ATTEMPTS = 4000
 """Draws of a scene before a family is given up."""
-
-
-def is_only_counted(family: str, seed: int | None) -> bool:
-    """Tell whether a scene is only counted, and never looked at: by its family, or by its seed."""
-    return family in COUNTED_FAMILIES or (seed is not None and seed >= FIRST_COUNTED_SEED)
 
 
 def family_rng(family: str, seed: int) -> Generator:

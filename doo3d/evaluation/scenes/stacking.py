@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix, vstack
 from scipy.spatial import cKDTree
 
 from ...types import Bools, Floats, Ints
-from .curves import STEP, CurveCrossings, near_pairs
+from .curves import STEP, CurveCrossings, arcs_of, near_pairs
 
 AXIS_SPACING = 0.0005
 """m between the points of a true axis."""
@@ -120,10 +120,10 @@ def spline_axis(points: Floats, spacing: float = AXIS_SPACING, closed: bool = Fa
     """
     if closed:
         points = np.vstack((points, points[:1]))
-    chord_arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    chord_arcs = arcs_of(points)
     spline = CubicSpline(chord_arcs, points, bc_type="periodic" if closed else "not-a-knot")
     fine = spline(np.linspace(0, chord_arcs[-1], 4 * len(points)))
-    arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))))
+    arcs = arcs_of(fine)
     even_arcs = np.linspace(0, arcs[-1], int(np.ceil(arcs[-1] / spacing)) + 1)
     result = spline(np.interp(even_arcs, arcs, np.linspace(0, chord_arcs[-1], len(fine))))
     return np.asarray(result[:-1] if closed else result)

@@ -11,7 +11,7 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ...types import Camera, Floats
-from .model import Color, Solid, Table, cuboid_triangles
+from .model import Color, Scene, Solid, Table, Truth, corners, cuboid
 
 T = TypeVar("T")
 
@@ -68,6 +68,10 @@ class Studio:
         """Return the table: a horizontal plane at a height in m above the world's z = 0, in the camera's optical frame."""
         return Table(self.to_camera(np.array([[0.0, 0.0, height]]))[0], self.rotation[:, 2].copy(), self.table_color)
 
+    def scene(self, cables: tuple[Truth, ...], solids: tuple[Solid, ...] = (), table: Table | None = None) -> Scene:
+        """Return a scene, without a name yet, of objects in the camera's optical frame; on the studio's table by default."""
+        return Scene("", "", 0, self.camera, cables, solids, table or self.table(), self.light)
+
     def contains(self, points: Floats) -> bool:
         """Tell whether all points (N, 3) m, in the world frame, are in the image, outside a margin of 5 % on each side."""
         pixels = self.camera.project(self.to_camera(points)) / (self.camera.width, self.camera.height)
@@ -80,6 +84,11 @@ class Studio:
         """
         scale = self.distance * (1 - 2 * MARGIN_FRACTION) / self.camera.fx
         return self.camera.width * scale, self.camera.height * scale
+
+    def shift_in_view(self, rng: Generator, curve: Floats, share: float = 0.4) -> Floats:
+        """Draw a shift (2,) m that keeps a planar curve (P, 2) m around the origin about in view: up to a share of its slack."""
+        slack = np.clip(np.array(self.usable_size()) - np.ptp(curve, axis=0), 0, None)
+        return np.asarray(rng.uniform(-share, share, 2) * slack)
 
 
 def make_studio(
@@ -137,6 +146,4 @@ def box(center: Floats, size: tuple[float, float, float], angle: float, studio: 
     color
         8-bit RGB.
     """
-    corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size
-    rotated = Rotation.from_euler("z", angle).apply(corners) + center
-    return Solid(studio.to_camera(rotated), cuboid_triangles(), color)
+    return cuboid(studio.to_camera(Rotation.from_euler("z", angle).apply(corners(size)) + center), color)

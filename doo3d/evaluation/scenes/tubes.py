@@ -108,4 +108,4 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
         if studio.distance > MAX_DISTANCE:
             return None
     cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis, radius in centerlines)
-    return Scene("", "", 0, studio.camera, cables, (), studio.table(), studio.light)
+    return studio.scene(cables)

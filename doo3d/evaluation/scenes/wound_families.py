@@ -10,7 +10,16 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ...types import Floats
-from .curves import STEP, clear_crossings, curve_crossings, oriented_curve, random_curves, resample_polyline, turned_curve
+from .curves import (
+    STEP,
+    clear_crossings,
+    curve_crossings,
+    offset_curve,
+    oriented_curve,
+    random_curves,
+    resample_polyline,
+    turned_curve,
+)
 from .families import RADII, Size, at_height, cables_on_table, is_sound, sound_scene
 from .model import Scene, Truth
 from .stacking import min_clearance, spline_axis
@@ -46,7 +55,7 @@ def coil(rng: Generator, size: Size) -> Scene | None:
     heading = (spiral[-1] - spiral[-2]) / np.linalg.norm(spiral[-1] - spiral[-2])
     points = np.vstack((start, spiral, spiral[-1] + rest[:, None] * heading))
     curve = resample_polyline(points * (1.0, rng.uniform(0.8, 1.0)) * rng.choice((-1, 1), 2), STEP)
-    curve = turned_curve(curve, rng.uniform(0, 2 * np.pi)) + _offset(rng, studio, curve)
+    curve = turned_curve(curve, rng.uniform(0, 2 * np.pi)) + studio.shift_in_view(rng, curve)
     crossed = curve_crossings(curve, np.zeros(len(curve), dtype=int))
     over = np.full(len(crossed.first), rng.random() < 0.7)
     return cables_on_table(rng, studio, [curve], radius, over=over) if len(crossed.first) >= int(turns) - 1 else None
@@ -66,7 +75,7 @@ def figure_eight(rng: Generator, size: Size) -> Scene | None:
     curve = np.column_stack((wide * np.sin(t), tall * np.sin(t) * np.cos(t))) * shrink[:, None]
     drift = rng.uniform(-0.04, 0.04, 2) * (1.0, 0.2) * np.linspace(0, 1, len(t))[:, None]
     curve = turned_curve(resample_polyline(curve + drift, STEP), rng.uniform(-0.5, 0.5))
-    curve = np.asarray(curve + _offset(rng, studio, curve))
+    curve = np.asarray(curve + studio.shift_in_view(rng, curve))
     if clear_crossings(curve, np.zeros(len(curve), dtype=int), 2.3 * radius, MIN_CROSSING_ANGLE) is None:
         return None
     return cables_on_table(rng, studio, [curve], radius)
@@ -85,7 +94,7 @@ def ring(rng: Generator, size: Size) -> Scene | None:
         distance *= np.asarray(1 + rng.uniform(0, 0.5 / k) * np.cos(k * t + rng.uniform(0, 2 * np.pi)))
     planar = np.column_stack((distance * np.cos(t) * rng.uniform(1.0, 1.6), distance * np.sin(t)))
     planar = turned_curve(planar, rng.uniform(0, np.pi))
-    points = at_height(planar + _offset(rng, studio, planar), radius)
+    points = at_height(planar + studio.shift_in_view(rng, planar), radius)
     if rng.random() < 0.5:
         tilted = Rotation.from_rotvec(rng.uniform(-0.7, 0.7, 3) * (1, 1, 0)).apply(points)
         points = tilted + np.array([0, 0, rng.uniform(0.01, 0.1) + radius - tilted[:, 2].min()])
@@ -93,8 +102,7 @@ def ring(rng: Generator, size: Size) -> Scene | None:
     around = np.vstack((axis, axis[:20]))
     if not is_sound(studio, [around], radius, 0) or min_clearance([axis[:-40]], radius) < 1.2:
         return None
-    cable = Truth(studio.to_camera(axis), radius, closed=True, color=cable_color(rng))
-    return Scene("", "", 0, studio.camera, (cable,), (), studio.table(), studio.light)
+    return studio.scene((Truth(studio.to_camera(axis), radius, closed=True, color=cable_color(rng)),))
 
 
 def bundle(rng: Generator, size: Size) -> Scene | None:
@@ -130,27 +138,24 @@ def _side_by_side(
     """Return the scene of cables beside a common curve, at `order` times `gap` in the middle and times `fans` at its ends."""
     length, thickest = rng.uniform(0.45, 0.85), float(radii.max())
     middle = oriented_curve(random_curves(rng, 1, length, 0.08 + 8 * thickest)[0], rng.uniform(-0.4, 0.4))
-    middle = middle + _offset(rng, studio, middle)
-    tangent = np.gradient(middle, axis=0)
-    normal = np.column_stack((-tangent[:, 1], tangent[:, 0])) / np.linalg.norm(tangent, axis=1, keepdims=True)
+    middle = middle + studio.shift_in_view(rng, middle)
     t = np.linspace(0, 1, len(middle))
     start, end = rng.uniform(0.15, 0.35), rng.uniform(0.65, 0.85)
     spread = gap[0] + (fans[0] - gap[0]) * _eased((start - t) / start) + (fans[1] - gap[0]) * _eased((t - end) / (1 - end))
-    axes = []
-    for place, radius in zip(order, radii, strict=True):
-        first, last = int(rng.integers(0, 20)), len(middle) - int(rng.integers(0, 20))
-        curve = (middle + place * spread[:, None] * normal)[first:last]
-        axes.append(spline_axis(at_height(curve, float(radius))))
+    axes = cables_beside(rng, middle, [place * spread for place in order], radii, 20)
     return sound_scene(rng, studio, axes, radii)
+
+
+def cables_beside(rng: Generator, middle: Floats, offsets: list[Floats], radii: Floats, most: int) -> list[Floats]:
+    """Return the axes of cables on the table at offsets (P,) m beside a planar curve; their ends are up to `most` steps short."""
+    axes = []
+    for offset, radius in zip(offsets, radii, strict=True):
+        first, last = rng.integers(0, most, 2)
+        axes.append(spline_axis(at_height(offset_curve(middle, offset)[first : len(middle) - last], float(radius))))
+    return axes
 
 
 def _eased(t: Floats) -> Floats:
     """Return a smooth step (R,): 0 up to 0, 1 from 1."""
     t = np.clip(t, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))
-
-
-def _offset(rng: Generator, studio: Studio, curve: Floats) -> Floats:
-    """Draw a shift (2,) m that keeps a centered planar curve (P, 2) about in view."""
-    slack = np.clip(np.array(studio.usable_size()) - np.ptp(curve, axis=0), 0, None)
-    return np.asarray(rng.uniform(-0.4, 0.4, 2) * slack)

@@ -5,7 +5,6 @@ The frames of a sequence are detected once, and combined with all steps and with
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -18,9 +17,10 @@ from ...config import Config, load_config
 from ...sequence.detect_sequence import combine
 from ...sequence.shape import Shape
 from ...types import Bools, Floats
-from ..benchmark.ablations import replaced
+from ..benchmark.ablations import changed, replaced
+from ..benchmark.run import print_lines
 from ..metrics.record import Record
-from .evaluate import FirstPass, first_pass, variant_rows
+from .evaluate import HIDDEN, JUMPS, FirstPass, first_pass, variant_rows
 from .recorded import RecordedSequence, recorded_sequences
 from .scenes import Sequence as TrueSequence
 from .scenes import make_sequence
@@ -114,46 +114,36 @@ def table(sequences: Sequence[tuple[TrueSequence | RecordedSequence, str]], step
     yield f"| of {count} frames | right | in the image | hidden, mean | jumps per 1,000 | ms a frame |"
     yield "|---|---|---|---|---|---|"
     for step, without in found.items():
-        right, image = (_changes(complete.rows, without.rows, key) for key in ("correct", "image_correct"))
-        hidden = " for ".join(f"{_hidden(each.rows):.1f}" for each in (complete, without))
-        jumps = " for ".join(f"{_jumps(each.rows):.1f}" for each in (complete, without))
-        ms = 1e3 * (complete.seconds - without.seconds) / count
-        yield f"| {step} | {right} | {image} | {hidden} mm | {jumps} | {ms:+.1f} |"
+        counts = [changed(complete.rows, without.rows, key) for key in ("correct", "image_correct")]
+        changes = " | ".join(f"+{gained} -{lost}" for gained, lost in counts)
+        both = [[column.text(column.summarize(each.rows)) for each in (complete, without)] for column in (HIDDEN, JUMPS)]
+        hidden, jumps = map(" for ".join, both)
+        yield f"| {step} | {changes} | {hidden} mm | {jumps} | {1e3 * (complete.seconds - without.seconds) / count:+.1f} |"
 
 
-def _changes(complete: Sequence[Record], without: Sequence[Record], key: str) -> str:
-    pairs = [(bool(a[key]), bool(b[key])) for a, b in zip(complete, without, strict=True)]
-    return f"+{sum(a and not b for a, b in pairs)} -{sum(b and not a for a, b in pairs)}"
+def main(
+    own: str = "dragged,knot",
+    seeds: int = 6,
+    start: int = 2,
+    frames: int = 60,
+    motions: list[Path] | None = None,
+    sensor: str = "d435",
+    width: int = 640,
+    captures: list[Path] | None = None,
+) -> Iterator[str]:
+    """Take out each step that finds objects over time, and yield the lines of a table.
 
-
-def _hidden(rows: Sequence[Record]) -> float:
-    """Return the mean error of hidden nodes, mm."""
-    return float(np.mean([error for row in rows for error in row["nodes_hidden"]] or [math.nan]))
-
-
-def _jumps(rows: Sequence[Record]) -> float:
-    """Return how many of 1,000 nodes jump."""
-    return float(1e3 * sum(row["jumps"] for row in rows) / max(1, sum(row["nodes_compared"] for row in rows)))
+    own : motions that need no file, or none. seeds, start : sequences of each motion, and the first seed. frames : of each
+    sequence, 30 a second. motions : files of motion capture. sensor, width : the camera that sees them, and px of its images,
+    which are 480 px high. captures : folders of captures with truth.npz.
+    """
+    names = [*([] if own == "none" else own.split(",")), *(motions or [])]
+    chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
+        (make_sequence(motion, seed, (width, 480), frames), sensor) for motion in names for seed in range(start, start + seeds)
+    ]
+    chosen += [(capture, "") for capture in recorded_sequences(captures or [], frames)]
+    return table(chosen, list(STEPS))
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        prog="python -m doo3d.evaluation.sequences.ablations", description="Take out each step that finds objects over time."
-    )
-    parser.add_argument("--own", default="dragged,knot", help="motions that need no file, or none")
-    parser.add_argument("--seeds", type=int, default=6, help="sequences of each motion")
-    parser.add_argument("--start", type=int, default=2, help="first seed")
-    parser.add_argument("--frames", type=int, default=60, help="frames of each sequence, 30 a second")
-    parser.add_argument("--motions", type=Path, nargs="*", default=[], help="files of motion capture")
-    parser.add_argument("--sensor", default="d435", help="the camera that sees the motions")
-    parser.add_argument("--width", type=int, default=640, help="px of its images, which are 480 px high")
-    parser.add_argument("--captures", type=Path, nargs="*", default=[], help="folders of captures with truth.npz")
-    given = parser.parse_args()
-    motions = [*([] if given.own == "none" else given.own.split(",")), *given.motions]
-    seeds, size = range(given.start, given.start + given.seeds), (given.width, 480)
-    chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
-        (make_sequence(motion, seed, size, given.frames), given.sensor) for motion in motions for seed in seeds
-    ]
-    chosen += [(capture, "") for capture in recorded_sequences(given.captures, given.frames)]
-    for line in table(chosen, list(STEPS)):
-        print(line, flush=True)  # noqa: T201
+    print_lines(main)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -54,16 +55,18 @@ def _ratio(name: str, title: tuple[str, str], width: int, of: str, to: str, digi
     return Column(title, width, summarize, lambda values: decimals(values[name], digits))
 
 
+HIDDEN = number(("hidden", "mean"), 7, "nodes_hidden", 1, np.mean, name="hidden_mean")
+JUMPS = _ratio("jumps", ("jumps", "per 1000"), 9, "jumps", "nodes_compared", 1, 1e3)
 COLUMNS = (
     FRAMES,
     *IN_IMAGE.columns,
     amount(("", "missing"), 8, "frames_missing", lambda rows: sum(row.chains == 0 for row in rows)),
     number(("nodes", "mm"), 7, "nodes_seen nodes_hidden", 1, np.mean, name="node_error"),
     number(("hidden", "median"), 7, "nodes_hidden", 1, name="hidden_median"),
-    number(("hidden", "mean"), 7, "nodes_hidden", 1, np.mean, name="hidden_mean"),
+    HIDDEN,
     number(("seen", "median"), 7, "nodes_seen", 1, name="seen_median"),
     number(("RMS", "hidden"), 7, "rms_hidden", 1),
-    _ratio("jumps", ("jumps", "per 1000"), 9, "jumps", "nodes_compared", 1, 1e3),
+    JUMPS,
     number(("time", "ms"), 7, "ms", 0, np.mean),
     _ratio("time_ratio", ("of", "single"), 7, "ms", "ms_single", 2),
 )
@@ -165,10 +168,9 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:
-        end = {"found_length": found, "ms": times[variant], "ms_single": times["single"]}
-        rows += [case.record(row | end) for row in variant_rows(variant, frames, detections[variant])]
-    for row, detection in zip(rows, (each for variant in VARIANTS for each in detections[variant]), strict=True):
-        row.detection = detection
+        more = {"found_length": found, "ms": times[variant], "ms_single": times["single"]}
+        for row, detection in zip(variant_rows(variant, frames, detections[variant], more), detections[variant], strict=True):
+            rows.append(case.record(row, detection))
     return rows
 
 
@@ -197,8 +199,14 @@ def _or_single(detection: Detection, single: Detection) -> Detection:
     return detection if detection.chains else replace(single, chains=tuple(replace(chain, id=None) for chain in single.chains))
 
 
-def variant_rows(variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection]) -> list[Record]:
-    """Return the values of each frame in one variant; the longest chain of a frame is compared node by node."""
+def variant_rows(
+    variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection], more: Mapping[str, Any] = MappingProxyType({})
+) -> list[Record]:
+    """Return the values of each frame in one variant, and more; the longest chain of a frame is compared node by node.
+
+    `nodes_seen` and `nodes_hidden` are the distances of its nodes from their points of the material where the sensor measured
+    these, and where it did not, mm.
+    """
     truths = [frame.truth for frame in frames]
     offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant not in ("single", "forward"))
     jumps, counted = find_jumps(offsets, truths[0].radius)
@@ -208,28 +216,20 @@ def variant_rows(variant: str, frames: Sequence[FirstPass], detections: Sequence
         values = frame.score if variant == "single" else score(detection.chains, (frame.truth,), camera=frame.camera)
         known = np.isfinite(distances[k])
         seen, hidden = distances[k][known & frame.measured], distances[k][known & ~frame.measured]
-        rows.append(
-            Record(
-                frame=f"{k:04d}",
-                time=k / FRAME_RATE,
-                variant=variant,
-                correct=values.correct,
-                image_correct=values.image_correct,
-                chains=values.chains,
-                hidden_share=float((~frame.measured).mean()),
-                node_error=_mean(distances[k][known]),
-                node_error_hidden=_mean(hidden),
-                node_error_seen=_mean(seen),
-                rms_hidden=values.rms_hidden,
-                jumps=int(jumps[k].sum()),
-                nodes_compared=int(counted[k]) * distances.shape[1],
-                confidence=detection.confidence or 0.0,
-                reasons=values.reasons,
-                true_length=frame.truth.length,
-                nodes_seen=seen.tolist(),
-                nodes_hidden=hidden.tolist(),
-            )
-        )
+        nodes = {
+            "hidden_share": float((~frame.measured).mean()),
+            "node_error": _mean(distances[k][known]),
+            "node_error_hidden": _mean(hidden),
+            "node_error_seen": _mean(seen),
+            "jumps": int(jumps[k].sum()),
+            "nodes_compared": int(counted[k]) * distances.shape[1],
+            "confidence": detection.confidence or 0.0,
+            "true_length": frame.truth.length,
+            "nodes_seen": seen.tolist(),
+            "nodes_hidden": hidden.tolist(),
+        }
+        scores = {key: values[key] for key in ("correct", "image_correct", "chains", "rms_hidden", "reasons")}
+        rows.append(Record({"frame": f"{k:04d}", "time": k / FRAME_RATE, "variant": variant} | scores | nodes | dict(more)))
     return rows
 
 

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from ...config import load_config
 from ...geometry.polyline import arc_length, resample
 from ...sequence.detect_sequence import combine
-from ...sequence.first_pass import observe_frame
-from ...sequence.observations import Observation
-from ...sequence.rings import ring_joints
-from ...types import Bools, Chain, Detection, Floats, Frame
-from ..metrics.nodes import axis_points
-from ..metrics.record import Record
-from ..metrics.score import score
-from ..rendering.renderer import Rendered, render
+from ...types import Floats
+from ..benchmark.run import print_lines
+from ..benchmark.tables import markdown_table
+from ..metrics.record import Record, added, amount, number
+from ..rendering.renderer import Rendered
 from ..scenes.model import Scene, Truth
 from ..scenes.stacking import spline_axis
 from ..scenes.studio import cable_color, make_studio
+from .evaluate import first_pass, variant_rows
 from .motions import FRAME_RATE
-from .nodes import NODES, measured_nodes
-from .scenes import SKIN_COLORS, Hand, solid_of
+from .scenes import SKIN_COLORS, Hand, solid_of, timed
 
 HIDDEN_SHARE, LIFT = 0.3, 0.04
 """Share of the ring that the hand hides, and m by which the ring's waves rise from the table."""
+
+NODES = "nodes_seen nodes_hidden"
+COLUMNS = (
+    amount(("frames", ""), 0, "frames", len),
+    amount(("correct", ""), 0, "correct", added("correct")),
+    amount(("closed", ""), 0, "closed", lambda rows: sum(bool(row.nodes_seen or row.nodes_hidden) for row in rows)),
+    number(("nodes,", "median, mm"), 0, NODES, 1),
+    number(("nodes,", "worst of ten, mm"), 0, NODES, 1, partial(np.percentile, q=90), name="nodes_90"),
+    number(("hidden,", "mean, mm"), 0, "nodes_hidden", 1, np.mean),
+)
+"""The columns of the table; only a closed chain has nodes, see `variant_rows`."""
 
 
 def moving_ring(seed: int, frames: int = 60, hands: bool = True, sensor: str = "d435") -> Iterator[Rendered]:
@@ -51,10 +58,7 @@ def moving_ring(seed: int, frames: int = 60, hands: bool = True, sensor: str = "
         solid = solid_of(hand, cable.axis, index) if hands else None
         solids = () if solid is None else (solid,)
         scene = Scene(f"{index:04d}", f"ring-{seed}", seed, studio.camera, (cable,), solids, studio.table(), studio.light)
-        rendered = render(scene, sensor)
-        data = rendered.frame
-        frame = Frame(color=data.color, depth=data.depth, camera=data.camera, name=data.name, timestamp=time)
-        yield replace(rendered, frame=frame)
+        yield timed(scene, index, sensor)
 
 
 def _curve(waves: Floats, phases: Floats, time: float) -> Floats:
@@ -74,78 +78,25 @@ def _evenly(points: Floats) -> Floats:
     return resample(around, np.linspace(0.0, arc_length(around)[-1], len(around)))[:-1]
 
 
-def ring_offsets(chains: Sequence[Chain | None], truths: Sequence[Truth], in_each: bool) -> Floats:
-    """Return how far the nodes of a ring are from their points of the material, (T, NODES) m; NaN in frames without a chain.
-
-    A detected ring may begin anywhere, and run either way: of all places, those count that fit best in all frames together, or
-    `in_each` frame by itself.
-    """
-    shares = np.linspace(0, 1, NODES + 1)[:-1]
-    known = [k for k, chain in enumerate(chains) if chain is not None and chain.closed]
-    distances = np.full((2, NODES, len(chains), NODES), np.nan)
-    for k in known:
-        chain, truth = chains[k], truths[k]
-        assert chain is not None
-        true = axis_points(truth, shares * truth.length)
-        for way in range(2):
-            found = ring_joints(chain, bool(way), 0.0, NODES)[:-1]
-            for start in range(NODES):
-                distances[way, start, k] = np.linalg.norm(np.roll(found, start, axis=0) - true, axis=1)
-    flat = distances.reshape(2 * NODES, len(chains), NODES)
-    if not known:
-        return np.asarray(flat[0])
-    means = flat[:, known].mean(axis=2)
-    if not in_each:
-        return np.asarray(flat[int(means.mean(axis=1).argmin())])
-    result: Floats = flat[0].copy()
-    result[known] = flat[means.argmin(axis=0), known]
-    return result
-
-
-def measure(seed: int, frames: int) -> dict[str, list[Record]]:
-    """Return the scores of each frame, alone and in a sequence, with the distances of its `nodes` and `nodes_hidden`, mm."""
+def measure(seed: int, frames: int) -> list[Record]:
+    """Return a record of each frame, detected for itself ("single") and in a sequence; see `variant_rows`."""
     config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
-    truths, measured, observations = list[Truth](), list[Bools](), list[Observation]()
-    for each in moving_ring(seed, frames):
-        truths.append(each.truths[0])
-        measured.append(measured_nodes(each.truths[0], each.frame.depth))
-        observations.append(observe_frame(each.frame, config, each.mask))
-    alone = [observation.detection for observation in observations]
-    found = {"each frame alone": alone, "sequence": list(combine(observations, config))}
-    return {name: list(_rows(name, detections, truths, measured)) for name, detections in found.items()}
+    known = [first_pass(each, config) for each in moving_ring(seed, frames)]
+    observations = [frame.observation for frame in known]
+    together = list(combine(observations, config))
+    return [
+        *variant_rows("single", known, [each.detection for each in observations]),
+        *variant_rows("sequence", known, together),
+    ]
 
 
-def _rows(name: str, detections: Sequence[Detection], truths: Sequence[Truth], measured: Sequence[Bools]) -> Iterator[Record]:
-    longest = [max(each.chains, key=lambda chain: chain.length, default=None) for each in detections]
-    distances = 1e3 * ring_offsets(longest, truths, in_each=name != "sequence")
-    for detection, truth, row, seen in zip(detections, truths, distances, measured, strict=True):
-        known = np.isfinite(row)
-        extra = {"nodes": row[known].tolist(), "nodes_hidden": row[known & ~seen].tolist()}
-        yield Record(score(detection.chains, (truth,)) | extra | {"closed": bool(known.any())})
+def table(seeds: int = 4, frames: int = 60) -> Iterator[str]:
+    """Yield the lines of a Markdown table of rings in motion, with a hand before them.
 
-
-def table(seeds: int, frames: int) -> Iterator[str]:
-    """Yield the lines of a Markdown table of rings in motion."""
-    rows: dict[str, list[Record]] = {}
-    for seed in range(seeds):
-        for name, records in measure(seed, frames).items():
-            rows.setdefault(name, []).extend(records)
-    yield "| rings | frames | correct | closed | nodes, median | nodes, worst of ten | hidden, mean |"
-    yield "|---|---|---|---|---|---|---|"
-    for name, records in rows.items():
-        nodes, hidden = (np.concatenate([each[key] for each in records]) for key in ("nodes", "nodes_hidden"))
-        correct, closed = (sum(bool(each[key]) for each in records) for key in ("correct", "closed"))
-        of_hidden = f"{hidden.mean():.1f} mm" if len(hidden) else "-"
-        shown = f"{np.median(nodes):.1f} mm | {np.percentile(nodes, 90):.1f} mm | {of_hidden}" if len(nodes) else "- | - | -"
-        yield f"| {name} | {len(records)} | {correct} | {closed} | {shown} |"
+    seeds : sequences. frames : of each, 30 a second.
+    """
+    return markdown_table("rings", [row for seed in range(seeds) for row in measure(seed, frames)], COLUMNS)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        prog="python -m doo3d.evaluation.sequences.moving_rings", description="Measure rings in motion, with a hand before them."
-    )
-    parser.add_argument("--seeds", type=int, default=4, help="sequences")
-    parser.add_argument("--frames", type=int, default=60, help="frames of each sequence, 30 a second")
-    given = parser.parse_args()
-    for line in table(given.seeds, given.frames):
-        print(line, flush=True)  # noqa: T201
+    print_lines(table)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...sequence.rings import ring_joints
 from ...types import Bools, Chain, Floats
 from ..metrics.nodes import axis_points
 from ..scenes.model import Truth
@@ -23,34 +24,48 @@ def node_offsets(chains: Sequence[Chain | None], truths: Sequence[Truth], keeps_
     Parameters
     ----------
     chains
-        the chain of the object in each of T frames; None where there is none.
+        the chain of the object in each of T frames; None where there is none. Of a ring only closed chains count.
     truths
-        the true open cable in each frame, whose points follow each other from the same tip in all of them.
+        the true cable in each frame, whose points follow each other from the same tip, or the same point of a ring, in all.
     keeps_direction
-        True if the chains have to run the same way in all frames: the better of the two ways counts. False: the better one in
-        each frame by itself.
+        True if the chains have to run the same way in all frames, and those of a ring begin at the same place: the best of all
+        ways counts. False: the best one in each frame by itself.
 
     Returns
     -------
     (T, 50, 3) float64 m, the camera's optical frame; NaN in frames without a chain.
     """
-    both = np.full((2, len(chains), NODES, 3), np.nan)
-    for frame, (chain, truth) in enumerate(zip(chains, truths, strict=True)):
-        if chain is not None:
-            found, true = chain.nodes(NODES), true_nodes(truth)
-            both[:, frame] = found - true, found[::-1] - true
-    known = np.array([chain is not None for chain in chains], dtype=bool)
-    result = both[0]
-    means = np.linalg.norm(both[:, known], axis=3).mean(axis=2)
-    if keeps_direction:
-        return np.asarray(both[int(np.argmin(means.mean(axis=1)))] if known.any() else result)
-    result[known] = np.where((means[1] < means[0])[:, None, None], both[1, known], both[0, known])
-    return np.asarray(result)
+    result = np.full((len(chains), NODES, 3), np.nan)
+    placed = {
+        frame: _ways(chain, truth.closed) - true_nodes(truth)
+        for frame, (chain, truth) in enumerate(zip(chains, truths, strict=True))
+        if chain is not None and (chain.closed or not truth.closed)
+    }
+    if placed:
+        offsets = np.array(list(placed.values()))
+        means = np.linalg.norm(offsets, axis=3).mean(axis=2)
+        best = np.full(len(offsets), means.mean(axis=0).argmin()) if keeps_direction else means.argmin(axis=1)
+        result[list(placed)] = offsets[np.arange(len(offsets)), best]
+    return result
+
+
+def _ways(chain: Chain, is_ring: bool) -> Floats:
+    """Return the nodes of a chain in both directions, and of a ring from each of them on: (W, 50, 3) m."""
+    if not is_ring:
+        nodes = chain.nodes(NODES)
+        return np.array([nodes, nodes[::-1]])
+    both = (ring_joints(chain, is_reversed, 0.0, NODES)[:-1] for is_reversed in (False, True))
+    return np.array([np.roll(nodes, start, axis=0) for nodes in both for start in range(NODES)])
 
 
 def true_nodes(truth: Truth) -> Floats:
     """Return the points of the material that the nodes of a chain should be at: (50, 3) m, evenly spaced along the axis."""
-    return axis_points(truth, np.linspace(0.0, truth.length, NODES))
+    return axis_points(truth, _arcs(truth))
+
+
+def _arcs(truth: Truth) -> Floats:
+    """Return the arc lengths of the nodes of a cable, (50,) m; the first node of a ring is not repeated."""
+    return np.linspace(0.0, truth.length, NODES, endpoint=not truth.closed)
 
 
 def measured_nodes(truth: Truth, depth: Floats) -> Bools:
@@ -58,7 +73,7 @@ def measured_nodes(truth: Truth, depth: Floats) -> Bools:
 
     truth : the cable as rendered. depth : (H, W) m, 0 = none. Returns (50,) bool.
     """
-    arcs = np.linspace(0.0, truth.length, NODES)
+    arcs = _arcs(truth)
     if not (depth > 0).any():
         return np.zeros(NODES, dtype=bool)
     seen = np.ones(len(truth.axis), dtype=bool) if truth.seen is None else truth.seen

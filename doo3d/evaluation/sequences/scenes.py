@@ -12,9 +12,9 @@ import numpy as np
 from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
-from ...types import Floats, Frame
+from ...types import Floats
 from ..rendering.renderer import Rendered, render
-from ..scenes.model import Scene, Solid, Truth, cuboid_triangles
+from ..scenes.model import Scene, Solid, Truth, corners, cuboid
 from ..scenes.studio import cable_color
 from .motions import FRAME_RATE, MAX_ATTEMPTS, OWN_MOTIONS, Motion, Size, captured_motion, table_below
 
@@ -63,6 +63,10 @@ class Loss:
     end: int
     part: tuple[float, float] | None
 
+    def holds(self, index: int) -> bool:
+        """Tell whether a frame is one of these."""
+        return self.start <= index < self.end
+
 
 @dataclass(frozen=True)
 class Sequence:
@@ -100,9 +104,7 @@ class Sequence:
         motion, axis = self.motion, self.motion.axes[index]
         length = float(np.linalg.norm(np.diff(axis, axis=0), axis=1).sum())
         shiny = tuple(
-            (loss.part[0] * length, loss.part[1] * length)
-            for loss in self.losses
-            if loss.part is not None and loss.start <= index < loss.end
+            (loss.part[0] * length, loss.part[1] * length) for loss in self.losses if loss.part is not None and loss.holds(index)
         )
         cable = Truth(axis, motion.radius, color=self.color, shiny=shiny)
         solids = tuple(solid for hand in self.hands if (solid := solid_of(hand, axis, index)) is not None)
@@ -110,17 +112,18 @@ class Sequence:
 
     def frame(self, index: int, sensor: str = "d435") -> Rendered:
         """Render a frame; the same arguments give the same frame."""
-        rendered = render(self.scene(index), sensor)
-        depth = rendered.frame.depth
-        if any(loss.part is None and loss.start <= index < loss.end for loss in self.losses):
-            depth = np.zeros_like(depth)
-        data = rendered.frame
-        frame = Frame(color=data.color, depth=depth, camera=data.camera, name=data.name, timestamp=index / FRAME_RATE)
-        return replace(rendered, frame=frame)
+        return timed(self.scene(index), index, sensor, any(loss.part is None and loss.holds(index) for loss in self.losses))
 
     def frames(self, sensor: str = "d435") -> Iterator[Rendered]:
         """Render all frames, one after the other."""
         return (self.frame(index, sensor) for index in range(len(self)))
+
+
+def timed(scene: Scene, index: int, sensor: str, without_depth: bool = False) -> Rendered:
+    """Render a scene as the frame of an index, 30 a second, with all of its depth or without any."""
+    rendered = render(scene, sensor)
+    depth = np.zeros_like(rendered.frame.depth) if without_depth else rendered.frame.depth
+    return replace(rendered, frame=replace(rendered.frame, depth=depth, timestamp=index / FRAME_RATE))
 
 
 def solid_of(hand: Hand, axis: Floats, index: int) -> Solid | None:
@@ -142,8 +145,7 @@ def solid_of(hand: Hand, axis: Floats, index: int) -> Solid | None:
     center = middle + turn.apply(np.append((local[:, :2].max(axis=0) + local[:, :2].min(axis=0)) / 2, 0.0))
     outside = max(hand.start - index, index - hand.end, 0.0) / passing
     center[:2] += hand.aside * outside * (np.hypot(*size[:2]) + 0.1)
-    corners = (np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size
-    return Solid(turn.apply(corners) + center, cuboid_triangles(), hand.color)
+    return cuboid(turn.apply(corners(size)) + center, hand.color)
 
 
 def make_sequence(motion: str | Path, seed: int, size: Size = (640, 480), frames: int = 120, level: str = "hard") -> Sequence:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from bisect import bisect_right
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
@@ -78,7 +79,7 @@ def harness(kind: Kind, rng: Generator, size: Size) -> Scene | None:
     for k, (start, stop) in enumerate(itertools.pairwise([*starts, len(nodes)])):
         edges = [(n, strands[n].nodes[0] - start, strands[n].nodes[1] - start) for n in range(len(strands)) if group[n] == k]
         trees.append(Tree(studio.to_camera(at[start:stop]), tuple(edges)))
-    return Scene("", "", 0, studio.camera, cables, boxes, table, studio.light, trees=tuple(trees))
+    return replace(studio.scene(cables, boxes, table), trees=tuple(trees))
 
 
 def _plan(rng: Generator, studio: Studio, radius: float, kind: Kind) -> Plan | None:

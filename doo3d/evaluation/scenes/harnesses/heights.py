@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.random import Generator
@@ -11,10 +10,8 @@ from scipy.spatial import cKDTree
 
 from ....types import Floats
 from ..curves import STEP
+from .kinds import Kind
 from .strands import NEAR_JUNCTION_RADII, Strand, crossings_of
-
-if TYPE_CHECKING:
-    from .kinds import Kind
 
 
 def lay(rng: Generator, strands: list[Strand], radius: float, kind: Kind) -> bool:

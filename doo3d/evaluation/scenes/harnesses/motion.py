@@ -87,4 +87,4 @@ def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     color = cable_color(rng)
     cables = tuple(Truth(studio.to_camera(axis), MOTION_RADIUS, color=color) for axis in axes)
     tree = Tree(studio.to_camera(nodes), tuple((k, *pair) for k, pair in enumerate(joined)))
-    return Scene("", "", 0, studio.camera, cables, (), None, studio.light, trees=(tree,))
+    return replace(studio.scene(cables), table=None, trees=(tree,))

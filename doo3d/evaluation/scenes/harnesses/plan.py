@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..curves import COARSE_STRIDE, STEP, oriented_curve, random_curves, rotation
+from ..curves import COARSE_STRIDE, STEP, headed_curve, oriented_curve, random_curves, rotation
 from ..studio import Studio
+from .kinds import Kind
 from .strands import Strand, cross_far_from_ends, crossings_of, is_open
-
-if TYPE_CHECKING:
-    from .kinds import Kind
 
 TRUNK_RADII, BRANCH_RATIOS = (0.004, 0.007), (0.5, 0.8)
 """m, radius of a trunk; radius of a branch as a fraction of that."""
@@ -65,7 +62,7 @@ def plan_harness(rng: Generator, studio: Studio, radius: float, kind: Kind) -> P
         trunk = oriented_curve(random_curves(rng, 1, length, 0.05)[0], rng.uniform(-0.4, 0.4))
         if (np.ptp(trunk, axis=0) > usable).any():
             continue
-        trunk = trunk + rng.uniform(-0.4, 0.4, size=2) * (usable - np.ptp(trunk, axis=0))
+        trunk = trunk + studio.shift_in_view(rng, trunk)
         indices = branch_points(rng, len(trunk), wanted, radius, kind)
         if indices is None:
             continue
@@ -129,11 +126,7 @@ def leaving_curve(rng: Generator, trunk: Floats, index: int, side: int, longer: 
     """
     heading = trunk[min(index + 4, len(trunk) - 1)] - trunk[index - 4]
     angle = np.arctan2(heading[1], heading[0]) + side * np.radians(rng.uniform(*LEAVING_DEGREES))
-    curve = random_curves(rng, 1, rng.uniform(*BRANCH_LENGTHS) * longer, 0.03)[0]
-    curve = curve - curve[0]
-    first = curve[4]
-    turn = angle - np.arctan2(first[1], first[0])
-    return np.asarray(curve @ rotation(turn) + trunk[index])
+    return headed_curve(random_curves(rng, 1, rng.uniform(*BRANCH_LENGTHS) * longer, 0.03)[0], angle) + trunk[index]
 
 
 def placed(rng: Generator, plan: Plan, usable: Floats) -> Plan | None:

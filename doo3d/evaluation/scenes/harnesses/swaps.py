@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..curves import STEP, random_curves, resample_polyline, rotation
+from ..curves import STEP, headed_curve, offset_curve, random_curves, resample_polyline, rotation
 from ..studio import Studio, pick
 from .plan import BRANCH_RATIOS, LEAVING_DEGREES, MIN_SPACING_RADII, Plan, leaving_curve, placed, strand_on_table
 from .strands import Strand, crossings_of, is_open
@@ -139,9 +139,7 @@ def _two_branches(rng: Generator, radius: float) -> Plan | None:
     side = rng.choice((-1, 1))
     ahead = _turned(side * np.array([-heading[1], heading[0]]), np.radians(rng.uniform(-20, 20)))
     base = random_curves(rng, 1, rng.uniform(0.24, 0.32), GENTLE_BEND / 2)[0]
-    base = base - base[0]
-    base = base @ rotation(float(np.arctan2(ahead[1], ahead[0]) - np.arctan2(base[4][1], base[4][0])))
-    base = base + middle + ahead * rng.uniform(0.05, 0.08)
+    base = headed_curve(base, np.arctan2(ahead[1], ahead[0])) + middle + ahead * rng.uniform(0.05, 0.08)
     along = np.arange(len(base)) * STEP
     offset = _swapped(rng, along - rng.uniform(0.07, 0.1), gap / 2)
     start = np.flatnonzero(np.abs(offset) <= gap / 2 * (1 + 1e-9))[0]
@@ -193,10 +191,7 @@ def _swapped(rng: Generator, along: Floats, offset: float) -> Floats:
 
 def _beside(line: Floats, offset: Floats) -> Floats:
     """Return the curve at an offset (P,) m to the left of a line (P, 2) m, resampled."""
-    heading = np.gradient(line, axis=0)
-    heading /= np.linalg.norm(heading, axis=1, keepdims=True)
-    normal = np.column_stack((-heading[:, 1], heading[:, 0]))
-    return resample_polyline(line + offset[:, None] * normal, STEP)
+    return resample_polyline(offset_curve(line, offset), STEP)
 
 
 def _cubic(t: Floats, start: float, start_slope: float, end: float, end_slope: float) -> Floats:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..curves import STEP, random_curves, rotation
+from ..curves import STEP, headed_curve, random_curves
 from ..studio import pick
 from .strands import CLEARANCE, NEAR_JUNCTION_RADII, Strand, near_points
 
@@ -26,9 +26,8 @@ def add_touching(rng: Generator, strands: list[Strand], nodes: list[Floats]) -> 
         gap = rng.uniform(0.0, 0.0006)
         flat = np.sqrt((host.radius + thin) ** 2 - (host.radius - thin) ** 2)
         curve = random_curves(rng, 1, rng.uniform(0.12, 0.22), 0.03)[0]
-        curve = curve - curve[0]
-        turn = np.arctan2(normal[1], normal[0]) + rng.uniform(-0.5, 0.5) - np.arctan2(curve[4][1], curve[4][0])
-        curve = curve @ rotation(turn) + host.curve[index] + normal * (flat + gap)
+        angle = np.arctan2(normal[1], normal[0]) + rng.uniform(-0.5, 0.5)
+        curve = headed_curve(curve, angle) + host.curve[index] + normal * (flat + gap)
         added = Strand(curve, thin, (len(nodes), len(nodes) + 1), np.full(len(curve), thin))
         limit = CLEARANCE * (radius + thin)
         clear = True

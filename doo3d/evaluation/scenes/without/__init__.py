@@ -20,14 +20,6 @@ from .tools import tools
 __all__ = ["WITHOUT"]
 
 WITHOUT: dict[str, Callable[[Generator, tuple[int, int]], Scene]] = {
-    "tools": tools,
-    "boxes": boxes,
-    "hands": hands,
-    "shadows": shadows,
-    "boards": boards,
-    "prints": prints,
-    "shelves": shelves,
-    "office": office,
-    "rubble": rubble,
+    builder.__name__: builder for builder in (tools, boxes, hands, shadows, boards, prints, shelves, office, rubble)
 }
 """Families of scenes without a cable: name -> builder."""

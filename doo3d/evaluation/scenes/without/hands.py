@@ -8,7 +8,7 @@ from numpy.random import Generator
 from ....types import Floats
 from ..model import Color, Scene
 from ..studio import pick
-from .places import free_studio, scene, spread, surface
+from .places import free_studio, spread, surface
 from .shapes import Shape, flat, limb, shade, solids
 from .things import COLORS, THINGS
 from .tools import TOOLS
@@ -39,7 +39,7 @@ def hands(rng: Generator, size: tuple[int, int]) -> Scene:
         turned = (shape.turned("z", heading) for shape in hand(rng, mirrored=rng.random() < 0.5))
         shapes += [shape.moved(*palm, float(rng.uniform(0.0, 0.12))) for shape in turned]
     things = spread(rng, studio, (*TOOLS, *THINGS), int(rng.integers(0, 4)), taken)
-    return scene(studio, [*solids(shapes, studio), *things], surface(rng, studio))
+    return studio.scene((), (*solids(shapes, studio), *things), surface(rng, studio))
 
 
 def hand(rng: Generator, mirrored: bool) -> list[Shape]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
-from ..model import Color, Scene, Solid, Table
+from ..model import Color, Solid, Table
 from ..studio import TABLE_COLORS, Studio, make_studio, pick
 from .shapes import Shape, shade, solids, wood
 
@@ -56,11 +56,6 @@ def surface(rng: Generator, studio: Studio, height: float = 0.0) -> Table:
     """Return the table, of wood with a grain in half of the draws, at a height above z = 0 in m."""
     table = studio.table(height)
     return replace(table, grain=wood(rng, studio)) if rng.random() < 0.5 else table
-
-
-def scene(studio: Studio, occluders: Sequence[Solid], table: Table | None) -> Scene:
-    """Return a scene without a cable."""
-    return Scene("", "", 0, studio.camera, (), tuple(occluders), table, studio.light)
 
 
 def spread(

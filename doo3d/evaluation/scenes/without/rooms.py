@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..model import Color, Scene
 from ..studio import pick
-from .places import free_studio, scene
+from .places import free_studio
 from .shapes import Shape, cuboid, shade, solids, wood
 from .things import COLORS, THINGS
 
@@ -42,7 +42,7 @@ def shelves(rng: Generator, size: tuple[int, int]) -> Scene:
     shapes += [cuboid((column * wide, 0, deep / 2), (thick, 6, deep), color) for column in range(-3, 4)]
     grain = wood(rng, studio) if rng.random() < 0.5 else None
     wall = replace(studio.table(), color=shade(rng, pick(rng, WALLS)))
-    return scene(studio, solids(shapes, studio, grain), wall)
+    return studio.scene((), solids(shapes, studio, grain), wall)
 
 
 def _books(rng: Generator, left: float, bottom: float, deep: float, pitch: float) -> list[Shape]:
@@ -78,7 +78,7 @@ def office(rng: Generator, size: tuple[int, int]) -> Scene:
     ]
     shapes = [*walls, *_desk(rng, back), *_chair(rng), *_pictures(rng, back)]
     floor = replace(studio.table(-0.72), color=shade(rng, (120, 110, 100)), grain=wood(rng, studio))
-    return scene(studio, solids(shapes, studio), floor)
+    return studio.scene((), solids(shapes, studio), floor)
 
 
 def _desk(rng: Generator, back: float) -> list[Shape]:

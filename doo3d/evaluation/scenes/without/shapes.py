@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from ....types import Floats, Ints
-from ..model import Color, Grain, Solid, cuboid_triangles
+from ..model import CUBOID_TRIANGLES, Color, Grain, Solid, corners
 from ..studio import Studio
 
 SIDES = 28
@@ -55,7 +55,7 @@ def flat(x: Floats, y: Floats, height: float) -> Floats:
 
 def cuboid(center: tuple[float, float, float], size: tuple[float, float, float], color: Color) -> Shape:
     """Return a box with edges along the axes, of a center and edge lengths (x, y, z) in m."""
-    return Shape((np.array(list(np.ndindex(2, 2, 2))) - 0.5) * size + center, cuboid_triangles(), color)
+    return Shape(corners(size) + center, CUBOID_TRIANGLES, color)
 
 
 def limb(points: Floats, radii: Floats, color: Color, flatness: float = 1.0, rounded: bool = True) -> Shape:

@@ -11,7 +11,7 @@ from numpy.random import Generator
 from ....types import Floats
 from ..model import Color, Scene, Solid
 from ..studio import pick
-from .places import SURFACES, free_studio, scene, spread, surface
+from .places import SURFACES, free_studio, spread, surface
 from .shapes import Shape, cuboid, limb, ribbon, shade, solids, wood
 from .things import THINGS
 from .tools import TOOLS
@@ -53,7 +53,7 @@ def shadows(rng: Generator, size: tuple[int, int]) -> Scene:
     if any((bar.vertices[:, 2] > 0).any() for bar in hidden):
         hidden = tuple(bar for bar in hidden if not (bar.vertices[:, 2] > 0).any())
     things = spread(rng, studio, (*TOOLS, *THINGS), int(rng.integers(0, 4)))
-    return scene(studio, [*hidden, *things], surface(rng, studio))
+    return studio.scene((), (*hidden, *things), surface(rng, studio))
 
 
 def boards(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -74,7 +74,7 @@ def boards(rng: Generator, size: tuple[int, int]) -> Scene:
             planks += solids([plank.turned("z", heading)], studio, grains[len(planks) % PLANK_GRAINS])
     floor = surface(rng, studio, -float(rng.uniform(*FLOOR_DEPTHS)) if start > -3 else -0.02)
     things = spread(rng, studio, (*TOOLS, *THINGS), int(rng.integers(0, 4))) if start == -3.0 else []
-    return scene(studio, [*planks, *things], replace(floor, color=shade(rng, (110, 104, 98))))
+    return studio.scene((), (*planks, *things), replace(floor, color=shade(rng, (110, 104, 98))))
 
 
 def prints(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -87,7 +87,7 @@ def prints(rng: Generator, size: tuple[int, int]) -> Scene:
         made = _strip(rng) if rng.random() < 0.25 else _sheet(rng)
         shapes += [shape.turned("z", angle).moved(*place, layer * 2 * INK_HEIGHT) for shape in made]
     things = spread(rng, studio, (*TOOLS, *THINGS), int(rng.integers(0, 3)))
-    return scene(studio, [*solids(shapes, studio), *things], surface(rng, studio))
+    return studio.scene((), (*solids(shapes, studio), *things), surface(rng, studio))
 
 
 def _sheet(rng: Generator) -> list[Shape]:

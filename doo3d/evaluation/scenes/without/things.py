@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from ..model import Color, Scene
 from ..studio import pick
-from .places import Maker, free_studio, scene, spread, surface
+from .places import Maker, free_studio, spread, surface
 from .shapes import Shape, cuboid, hoop, shade, solids, stone, turned_profile
 
 COLORS: tuple[Color, ...] = (
@@ -30,7 +30,7 @@ def boxes(rng: Generator, size: tuple[int, int]) -> Scene:
     """Draw a scene of two to nine boxes, books, cups, rolls of tape and bottles. `size` is (width, height) px of the image."""
     studio = free_studio(rng, size)
     things = spread(rng, studio, THINGS, int(rng.integers(2, 10)))
-    return scene(studio, things, surface(rng, studio))
+    return studio.scene((), tuple(things), surface(rng, studio))
 
 
 def rubble(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -45,7 +45,7 @@ def rubble(rng: Generator, size: tuple[int, int]) -> Scene:
         height = radius * rng.uniform(0.2, 0.8) + 0.10 * np.exp(-(away @ away) / 0.02) * rng.random()
         x, y = map(float, heaps[rng.integers(len(heaps))] + away)
         stones.append(stone(rng, radius, shade(rng, color, 0.3)).moved(x, y, float(height)))
-    return scene(studio, solids(stones, studio), surface(rng, studio))
+    return studio.scene((), solids(stones, studio), surface(rng, studio))
 
 
 def carton(rng: Generator) -> list[Shape]:

@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from ..model import Color, Scene
 from ..studio import pick
-from .places import Maker, free_studio, scene, spread, surface
+from .places import Maker, free_studio, spread, surface
 from .shapes import Shape, cuboid, flat, hoop, limb, shade, turned_profile
 
 GRIPS: tuple[Color, ...] = ((200, 40, 34), (232, 170, 24), (30, 84, 170), (40, 44, 48), (40, 140, 70), (236, 110, 24))
@@ -21,7 +21,7 @@ def tools(rng: Generator, size: tuple[int, int]) -> Scene:
     """Draw a scene of two to eight tools on a table. `size` is (width, height) px of the image."""
     studio = free_studio(rng, size)
     things = spread(rng, studio, TOOLS, int(rng.integers(2, 9)))
-    return scene(studio, things, surface(rng, studio))
+    return studio.scene((), tuple(things), surface(rng, studio))
 
 
 def pliers(rng: Generator) -> list[Shape]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ....types import Floats, Ints
-from ..stacking import OWN_ARC_RADII
+from ...types import Floats, Ints
+from .stacking import OWN_ARC_RADII
 
 STEP = 0.003
 """m between the points of a cable that settles."""
