@@ -1,8 +1,7 @@
-"""Write small rendered captures and clouds with their truth: `python -m doo3d.evaluation.sample_captures FOLDER`."""
+"""Write small rendered captures and clouds with their truth, for `doo3d samples`."""
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -142,8 +141,7 @@ def _write_capture(folder: Path, make_scenes: Callable[..., list[Scene]], *value
         name, rendered = f"{k:06d}", render(scene)
         depth = np.round(rendered.frame.depth * DEPTH_SCALE).astype(np.uint16)
         _write_image(folder / "depth" / f"{name}.png", depth, cv2.IMWRITE_PNG_COMPRESSION, 9)
-        color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
-        _write_image(folder / "color" / f"{name}.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
+        _write_color(folder / "color" / f"{name}.jpg", rendered)
         truths[name] = rendered.truths
         write_intrinsics(folder / "camera_intrinsic.json", rendered.frame.camera)
     write_truth(folder / "truth.json", truths)
@@ -155,9 +153,8 @@ def _write_photos(folder: Path) -> Path:
     axes = {}
     for name, (family, seed) in PHOTOS.items():
         rendered = render(make_scene(family, seed, PHOTO_SIZE))
-        color = cv2.cvtColor(np.asarray(rendered.frame.color), cv2.COLOR_RGB2BGR)
-        _write_image(folder / f"{name}.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
-        _write_image(folder / "mask" / f"{name}.png", rendered.mask.astype(np.uint8) * 255, cv2.IMWRITE_PNG_COMPRESSION, 9)
+        _write_color(folder / f"{name}.jpg", rendered)
+        _write_mask(folder / "mask" / f"{name}.png", rendered)
         axes[name] = [_pixel_axis(truth, rendered.frame.camera) for truth in rendered.truths]
     text = json.dumps({"schema": AXES_SCHEMA, "photos": axes}, separators=(",", ":")).replace("}", "}\n")
     (folder / "axes.json").write_text(text, encoding="utf-8", newline="\n")
@@ -169,18 +166,12 @@ def _write_pair(folder: Path, family: str, seed: int) -> Path:
     aside = moved_scene(scene, lambda points: points - shift, lambda vector: vector, f"{scene.name}/right")
     views = [render(scene, "none"), render(aside, "none")]
     (folder / "mask").mkdir(parents=True, exist_ok=True)
-    color = cv2.cvtColor(np.hstack([np.asarray(view.frame.color) for view in views]), cv2.COLOR_RGB2BGR)
-    _write_image(folder / "000000.jpg", color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
-    mask = np.hstack([view.mask for view in views]).astype(np.uint8) * 255
-    _write_image(folder / "mask" / "000000.png", mask, cv2.IMWRITE_PNG_COMPRESSION, 9)
+    _write_color(folder / "000000.jpg", *views)
+    _write_mask(folder / "mask" / "000000.png", *views)
     camera = scene.camera
+    known = {"intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy]}
     cameras = [
-        {
-            "name": side,
-            "side_by_side": side,
-            "intrinsics": [camera.fx, camera.fy, camera.cx, camera.cy],
-            "pose": [*position.tolist(), 0.0, 0.0, 0.0, 1.0],
-        }
+        {"name": side, "side_by_side": side} | known | {"pose": [*position.tolist(), 0.0, 0.0, 0.0, 1.0]}
         for side, position in (("left", 0 * shift), ("right", shift))
     ]
     _write_rig_file(folder, cameras)
@@ -239,6 +230,17 @@ def write_intrinsics(path: Path, camera: Camera) -> None:
 def _write_image(path: Path, image: Array, *options: int) -> None:
     _, data = cv2.imencode(path.suffix, image, options)
     path.write_bytes(data.tobytes())
+
+
+def _write_color(path: Path, *views: Rendered) -> None:
+    """Write the color images of views side by side."""
+    color = cv2.cvtColor(np.hstack([np.asarray(view.frame.color) for view in views]), cv2.COLOR_RGB2BGR)
+    _write_image(path, color, cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY)
+
+
+def _write_mask(path: Path, *views: Rendered) -> None:
+    """Write the masks of views side by side."""
+    _write_image(path, np.hstack([view.mask for view in views]).astype(np.uint8) * 255, cv2.IMWRITE_PNG_COMPRESSION, 9)
 
 
 def _write_cloud(path: Path, family: str, seed: int, sensor: str, with_table: bool) -> Path:
@@ -309,9 +311,3 @@ def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:
     middle[:2] = 0
     rotation = Rotation.from_euler("y", angle, degrees=True)
     return moved_scene(scene, lambda points: rotation.apply(points - middle) + middle, rotation.apply, name)
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m doo3d.evaluation.sample_captures", description="Write the sample captures.")
-    parser.add_argument("folder", type=Path, help="folder to write to; made if necessary")
-    write_samples(parser.parse_args().folder)

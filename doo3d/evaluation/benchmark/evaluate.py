@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Literal
 
@@ -21,7 +20,7 @@ from ..scenes.model import Color, Truth
 from ..scenes.registry import family_rng
 from .cases import Case, KnownFrame
 from .pictures import UNREADABLE, frame_caption, frame_panels
-from .run import Benchmark, run_cases
+from .run import Benchmark
 
 Masking = Literal["mask", "ragged", "hsv", "auto"]
 
@@ -30,26 +29,12 @@ HUE_HALF_WIDTH, MIN_SATURATION, MIN_VALUE = 10, 90, 25
 
 
 def frame_benchmark(config: Config, known_count: bool = True, method: Masking = "mask") -> Benchmark:
-    """Return the benchmark of single frames; the parameters are those of `evaluate`."""
-    measure = partial(measure_frame, config=config, known_count=known_count, method=method)
-    return Benchmark(measure, COLUMNS, frame_panels, frame_caption, frame_badness)
-
-
-def evaluate(
-    cases: Sequence[Case],
-    config: Config,
-    known_count: bool = True,
-    method: Masking = "mask",
-    report: Callable[[Record], None] = lambda row: None,
-) -> list[Record]:
-    """Detect in every case and score the result.
+    """Return the benchmark of single frames.
 
     If a frame cannot be read, or the detection fails in it, the frame counts as wrong and its record holds the error.
 
     Parameters
     ----------
-    cases
-        the frames with known truth.
     config
         the configuration of the detection, of a 3-D mode; for frames without cables, it may be of a 2-D mode.
     known_count
@@ -58,22 +43,13 @@ def evaluate(
         how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
         "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
         "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
-    report
-        called with each record as soon as its case is done.
-
-    Returns
-    -------
-    A record for each case, in the order of `cases`.
-
-    Raises
-    ------
-    ConfigError : the config is for 2-D, and a frame has cables.
     """
-    return run_cases(frame_benchmark(config, known_count, method).measure, cases, report)
+    measure = partial(measure_frame, config=config, known_count=known_count, method=method)
+    return Benchmark(measure, COLUMNS, frame_panels, frame_caption, frame_badness)
 
 
 def measure_frame(case: Case, config: Config, known_count: bool, method: Masking) -> list[Record]:
-    """Read a case, and detect in it; see `evaluate`."""
+    """Read a case, and detect in it; see `frame_benchmark`."""
     try:
         known = case.load()
     except InputError as error:
@@ -134,7 +110,7 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
     known
         the frame, its cables and its mask, as returned by `case.load()`.
     config, known_count, method
-        as for `evaluate`.
+        as for `frame_benchmark`.
     """
     if config.mode == "2d" and known.truths:
         raise ConfigError(
@@ -183,7 +159,7 @@ def case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, me
     truths
         the cables of the frame.
     known_count, method
-        as for `evaluate`.
+        as for `frame_benchmark`.
     """
     merge = config.merge.model_copy(update={"chains": max(len(truths), 1) if known_count else None})
     segment = config.segment

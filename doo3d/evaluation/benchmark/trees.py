@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,9 +10,7 @@ from ...config import Config
 from ...types import Array, Chain, ChainEnd, Detection, Junction, LinearObject
 from ..metrics.record import Record
 from ..metrics.trees import COLUMNS, score_trees
-from ..rendering.renderer import render
 from ..scenes.model import Scene
-from ..scenes.registry import make_scene
 from .cases import Case, KnownFrame, scene_cases
 from .evaluate import Masking, detect_safely, given_mask
 from .pictures import panels, truth_chain
@@ -22,31 +18,13 @@ from .run import Benchmark
 
 
 def tree_benchmark(config: Config, method: Masking = "mask") -> Benchmark:
-    """Return the benchmark of branched objects; the config has `merge.branches`, and `method` is as for `evaluate`."""
+    """Return the benchmark of branched objects; the config has `merge.branches`, and `method` is as for `frame_benchmark`."""
     measure = partial(measure_tree, config=config, method=method)
     return Benchmark(measure, COLUMNS, _panels, tree_caption, lambda row: row.faults)
 
 
-def tree_cases(
-    families: Iterable[str], seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)
-) -> list[Case]:
-    """Return a case for every family of branched objects and every seed; the parameters are those of `scene_cases`.
-
-    Raises
-    ------
-    RuntimeError : on loading, no scene of a family fits an image of this size.
-    InputError : on loading, a file of motion capture cannot be read.
-    """
-    return [
-        replace(case, load=partial(_render, *case.load.args))  # type: ignore[attr-defined]
-        for case in scene_cases(families, seeds, sensor, size)
-    ]
-
-
-def _render(family: str, seed: int, sensor: str, size: tuple[int, int]) -> KnownFrame:
-    scene = make_scene(family, seed, size)
-    rendered = render(scene, sensor)
-    return KnownFrame(rendered.frame, rendered.truths, rendered.mask, scene=scene)
+tree_cases = scene_cases
+"""Return a case for every family of branched objects and every seed."""
 
 
 def measure_tree(case: Case, config: Config, method: Masking) -> list[Record]:

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...config import Config, load_config
-from ...types import Bools, Camera, Chain, Cloud, Frame, Image
+from ...config import load_config
+from ...types import Bools, Camera, Chain, Cloud, Detection, Frame, Image
 from ..metrics.score import score
 from ..metrics.trees import score_trees
 from ..rendering.ragged_mask import ragged_mask
 from ..rendering.renderer import render
-from ..scenes.model import Truth
+from ..scenes.model import Scene, Truth
 from ..scenes.registry import TREES, family_rng, make_scene
 from .cases import KnownFrame, known_frame
 from .evaluate import Masking, detect_safely
@@ -96,48 +96,74 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
                 yield Trial(kind, f"{family.rpartition('/')[2]}_{seed:03d}", partial(KINDS[kind], family, seed, size))
 
 
-def _frame(sensor: str, method: Masking, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in a rendered frame with its true mask, a ragged one or none, and perhaps the number of cables."""
-    known = _known(family, seed, size, sensor)
-    mask = _ragged(known.mask, f"{family}_{seed}") if method == "ragged" else known.mask if method == "mask" else None
-    chains = len(known.truths) if known_count else None
+def _run(
+    data: Frame | Cloud | Image,
+    mask: Bools | None,
+    config: tuple[str, dict[str, object]],
+    judge: Callable[[Detection], tuple[bool, bool, int, int]],
+) -> Run:
+    """Return the detection in data with a mask, by a preset and settings over it; `judge` gives the first four values."""
+    preset, own = config
 
     def run(settings: dict[str, object]) -> Outcome:
-        config = load_config("default", {"merge.chains": chains, **settings})
-        return _outcome(known.data, config, mask, known.truths, camera=known.data.camera)  # type: ignore[union-attr]
+        detection, timing = detect_safely(data, load_config(preset, own | settings), mask)
+        return Outcome(*judge(detection), detection.confidence or 0.0, timing["ms"])
 
     return run
+
+
+def _judge(truths: Sequence[Truth], camera: Camera, detection: Detection) -> tuple[bool, bool, int, int]:
+    """Score in space and in the image."""
+    found = score(detection.chains, truths, detection.crossings, camera)
+    return found.correct, bool(found.image_correct), found.crossings, found.crossings_correct
+
+
+def _judge_image(truths: Sequence[Truth], camera: Camera, detection: Detection) -> tuple[bool, bool, int, int]:
+    """Score chains of an image, laid into a plane at the median depth of the cables."""
+    depth = float(np.median(np.concatenate([truth.axis[:, 2] for truth in truths])))
+    found = score(tuple(_lifted(chain, camera, depth) for chain in detection.chains), truths, None, camera)
+    return bool(found.image_correct), bool(found.image_correct), 0, 0
+
+
+def _judge_trees(scene: Scene, detection: Detection) -> tuple[bool, bool, int, int]:
+    """Score branched objects."""
+    found = score_trees(detection, scene)
+    return found["correct"], found["taken"] == found["false"] == 0, found["crossings"], found["crossed"]
+
+
+def _frame(sensor: str, method: Masking, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in a rendered frame with its true mask, a ragged one or none, and perhaps the number of cables."""
+    known, frame = _known(family, seed, size, sensor)
+    mask = _ragged(known.mask, f"{family}_{seed}") if method == "ragged" else known.mask if method == "mask" else None
+    chains = len(known.truths) if known_count else None
+    return _run(frame, mask, ("default", {"merge.chains": chains}), partial(_judge, known.truths, frame.camera))
 
 
 def _image(is_told: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     """Return the detection in the color image of a rendered frame alone, with a ragged mask or none."""
-    known = _known(family, seed, size, "none")
-    assert isinstance(known.data, Frame)
-    assert known.data.color is not None
+    known, frame = _known(family, seed, size, "none")
+    assert frame.color is not None
     mask = _ragged(known.mask, f"{family}_{seed}") if is_told else None
-    camera, image = known.data.camera, Image(known.data.color)
-    depth = float(np.median(np.concatenate([truth.axis[:, 2] for truth in known.truths])))
-
-    def run(settings: dict[str, object]) -> Outcome:
-        return _outcome(image, load_config("image", settings), mask, known.truths, camera, depth)
-
-    return run
+    return _run(Image(frame.color), mask, ("image", {}), partial(_judge_image, known.truths, frame.camera))
 
 
 def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     """Return the detection in the points of the object that a frame shows; `sparse` keeps those of every 12th row of pixels."""
-    known = _known(family, seed, size, "d435")
-    assert isinstance(known.data, Frame)
+    known, frame = _known(family, seed, size, "d435")
     assert known.mask is not None
-    frame, chains = known.data, len(known.truths)
     rows = np.arange(frame.depth.shape[0])[:, None] % 12 == 0 if sparse else True
+    settings: dict[str, object] = {"merge.chains": len(known.truths)}
     cloud = _points_of(frame, known.mask & rows, family, seed)
+    return _run(cloud, None, ("default", settings), partial(_judge, known.truths, frame.camera))
 
-    def run(settings: dict[str, object]) -> Outcome:
-        config = load_config("default", {"merge.chains": chains, **settings})
-        return _outcome(cloud, config, None, known.truths, frame.camera)
 
-    return run
+def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+    """Return the detection in a rendered frame of branched objects with the true mask, or in the points that it shows of them."""
+    known, frame = _known(family, seed, size, "d435")
+    assert known.mask is not None
+    assert known.scene is not None
+    data = _points_of(frame, known.mask, family, seed) if as_cloud else frame
+    return _run(data, None if as_cloud else known.mask, ("harness", {}), partial(_judge_trees, known.scene))
 
 
 def _points_of(frame: Frame, mask: Bools, family: str, seed: int) -> Cloud:
@@ -146,23 +172,6 @@ def _points_of(frame: Frame, mask: Bools, family: str, seed: int) -> Cloud:
     chosen = np.sort(family_rng(f"{family}/cloud", seed).permutation(len(u))[:CLOUD_POINTS])
     points = frame.camera.unproject(np.column_stack((u, v))[chosen], frame.depth[v, u][chosen].astype(float))
     return Cloud(points, viewpoint=np.zeros(3), segmented=True)
-
-
-def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in a rendered frame of branched objects with the true mask, or in the points that it shows of them."""
-    scene = make_scene(family, seed, size)
-    rendered = render(scene, "d435")
-    data = _points_of(rendered.frame, rendered.mask, family, seed) if as_cloud else rendered.frame
-    mask = None if as_cloud else rendered.mask
-
-    def run(settings: dict[str, object]) -> Outcome:
-        detection, timing = detect_safely(data, load_config("harness", settings), mask)
-        found = score_trees(detection, scene)
-        junctions_right = found["taken"] == found["false"] == 0
-        crossings = found["crossings"], found["crossed"]
-        return Outcome(found["correct"], junctions_right, *crossings, detection.confidence or 0.0, timing["ms"])
-
-    return run
 
 
 KINDS: dict[str, Callable[[str, int, tuple[int, int]], Run]] = {
@@ -187,26 +196,11 @@ def _ragged(mask: Bools | None, name: str) -> Bools:
     return ragged_mask(mask, family_rng(f"{name}/ragged", 0))
 
 
-def _known(family: str, seed: int, size: tuple[int, int], sensor: str) -> KnownFrame:
-    return known_frame(render(make_scene(family, seed, size), sensor))
-
-
-def _outcome(
-    data: Frame | Cloud | Image,
-    config: Config,
-    mask: Bools | None,
-    truths: Sequence[Truth],
-    camera: Camera,
-    depth: float | None = None,
-) -> Outcome:
-    """Detect, and score in space and in the image; chains of an image are laid into a plane at a depth in m, and scored there."""
-    detection, timing = detect_safely(data, config, mask)
-    chains = detection.chains if depth is None else tuple(_lifted(chain, camera, depth) for chain in detection.chains)
-    found = score(chains, truths, detection.crossings if depth is None else None, camera)
-    in_image = bool(found.image_correct)
-    right = in_image if depth is not None else found.correct
-    crossings = found.crossings, found.crossings_correct
-    return Outcome(right, in_image, *crossings, detection.confidence or 0.0, timing["ms"])
+def _known(family: str, seed: int, size: tuple[int, int], sensor: str) -> tuple[KnownFrame, Frame]:
+    """Render a scene, and return it as a frame with known truth, and its data."""
+    scene = make_scene(family, seed, size)
+    rendered = render(scene, sensor)
+    return known_frame(rendered, scene), rendered.frame
 
 
 def _lifted(chain: Chain, camera: Camera, depth: float) -> Chain:

@@ -10,7 +10,7 @@ from numpy.random import Generator
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ...types import Array, Bools, Camera, Floats
-from .rays import OCCLUDER, RayCaster
+from .rays import OCCLUDER, SUBPIXELS, RayCaster, finer_rays, pixel_rays
 
 AMBIENT, PATTERN, GREY_LEVEL = 0.55, 0.9, 90.0
 """Brightness of a white surface that faces the camera, of a dot on it, and grey level (of 255) of the former."""
@@ -45,9 +45,6 @@ PATTERN_MARGIN = 1.3
 
 FULL_WIDTH = 1280
 """px; the width for which DOTS and DOT_SIGMA_PX are given."""
-
-SUBPIXELS = np.array([(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)])
-"""px, offsets of the rays of a pixel near a solid from its center."""
 
 
 @dataclass(frozen=True)
@@ -160,17 +157,15 @@ def infrared_view(
     image : (H, W) float64 grey levels, 0 to 250; 0 where there is no surface.
     shiny : (H, W) bool, pixels of surfaces that the sensor cannot measure; they are so bright that no pattern shows.
     """
-    v, u = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1).astype(float)
-    directions = np.column_stack(((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(len(u))))
+    directions = pixel_rays(camera)
     near = np.flatnonzero(_near_solids(caster, camera, origin))
     grey = _table_view(caster, directions, origin, light, reference_depth)
     shiny = np.zeros(len(grey), dtype=bool)
     if len(near):
         total = np.zeros(len(near))
-        for shift in SUBPIXELS:
-            finer = directions[near] + np.append(shift / (camera.fx, camera.fy), 0.0)
+        for finer in finer_rays(directions[near], camera):
             brightness, glaring = _hit_view(caster, finer, origin, light, reference_depth)
-            total += brightness / len(SUBPIXELS)
+            total += brightness / SUBPIXELS
             shiny[near] |= glaring
         grey[near] = total
     grey = np.where(shiny, MAX_GREY_LEVEL, np.minimum(GREY_LEVEL * grey / AMBIENT, MAX_GREY_LEVEL))

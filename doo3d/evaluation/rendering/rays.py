@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...inputs.support.open3d import open3d
-from ...types import Array, Bools, Floats, Ints
+from ...types import Array, Bools, Camera, Floats, Ints
 from ..scenes.model import Scene, Truth
 from .tube_mesh import SIDES, parallel_frames, sweep, tangents
 
@@ -29,6 +30,24 @@ SHADOW_OFFSET = 2e-4
 
 RAYS_AT_ONCE = 1_000_000
 """Rays, for memory."""
+
+SUBPIXELS = 4
+"""Rays of a pixel near a solid."""
+
+
+def pixel_rays(camera: Camera) -> Floats:
+    """Return the direction of the ray through the center of each pixel, (H * W, 3), row by row, in the camera's optical frame.
+
+    Directions have z = 1, so that t times a direction is the point at depth t.
+    """
+    v, u = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1).astype(float)
+    return camera.unproject(np.column_stack((u, v)), np.ones(len(u)))
+
+
+def finer_rays(directions: Floats, camera: Camera) -> Iterator[Floats]:
+    """Yield directions (R, 3) that pass through the SUBPIXELS quarters of the pixels of rays through their centers."""
+    for v, u in ((-0.25, -0.25), (-0.25, 0.25), (0.25, -0.25), (0.25, 0.25)):
+        yield directions + np.array([u / camera.fx, v / camera.fy, 0.0])
 
 
 @dataclass(frozen=True)

@@ -8,18 +8,15 @@ import numpy as np
 from numpy.random import Generator
 from scipy.ndimage import binary_dilation, gaussian_filter, zoom
 
-from ...types import Array, Bools, Camera, Floats, Frame
+from ...types import Array, Bools, Floats, Frame
 from ..scenes.model import Scene, Truth
 from ..scenes.registry import family_rng
 from .depth_sensor import SENSORS, measure_depth
-from .rays import OCCLUDER, TABLE, Hits, RayCaster
+from .rays import OCCLUDER, SUBPIXELS, TABLE, Hits, RayCaster, finer_rays, pixel_rays
 from .stereo import STEREO_SENSORS, measure_stereo
 
 AMBIENT, DIFFUSE, GLOSS = 0.42, 0.62, 0.10
 """Fractions of the light; the table's shadow keeps the ambient part."""
-
-SUBPIXELS = np.array([(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)])
-"""px, offsets of the rays of a pixel from its center."""
 
 MIN_WALL_LENGTH = 0.4
 """m; a solid as long is a surface such as a table or a wall, on which a slope is no edge, as no gripper or plug is."""
@@ -97,22 +94,6 @@ def _walls(scene: Scene, hits: Hits) -> Array:
     return number[hits.solid]
 
 
-def pixel_rays(camera: Camera, shift: tuple[float, float] = (0.0, 0.0)) -> Floats:
-    """Return the direction of the ray through each pixel, (H * W, 3), row by row, in the camera's optical frame.
-
-    Directions have z = 1, so that t times a direction is the point at depth t.
-
-    Parameters
-    ----------
-    camera
-        the intrinsics and the image size, W x H px.
-    shift
-        (x, y) px from the center of the pixel to the point that the ray passes through.
-    """
-    v, u = np.mgrid[0 : camera.height, 0 : camera.width].reshape(2, -1).astype(float)
-    return camera.unproject(np.column_stack((u + shift[0], v + shift[1])), np.ones(len(u)))
-
-
 def _color_image(caster: RayCaster, hits: Hits, directions: Floats, rng: Generator) -> Array:
     """Return the shaded image, (H, W, 3) uint8, with four rays per pixel wherever a solid is near."""
     scene = caster.scene
@@ -124,9 +105,8 @@ def _color_image(caster: RayCaster, hits: Hits, directions: Floats, rng: Generat
     solid = hits.solid.reshape(shape) >= 0
     near = np.flatnonzero(binary_dilation(solid, iterations=2))
     means = np.zeros((len(near), 3))
-    for shift in SUBPIXELS:
-        finer = directions[near] + np.append(shift / (scene.camera.fx, scene.camera.fy), 0.0)
-        means += _shade(caster, caster.cast(np.zeros_like(finer), finer), finer, table[near]) / len(SUBPIXELS)
+    for finer in finer_rays(directions[near], scene.camera):
+        means += _shade(caster, caster.cast(np.zeros_like(finer), finer), finer, table[near]) / SUBPIXELS
     image[near] = means
     noisy = gaussian_filter(image.reshape(*shape, 3), (0.45, 0.45, 0)) + rng.normal(0, COLOR_NOISE, (*shape, 3))
     return np.asarray(np.clip(noisy + 0.5, 0, 255), dtype=np.uint8)

@@ -126,7 +126,7 @@ def arcs_of(points: Floats) -> Floats:
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
 
 
-def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
+def curve_crossings(points: Floats, strand: Ints | None = None) -> CurveCrossings:
     """Return every place where planar polylines cross themselves or each other.
 
     Parameters
@@ -134,14 +134,14 @@ def curve_crossings(points: Floats, strand: Ints) -> CurveCrossings:
     points
         (P, 2) m, the points of all polylines one after the other.
     strand
-        (P,) int, index of the polyline that each point belongs to.
+        (P,) int, index of the polyline that each point belongs to; None for one polyline.
 
     Returns
     -------
     CurveCrossings
         sorted by `first`; of length 0 if there are none.
     """
-    start = np.flatnonzero(strand[1:] == strand[:-1])
+    start = np.arange(len(points) - 1) if strand is None else np.flatnonzero(strand[1:] == strand[:-1])
     a, b = points[start], points[start + 1]
     d = b - a
     offset = a[None, :] - a[:, None]

@@ -11,13 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from . import families, harnesses, knots, tubes
+from . import families, harnesses, knots, tough_families, tubes, without
 from . import handled_families as handled
 from . import hard_families as hard
 from . import wound_families as wound
 from .model import Scene
-from .tough_families import TOUGH
-from .without import WITHOUT
 
 Builder = Callable[[Generator, tuple[int, int]], "Scene | None"]
 
@@ -37,6 +35,12 @@ _BUILDERS: dict[str, Builder] = {
 }
 FAMILIES = {name: _BUILDERS[name] for name in (*BASIC, *MORE)}
 """The families of scenes with cables: name -> builder."""
+
+WITHOUT = without.WITHOUT
+"""The families of scenes without a cable: name -> builder. Right is: no chain."""
+
+TOUGH = tough_families.TOUGH
+"""The families of scenes as hard as those of other generators: name -> builder."""
 
 GROUPS = {
     "all": tuple(FAMILIES),

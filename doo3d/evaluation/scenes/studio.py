@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -29,6 +29,9 @@ GRIPPER_COLORS: tuple[Color, ...] = ((48, 49, 52), (225, 226, 228), (96, 100, 10
 
 FOCAL_LENGTHS_PX = {1280: 920.0, 640: 615.0}
 """px, of a D435's color stream at these widths."""
+
+DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
+"""Factor by which a camera is moved back until all is in view, and its greatest distance in m."""
 
 MARGIN_FRACTION = 0.05
 """Fraction of the image on each side that is kept free of cables."""
@@ -76,6 +79,15 @@ class Studio:
         """Tell whether all points (N, 3) m, in the world frame, are in the image, outside a margin of 5 % on each side."""
         pixels = self.camera.project(self.to_camera(points)) / (self.camera.width, self.camera.height)
         return bool(((pixels > MARGIN_FRACTION) & (pixels < 1 - MARGIN_FRACTION)).all())
+
+    def backed_off(self, curves: Sequence[Floats]) -> Studio | None:
+        """Return the studio with the camera so far back that all curves (P, 3) m are in view; None above MAX_DISTANCE."""
+        studio = self
+        while not all(studio.contains(curve) for curve in curves):
+            studio = replace(studio, distance=DISTANCE_FACTOR * studio.distance)
+            if studio.distance > MAX_DISTANCE:
+                return None
+        return studio
 
     def usable_size(self) -> tuple[float, float]:
         """Return the approximate size of the part of the table that cables may lie on: (x, y) m, along the axes of the world.

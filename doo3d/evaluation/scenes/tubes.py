@@ -8,7 +8,6 @@ name `e_a_b`) are used. Positions are in m, z up, with the bin's floor at z = 0.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +19,7 @@ from ...types import Floats
 from .families import Size
 from .model import Scene, Truth
 from .stacking import AXIS_SPACING
-from .studio import cable_color, make_studio
-
-DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
-"""Factor by which the camera is moved back until all tubes are in view, and its greatest distance in m."""
+from .studio import Studio, cable_color, make_studio
 
 
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
@@ -100,12 +96,10 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     ------
     InputError : the file cannot be read, or is not a tube configuration.
     """
-    studio = make_studio(rng, size, (0.8, 1.1), 8.0)
+    studio: Studio | None = make_studio(rng, size, (0.8, 1.1), 8.0)
     color = cable_color(rng)
     centerlines = [(densify(nodes, AXIS_SPACING), radius) for nodes, radius in read_tubes(path)]
-    while not all(studio.contains(axis) for axis, _ in centerlines):
-        studio = replace(studio, distance=DISTANCE_FACTOR * studio.distance)
-        if studio.distance > MAX_DISTANCE:
-            return None
+    if (studio := studio.backed_off([axis for axis, _ in centerlines])) is None:
+        return None
     cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis, radius in centerlines)
     return studio.scene(cables)

@@ -56,7 +56,7 @@ def coil(rng: Generator, size: Size) -> Scene | None:
     points = np.vstack((start, spiral, spiral[-1] + rest[:, None] * heading))
     curve = resample_polyline(points * (1.0, rng.uniform(0.8, 1.0)) * rng.choice((-1, 1), 2), STEP)
     curve = turned_curve(curve, rng.uniform(0, 2 * np.pi)) + studio.shift_in_view(rng, curve)
-    crossed = curve_crossings(curve, np.zeros(len(curve), dtype=int))
+    crossed = curve_crossings(curve)
     over = np.full(len(crossed.first), rng.random() < 0.7)
     return cables_on_table(rng, studio, [curve], radius, over=over) if len(crossed.first) >= int(turns) - 1 else None
 

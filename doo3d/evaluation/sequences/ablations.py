@@ -137,7 +137,7 @@ def main(
     sequence, 30 a second. motions : files of motion capture. sensor, width : the camera that sees them, and px of its images,
     which are 480 px high. captures : folders of captures with truth.npz.
     """
-    names = [*([] if own == "none" else own.split(",")), *(motions or [])]
+    names: list[str | Path] = [*([] if own == "none" else own.split(",")), *(motions or [])]
     chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
         (make_sequence(motion, seed, (width, 480), frames), sensor) for motion in names for seed in range(start, start + seeds)
     ]

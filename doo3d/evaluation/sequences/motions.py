@@ -14,6 +14,7 @@ from ...errors import InputError
 from ...types import Camera, Floats
 from ..scenes.curves import STEP, curve_crossings, random_curves, resample_polyline
 from ..scenes.families import MIN_BEND_RADII, RADII
+from ..scenes.harnesses.motion import load_array
 from ..scenes.knots import KNOTS, alternating, planar_knot
 from ..scenes.model import Table
 from ..scenes.stacking import min_bend_radius, resting_heights, spline_axis
@@ -88,10 +89,7 @@ def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Moti
     ------
     InputError : the file is no such array, holds fewer frames, or its markers do not follow each other along one cable.
     """
-    try:
-        markers = np.load(path, allow_pickle=False)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: no motion capture can be read ({error})", code="truth-invalid") from None
+    markers = load_array(path)
     last = (frames - 1) * CAPTURE_RATE / FRAME_RATE
     if markers.ndim != 3 or markers.shape[1] < 4 or markers.shape[2] != 3 or len(markers) <= last + 1:
         raise InputError(
@@ -202,7 +200,7 @@ def _on_table(rng: Generator, curves: list[Floats], studio: Studio, radius: floa
     """
     axes = []
     for curve in curves:
-        crossed = curve_crossings(curve, np.zeros(len(curve), dtype=np.int64))
+        crossed = curve_crossings(curve)
         over = np.zeros(len(crossed.first), dtype=bool) if first_over is None else alternating(crossed) ^ first_over
         z = resting_heights(curve, np.zeros(len(curve), dtype=np.int64), crossed, over, radius)
         if z is None:

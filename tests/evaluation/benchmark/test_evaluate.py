@@ -11,7 +11,8 @@ from builders.paths import SAMPLES
 from doo3d.config import Config, load_config
 from doo3d.errors import ConfigError, InputError
 from doo3d.evaluation.benchmark.cases import Case, folder_cases, known_frame, scene_cases
-from doo3d.evaluation.benchmark.evaluate import _hsv_range, evaluate
+from doo3d.evaluation.benchmark.evaluate import _hsv_range, frame_benchmark
+from doo3d.evaluation.benchmark.run import run_cases
 from doo3d.evaluation.benchmark.tables import format_table
 from doo3d.evaluation.metrics.confidence import most_confident
 from doo3d.evaluation.metrics.correct import METRIC
@@ -33,7 +34,8 @@ def even(points, length=0.01, radius=0.004):
 
 
 def evaluate_rendered(scenes, *options):
-    return evaluate([Case(each.frame.name, family, partial(known_frame, each)) for family, each in scenes], *options)
+    cases = [Case(each.frame.name, family, partial(known_frame, each)) for family, each in scenes]
+    return run_cases(frame_benchmark(*options).measure, cases)
 
 
 @pytest.fixture
@@ -100,7 +102,7 @@ def test_method_and_wanted_chains_are_passed_on(calls):
 
 def test_a_frame_that_fails_counts_as_wrong(calls):
     calls.give = InputError("no depth anywhere", code="depth-none")
-    rows = evaluate(scene_cases(["straight"], [0, 1], "none", SMALL), Config())
+    rows = run_cases(frame_benchmark(Config()).measure, scene_cases(["straight"], [0, 1], "none", SMALL))
     assert [(row.error, row.code) for row in rows] == [("no depth anywhere", "depth-none")] * 2
     assert rows[0]["code"] == "depth-none"
     assert "0/2 0.0 %" in format_table(rows, COLUMNS)
@@ -119,13 +121,13 @@ def test_the_number_of_chains_is_counted(calls):
 
 def test_a_config_for_two_dimensions_is_refused():
     with refuses("config-mode", kind=ConfigError):
-        evaluate(scene_cases(["straight"], [0]), load_config("image"))
+        run_cases(frame_benchmark(load_config("image")).measure, scene_cases(["straight"], [0]))
 
 
 def test_captures_are_scored_against_the_truth_beside_them(calls):
     truth = read_truth(SAMPLES / "straight" / "truth.json")["000000"]
     calls.give = [even(truth[0].axis, 0.01, truth[0].radius)]
-    rows = evaluate(folder_cases(SAMPLES), Config())
+    rows = run_cases(frame_benchmark(Config()).measure, folder_cases(SAMPLES))
     right = {row.family for row in rows if row.correct}
     assert right == {"straight"}
     assert [row.family for row in rows].count("crossing") == 3

@@ -9,7 +9,8 @@ from builders.chains import straight
 from doo3d.config import load_config
 from doo3d.errors import ConfigError
 from doo3d.evaluation.benchmark.cases import known_frame, scene_cases
-from doo3d.evaluation.benchmark.evaluate import detect_case, evaluate
+from doo3d.evaluation.benchmark.evaluate import detect_case, frame_benchmark
+from doo3d.evaluation.benchmark.run import run_cases
 from doo3d.evaluation.benchmark.tables import format_table
 from doo3d.evaluation.metrics.score import COLUMNS
 from doo3d.evaluation.rendering.renderer import render
@@ -96,13 +97,13 @@ def test_right_is_no_chain_with_nothing_given(monkeypatch, mode):
 def test_the_table_says_how_many_frames_show_no_chain(monkeypatch):
     monkeypatch.setattr("doo3d.pipeline.detect", lambda data, config, mask=None: Detection(()))
     cases = scene_cases(["boxes"], [0, 1], "none", SMALL)
-    assert format_table(evaluate(cases, load_config("default")), COLUMNS).splitlines()[-1] == (
+    assert format_table(run_cases(frame_benchmark(load_config("default")).measure, cases), COLUMNS).splitlines()[-1] == (
         "no chain in 2/2 100.0 % of the frames without a cable"
     )
     with_cable = scene_cases(["straight"], [0], "none", SMALL)
-    assert "without a cable" not in format_table(evaluate(with_cable, load_config("default")), COLUMNS)
+    assert "without a cable" not in format_table(run_cases(frame_benchmark(load_config("default")).measure, with_cable), COLUMNS)
 
 
 def test_photographs_alone_are_refused_where_cables_are_known_in_metres():
     with pytest.raises(ConfigError, match="2-D"):
-        evaluate(scene_cases(["straight"], [0], "none", SMALL), load_config("image"))
+        run_cases(frame_benchmark(load_config("image")).measure, scene_cases(["straight"], [0], "none", SMALL))

@@ -11,10 +11,10 @@ from numpy.random import Generator
 from scipy.spatial.transform import Rotation
 
 from ....errors import InputError, unread_code
-from ....types import Floats
+from ....types import Array, Floats
 from ..model import Scene, Tree, Truth
 from ..stacking import spline_axis
-from ..studio import cable_color, make_studio
+from ..studio import Studio, cable_color, make_studio
 from .build import Size
 
 MOTION_TRUNK, MOTION_BRANCHES, MOTION_RADIUS = tuple(range(13)), ((4, 13, 14, 15, 16), (8, 17, 18, 19)), 0.005
@@ -25,6 +25,15 @@ MIN_MARKER_STEP = 0.02
 """m; markers nearer to the one before are left out of the spline, which would swing between them."""
 
 
+def load_array(path: str | Path) -> Array:
+    """Return the array of an .npy file; an InputError if there is none."""
+    try:
+        return np.asarray(np.load(path, allow_pickle=False))
+    except (OSError, ValueError) as error:
+        code = unread_code(error) if isinstance(error, OSError) else "truth-invalid"
+        raise InputError(f"{path}: no motion capture can be read ({error})", code=code) from None
+
+
 def read_markers(path: str | Path) -> Floats:
     """Return the positions of the markers of a measured branched cable, (T, 20, 3) m, from an .npy file.
 
@@ -32,11 +41,7 @@ def read_markers(path: str | Path) -> Floats:
     ------
     InputError : the file cannot be read or holds something else.
     """
-    try:
-        frames = np.load(path, allow_pickle=False)
-    except (OSError, ValueError) as error:
-        code = unread_code(error) if isinstance(error, OSError) else "truth-invalid"
-        raise InputError(f"{path}: cannot be read ({error})", code=code) from None
+    frames = load_array(path)
     if frames.ndim != 3 or frames.shape[1:] != (20, 3):
         raise InputError(f"{path}: has shape {frames.shape}, expected (T, 20, 3) positions of markers", code="truth-invalid")
     return np.asarray(frames)
@@ -69,12 +74,10 @@ def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     center = (markers.max(axis=0) + markers.min(axis=0)) / 2
     _, _, principal = np.linalg.svd(markers - center, full_matrices=False)
     turn = Rotation.from_euler("xyz", rng.uniform(-1, 1, 3) * (0.5, 0.5, 0.3)).as_matrix() @ principal
-    studio = make_studio(rng, size, (0.8, 1.0), 0.0)
+    studio: Studio | None = make_studio(rng, size, (0.8, 1.0), 0.0)
     placed = [(curve - center) @ turn.T for curve in curves]
-    while not all(studio.contains(curve) for curve in placed):
-        studio = replace(studio, distance=1.05 * studio.distance)
-        if studio.distance > 2.5:
-            return None
+    if (studio := studio.backed_off(placed)) is None:
+        return None
     axes = []
     for k, stops in enumerate(((0, 4, 8, 12), (0, 4), (0, 3))):
         moved = np.concatenate(([True], np.linalg.norm(np.diff(placed[k], axis=0), axis=1) > MIN_MARKER_STEP))

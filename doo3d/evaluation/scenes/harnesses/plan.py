@@ -126,7 +126,8 @@ def leaving_curve(rng: Generator, trunk: Floats, index: int, side: int, longer: 
     """
     heading = trunk[min(index + 4, len(trunk) - 1)] - trunk[index - 4]
     angle = np.arctan2(heading[1], heading[0]) + side * np.radians(rng.uniform(*LEAVING_DEGREES))
-    return headed_curve(random_curves(rng, 1, rng.uniform(*BRANCH_LENGTHS) * longer, 0.03)[0], angle) + trunk[index]
+    curve = random_curves(rng, 1, rng.uniform(*BRANCH_LENGTHS) * longer, 0.03)[0]
+    return np.asarray(headed_curve(curve, angle) + trunk[index])
 
 
 def placed(rng: Generator, plan: Plan, usable: Floats) -> Plan | None:
