@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 from doo3d import Chain, Image, open_capture
 from doo3d.evaluation.benchmark.cases import Case, KnownFrame, capture_cases, pieces_in_view, scene_cases
 from doo3d.evaluation.metrics.score import score
-from doo3d.evaluation.photos.datasets import cset, mbest
+from doo3d.evaluation.photos.datasets import Photo, cset, mbest
 from doo3d.evaluation.photos.free_crops import free_rectangle
 from doo3d.evaluation.photos.score import drawn_pixels
 from doo3d.evaluation.rendering.ragged_mask import ragged_mask
@@ -49,8 +49,11 @@ MOVING_EVERY = 7
 OFFICE_CABLES_PX, OFFICE_SCALE = 110, 1000
 """px from the left border of the office's frames, where cables lie on a desk and are cut off; and its units per metre."""
 
-UNLABELLED = ("img_00", "img_02", "img_08")
-"""Photographs of zed_pairs that show cables on the floor, which no mask names."""
+LABELLED = {"cset": cset, "mbest": mbest}
+"""Data sets of photographs with a label for each cable -> their readers."""
+
+UNLABELLED = ("img_00 left", "img_02 left", "img_08 left")
+"""Views of zed_pairs that show cables on the floor, which no mask names."""
 
 RENDERED = {"d435": 300, "stereo": 301, "zivid": 302}
 """Simulated cameras, and the seed of the rendered scenes of each."""
@@ -97,90 +100,81 @@ def sources(data: Path, cache: Path) -> Iterator[Source]:
     yield from rendered_sources(cache)
 
 
-def photograph_sources(data: Path) -> Iterator[Source]:
-    """Yield real photographs, with nothing given and with a mask given."""
-    for name, read, given in (("cset", cset, "network"), ("mbest", mbest, "hsv")):
-        if (data / name).is_dir():
-            for mask in (None, given, "labels"):
-                frames = [
-                    (f"{case.family} {case.name}", partial(_labelled, case, mask is not None))
-                    for case in read(data / name, mask or "labels")
-                ]
-                yield Source(f"{name}, {'nothing' if mask is None else f'mask ({mask})'}", name, mask is not None, frames)
-    for name, folder, read in (("photos", "images", _photo), ("bundles", "imgs", _bundle)):
-        files = sorted((data / name / folder).glob("*"))
-        for is_given in (False, True) if files else ():
-            frames = [(file.stem, partial(read, file, is_given)) for file in files]
-            yield Source(f"{name}, {'mask' if is_given else 'nothing'}", name, is_given, frames)
-    pairs = sorted((data / "zed_pairs").glob("img_??.png"))
-    if pairs:
-        frames = [(f"{file.stem} {side}", partial(_view, file, side)) for file in pairs for side in ("left", "right")]
-        yield Source("zed_pairs, nothing", "zed_pairs", False, frames)
+def photographs(data: Path, name: str, masks: str = "labels") -> list[tuple[str, Callable[[], Photo]]]:
+    """Return name and reader of each photograph of a data set; none if it is not there.
+
+    The labels of photos, bundles and zed_pairs are 1 on their cables together. `masks` is as for the readers of cset and mbest.
+    """
+    folder = data / name
+    if name in LABELLED:
+        cases = LABELLED[name](folder, masks) if folder.is_dir() else []
+        return [(f"{case.family} {case.name}", case.load) for case in cases]
+    if name == "zed_pairs":
+        files = sorted(folder.glob("img_??.png"))
+        return [(f"{file.stem} {side}", partial(_view, file, side)) for file in files for side in ("left", "right")]
+    files = sorted((folder / ("imgs" if name == "bundles" else "images")).glob("*"))
+    return [(file.stem, partial(_masked, file, 128 if name == "bundles" else 1)) for file in files]
 
 
-def _labelled(case: Case, is_given: bool) -> Known:
-    photo = case.load()
-    return Known(Image(photo.image), photo.mask if is_given else None, partial(matches_label, photo.labels), photo.cables)
+def _masked(file: Path, least: int) -> Photo:
+    mask = _read_mask(next((file.parents[1] / "masks").glob(f"{file.stem}.*")), least)
+    return Photo("", file.stem, _read(file), mask.astype(np.uint8), mask)
 
 
-def _photo(file: Path, is_given: bool) -> Known:
-    mask = _read_mask(next((file.parents[1] / "masks").glob(f"{file.stem}.*")))
-    return Known(Image(_read(file)), mask if is_given else None, partial(on_mask, mask), 1)
-
-
-def _bundle(file: Path, is_given: bool) -> Known:
-    labels = [_read_mask(label) for label in sorted((file.parents[1] / "labels").glob(f"{file.stem}_*.png"))]
-    mask = _read_mask(next((file.parents[1] / "masks").glob(f"{file.stem}.*")), 128) if is_given else None
-    return Known(
-        Image(_read(file)),
-        mask,
-        lambda chains: [any(runs_along(chain, label) for label in labels) for chain in chains],
-        len(labels),
-    )
-
-
-def _view(file: Path, side: str) -> Known:
+def _view(file: Path, side: str) -> Photo:
     color, mask = _read(file), _read_mask(file.with_name(f"{file.stem}_{side}_mask_0.png"))
     half = color.shape[1] // 2
-    return Known(Image(color[:, :half] if side == "left" else color[:, half:]), None, partial(on_mask, mask), 1)
+    return Photo("", file.stem, color[:, :half] if side == "left" else color[:, half:], mask.astype(np.uint8), mask)
+
+
+def photograph_sources(data: Path) -> Iterator[Source]:
+    """Yield real photographs, with nothing given and with a mask given."""
+    ways = {
+        "cset": ((None, "labels"), ("mask (network)", "network"), ("mask (labels)", "labels")),
+        "mbest": ((None, "labels"), ("mask (hsv)", "hsv"), ("mask (labels)", "labels")),
+        "photos": ((None, ""), ("mask", "")),
+        "bundles": ((None, ""), ("mask", "")),
+        "zed_pairs": ((None, ""),),
+    }
+    for name, given in ways.items():
+        for mask, masks in given:
+            folder = data / name / "labels" if name == "bundles" else None
+            frames = [
+                (stem, partial(_known, read, mask is not None, name, folder)) for stem, read in photographs(data, name, masks)
+            ]
+            if frames:
+                yield Source(f"{name}, {mask or 'nothing'}", name, mask is not None, frames)
+
+
+def _known(read: Callable[[], Photo], is_given: bool, name: str, labels: Path | None) -> Known:
+    """Return a photograph of a data set with its judge; `labels` is the folder of the label of each cable of bundles."""
+    photo = read()
+    judge: Judge = partial(matches_label, photo.labels) if name in LABELLED else partial(on_mask, photo.mask)
+    cables = photo.cables
+    if labels is not None:
+        each = [_read_mask(label) for label in sorted(labels.glob(f"{photo.name}_*.png"))]
+        judge, cables = partial(along_a_label, each), len(each)
+    return Known(Image(photo.image), photo.mask if is_given else None, judge, cables)
 
 
 def window_sources(data: Path) -> Iterator[Source]:
     """Yield parts of the photographs without a labelled pixel."""
-    readers: dict[str, list[tuple[str, Callable[[], tuple[Array, Bools]]]]] = {}
-    for name, read in (("cset", cset), ("mbest", mbest)):
-        if (data / name).is_dir():
-            readers[name] = [(f"{case.family} {case.name}", partial(_color_and_labels, case)) for case in read(data / name)]
-    files = sorted((data / "photos" / "images").glob("*"))
-    readers["photos"] = [(file.stem, lambda file=file: (_read(file), _photo(file, True).mask)) for file in files]
-    pairs = [file for file in sorted((data / "zed_pairs").glob("img_??.png")) if file.stem not in UNLABELLED]
-    readers["zed_pairs"] = [
-        (
-            file.stem,
-            lambda file=file: (_view(file, "left").data.color, _read_mask(file.with_name(f"{file.stem}_left_mask_0.png"))),
-        )
-        for file in pairs
-    ]
-    for name, photographs in readers.items():
-        frames = [(f"{stem} {k}", partial(_window, read, k)) for stem, read in photographs for k in range(WINDOWS)]
+    for name in ("cset", "mbest", "photos", "zed_pairs"):
+        chosen = [(stem, read) for stem, read in photographs(data, name) if stem not in UNLABELLED and " right" not in stem]
+        frames = [(f"{stem} {k}", partial(_window, read, k)) for stem, read in chosen for k in range(WINDOWS)]
         yield Source(f"{name}, parts without a cable", "parts", False, frames)
 
 
-def _color_and_labels(case: Case) -> tuple[Array, Bools]:
-    photo = case.load()
-    return photo.image, photo.labels > 0
-
-
-def _window(read: Callable[[], tuple[Array, Bools]], number: int) -> Known | None:
+def _window(read: Callable[[], Photo], number: int) -> Known | None:
     """Return the part of a photograph of this number, the largest first; None if there are fewer."""
-    color, mask = read()
-    taken = mask.copy()
+    photo = read()
+    taken = photo.labels > 0
     for _ in range(number + 1):
         part = free_rectangle(taken, WINDOW_SIZE, WINDOW_MARGIN_PX)
         if part is None:
             return None
         taken[part] = True
-    return Known(Image(np.ascontiguousarray(color[part])), None, nothing_is_right, 0)
+    return Known(Image(np.ascontiguousarray(photo.image[part])), None, nothing_is_right, 0)
 
 
 def hard_sources(folder: Path) -> Iterator[Source]:
@@ -294,6 +288,11 @@ def on_mask(mask: Bools, chains: Sequence[Chain]) -> list[bool]:
     near = _widened(mask, MARGIN_PX)
     joints = [np.rint(chain.joints.clip(0, np.array(mask.shape[::-1]) - 1)).astype(int) for chain in chains]
     return [bool(near[v, u].mean() >= MIN_ON_MASK) for u, v in (each.T for each in joints)]
+
+
+def along_a_label(labels: Sequence[Bools], chains: Sequence[Chain]) -> list[bool]:
+    """Tell which chains run along one of the labels from end to end."""
+    return [any(runs_along(chain, label) for label in labels) for chain in chains]
 
 
 def runs_along(chain: Chain, label: Bools) -> bool:

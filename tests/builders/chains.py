@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import doo3d
+from doo3d.kernels import lay_equal_chords
 
 LENGTH, RADIUS, START = 0.01, 0.004, 1_700_000_000.123456
 
@@ -28,6 +29,11 @@ def ring(count: int = 40) -> doo3d.Chain:
     joints = np.column_stack((size * np.cos(turn), size * np.sin(turn), np.full(count + 1, 0.5)))
     joints[-1] = joints[0]
     return doo3d.Chain(joints, LENGTH, RADIUS, closed=True)
+
+
+def along(line: np.ndarray, length: float = LENGTH, radius: float = RADIUS) -> doo3d.Chain:
+    """Return a chain of equal segments along a line (P, 3)."""
+    return doo3d.Chain(lay_equal_chords(np.ascontiguousarray(line), length)[0], length, radius)
 
 
 def straight(axis: int, sign: float, count: int = 3) -> doo3d.Chain:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import cv2
 import numpy as np
 
@@ -47,3 +49,16 @@ def save(path, image):
     """RGB or grey to disk."""
     path.parent.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(path), image[:, :, ::-1] if image.ndim == 3 else image)
+
+
+def write_capture(folder, frames):
+    """Write rendered frames as another renderer does, depth in tenths of a millimetre; return the folder."""
+    for k, rendered in enumerate(frames):
+        name, camera = f"{k:06d}.png", rendered.frame.camera
+        save(folder / "color" / name, rendered.frame.color)
+        save(folder / "depth" / name, np.round(rendered.frame.depth * 1e4).astype(np.uint16))
+        save(folder / "mask" / name, 255 * rendered.mask.astype(np.uint8))
+    matrix = [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1]
+    values = {"width": camera.width, "height": camera.height, "intrinsic_matrix": matrix, "depth_scale": 10000}
+    (folder / "camera_intrinsic.json").write_text(json.dumps(values))
+    return folder

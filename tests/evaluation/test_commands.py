@@ -63,9 +63,8 @@ def test_groups_of_families_are_chosen_by_name():
     assert both == basic + more == _families("more,basic,ring")[13:] + more
 
 
-@pytest.mark.parametrize(
-    ("options", "code", "part"),
-    [
+BAD_OPTIONS = {
+    "scenes": [
         (("--families", "straight,nope"), "choice-unknown", "--families nope"),
         (("--sensor", "eye"), "choice-unknown", "--sensor eye"),
         (("--mask", "x"), "choice-unknown", "--mask x"),
@@ -73,11 +72,38 @@ def test_groups_of_families_are_chosen_by_name():
         (("--size", "640"), "value-invalid", "--size 640"),
         (("-c", "image"), "config-mode", ""),
     ],
-)
-def test_bad_options_are_named(doo3d, options, code, part):
-    status, out, err = doo3d("evaluate", "scenes", *options)
-    assert (status, out) == (2, "")
-    assert code_in(err) == code
+    "sequences": [
+        (("--own", "dragged,nope"), "choice-unknown", "--own nope"),
+        (("--own", "none"), "options-conflict", "--own none"),
+        (("--level", "harder"), "choice-unknown", "--level harder"),
+        (("--sensor", "eye"), "choice-unknown", "--sensor eye"),
+        (("--count", "2"), "choice-unknown", "--count 2"),
+        (("--motions", "nowhere.npy"), "file-missing", "nowhere.npy"),
+        (("--size", "160x120", "-c", "image"), "config-mode", ""),
+    ],
+    "trees": [
+        (("--mask", "none"), "choice-unknown", "--mask none"),
+        (("--families", "crossing"), "choice-unknown", "--families crossing"),
+        (("-c", "default"), "options-conflict", "merge.branches"),
+        (("--motion", "absent.npy"), "file-missing", "absent.npy"),
+    ],
+    "dataset": [
+        (("s4", "x"), "choice-unknown", "mbest, cset, tubes"),
+        (("mbest", "x", "--seeds", 2), "options-conflict", "--seeds: does not apply to the data set mbest"),
+        (("cset", "x", "--single"), "options-conflict", "--single: does not apply to the data set cset"),
+        (("tubes", "x", "--subset", "S1"), "options-conflict", "--subset"),
+        (("tubes", "x", "--chains-from-data"), "options-conflict", "--known-count"),
+        (("tubes", "x", "--sensor", "eye"), "choice-unknown", "--sensor eye"),
+        (("tubes", "x"), "tubes-missing", "x"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("command", "case"), [(command, case) for command, cases in BAD_OPTIONS.items() for case in cases])
+def test_bad_options_are_named(doo3d, command, case):
+    options, code, part = case
+    status, out, err = doo3d("evaluate", command, *options)
+    assert (status, out, code_in(err)) == (2, "", code)
     assert part in err
 
 
@@ -191,19 +217,3 @@ def test_trees_are_scored_drawn_and_written(doo3d):
     assert written["summary"]["tree_two"]["objects"] == 2
     assert written["summary"]["all"]["objects"] == 3
     assert [frame["frame"] for frame in written["frames"]] == ["tree_000", "tree_two_000"]
-
-
-@pytest.mark.parametrize(
-    ("options", "code"),
-    [
-        (("--mask", "none"), "choice-unknown"),
-        (("--families", "crossing"), "choice-unknown"),
-        (("-c", "default"), "options-conflict"),
-        (("--motion", "absent.npy"), "file-missing"),
-    ],
-)
-def test_what_evaluate_trees_cannot_do_is_refused_by_name(doo3d, options, code):
-    status, out, err = doo3d("evaluate", "trees", "--size", "64x64", *options)
-    assert status != 0
-    assert out == ""
-    assert code_in(err) == code

@@ -19,7 +19,7 @@ from ...types import Floats
 from .families import Size
 from .model import Scene, Truth
 from .stacking import AXIS_SPACING
-from .studio import Studio, cable_color, make_studio
+from .studio import cable_color, make_studio
 
 
 def read_tubes(path: str | Path) -> list[tuple[Floats, float]]:
@@ -96,10 +96,10 @@ def tubes(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     ------
     InputError : the file cannot be read, or is not a tube configuration.
     """
-    studio: Studio | None = make_studio(rng, size, (0.8, 1.1), 8.0)
+    drawn = make_studio(rng, size, (0.8, 1.1), 8.0)
     color = cable_color(rng)
     centerlines = [(densify(nodes, AXIS_SPACING), radius) for nodes, radius in read_tubes(path)]
-    if (studio := studio.backed_off([axis for axis, _ in centerlines])) is None:
+    if (studio := drawn.backed_off([axis for axis, _ in centerlines])) is None:
         return None
     cables = tuple(Truth(studio.to_camera(axis), radius, color=color) for axis, radius in centerlines)
     return studio.scene(cables)

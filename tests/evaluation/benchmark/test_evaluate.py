@@ -5,6 +5,7 @@ from functools import partial
 import cv2
 import numpy as np
 import pytest
+from builders.chains import along
 from builders.errors import refuses
 from builders.paths import SAMPLES
 
@@ -22,15 +23,9 @@ from doo3d.evaluation.metrics.score import COLUMNS
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.truth_file import read_truth
-from doo3d.kernels import lay_equal_chords
-from doo3d.types import Chain, Crossing, Detection, SegmentRef
+from doo3d.types import Crossing, Detection, SegmentRef
 
 SMALL = (640, 480)
-
-
-def even(points, length=0.01, radius=0.004):
-    """A chain of equal segments along a line (P, 3)."""
-    return Chain(lay_equal_chords(points, length)[0], length, radius)
 
 
 def evaluate_rendered(scenes, *options):
@@ -60,7 +55,7 @@ def calls(monkeypatch):
 
 def test_perfect_chains_fill_the_table(calls):
     rendered = render(make_scene("crossing", 5, SMALL), "none")
-    calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
+    calls.give = [along(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
     rows = evaluate_rendered([("crossing", rendered)], Config())
     assert rows[0].correct
     text = format_table(rows, COLUMNS)
@@ -71,7 +66,7 @@ def test_perfect_chains_fill_the_table(calls):
 
 def test_the_table_has_the_most_confident_frames_and_the_upper_strands(calls):
     rendered = render(make_scene("crossing", 5, SMALL), "none")
-    chains = tuple(even(truth.axis, 0.01, truth.radius) for truth in rendered.truths)
+    chains = tuple(along(truth.axis, 0.01, truth.radius) for truth in rendered.truths)
     (upper, lower), *_ = (true_crossings(rendered.truths).arc / 0.01).astype(int).tolist()
     for right in (True, False):
         places = SegmentRef(0, upper), SegmentRef(0, lower)
@@ -110,9 +105,9 @@ def test_a_frame_that_fails_counts_as_wrong(calls):
 
 def test_the_number_of_chains_is_counted(calls):
     rendered = render(make_scene("several", 6, SMALL), "none")
-    calls.give = [even(rendered.truths[0].axis, 0.01, rendered.truths[0].radius)]
+    calls.give = [along(rendered.truths[0].axis, 0.01, rendered.truths[0].radius)]
     (one,) = evaluate_rendered([("several", rendered)], Config(), False)
-    calls.give = [even(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
+    calls.give = [along(truth.axis, 0.01, truth.radius) for truth in rendered.truths]
     (all_,) = evaluate_rendered([("several", rendered)], Config(), False)
     values = {key: value for column in METRIC.columns for key, value in column.summarize([one, all_]).items()}
     assert (values["count_correct"], values["frames_correct"]) == (1, 1)
@@ -126,7 +121,7 @@ def test_a_config_for_two_dimensions_is_refused():
 
 def test_captures_are_scored_against_the_truth_beside_them(calls):
     truth = read_truth(SAMPLES / "straight" / "truth.json")["000000"]
-    calls.give = [even(truth[0].axis, 0.01, truth[0].radius)]
+    calls.give = [along(truth[0].axis, 0.01, truth[0].radius)]
     rows = run_cases(frame_benchmark(Config()).measure, folder_cases(SAMPLES))
     right = {row.family for row in rows if row.correct}
     assert right == {"straight"}

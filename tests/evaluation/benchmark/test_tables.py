@@ -7,6 +7,7 @@ import json
 import cv2
 import numpy as np
 import pytest
+from builders.chains import along
 
 from doo3d.config import Config
 from doo3d.evaluation.benchmark.cases import Case, KnownFrame
@@ -16,8 +17,7 @@ from doo3d.evaluation.benchmark.tables import csv_text, format_table, json_text
 from doo3d.evaluation.metrics.record import Record
 from doo3d.evaluation.metrics.score import COLUMNS, score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels import lay_equal_chords
-from doo3d.types import Camera, Chain, Cloud, Detection, Frame
+from doo3d.types import Camera, Cloud, Detection, Frame
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=320.0, cy=240.0, width=640, height=480)
 X = np.linspace(-0.1, 0.1, 401)
@@ -26,7 +26,7 @@ TRUTH = Truth(AXIS, 0.004, seen=np.abs(X) > 0.01)
 
 
 def found(axis=AXIS):
-    return Detection((Chain(lay_equal_chords(axis, 0.01)[0], 0.01, 0.004),))
+    return Detection((along(axis),))
 
 
 def row(detection, family="one", name="a", seconds=0.02, data=None, seed=None):

@@ -1,12 +1,9 @@
 """Truth in arrays that another renderer wrote, with other depth and masks beside it."""
 
-import json
-
-import cv2
 import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.photos import save
+from builders.photos import save, write_capture
 
 from doo3d.evaluation.benchmark.cases import folder_cases
 from doo3d.evaluation.rendering.renderer import render
@@ -19,17 +16,9 @@ SIMPLE = "other/depth_simple.png"
 def rendered(tmp_path):
     """A rendered scene and its capture, hook_3."""
     result = render(make_scene("occluded", 1, (320, 180)), "none")
-    folder, camera = tmp_path / "hook_3", result.frame.camera
-    for part in ("color", "depth", "mask", "other"):
-        (folder / part).mkdir(parents=True)
-    save(folder / "color" / "000000.png", result.frame.color)
-    cv2.imwrite(str(folder / "depth" / "000000.png"), np.round(result.frame.depth * 1e4).astype(np.uint16))
-    cv2.imwrite(str(folder / SIMPLE), np.full((180, 320), 7000, np.uint16))
-    cv2.imwrite(str(folder / "mask" / "000000.png"), 255 * result.mask.astype(np.uint8))
-    cv2.imwrite(str(folder / "other" / "mask_ragged.png"), 255 * (~result.mask).astype(np.uint8))
-    matrix = [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1]
-    values = {"width": 320, "height": 180, "intrinsic_matrix": matrix, "depth_scale": 10000}
-    (folder / "camera_intrinsic.json").write_text(json.dumps(values))
+    folder = write_capture(tmp_path / "hook_3", [result])
+    save(folder / SIMPLE, np.full((180, 320), 7000, np.uint16))
+    save(folder / "other" / "mask_ragged.png", 255 * (~result.mask).astype(np.uint8))
     axes = {f"axis_{k}": truth.axis.astype(np.float32) for k, truth in enumerate(result.truths)}
     radii = [truth.radius for truth in result.truths]
     closed = [truth.closed for truth in result.truths]

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders.chains import along
 
 from doo3d.evaluation.metrics.crossings import true_crossings
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.kernels import lay_equal_chords
-from doo3d.types import Chain, Crossing, SegmentRef
+from doo3d.types import Crossing, SegmentRef
 
 RADIUS, STEP = 0.004, 0.01
 X = np.linspace(-0.2, 0.2, 801)
@@ -21,10 +21,6 @@ def across(angle, z, middle=(0.05, 0.0)):
     """A straight cable of 0.4 m at a depth, through a place of the view at z = 0.6 m: it is at arc 0.2 m there."""
     scale = z / 0.6
     return np.column_stack((middle[0] * scale + X * np.cos(angle), middle[1] * scale + X * np.sin(angle), np.full(801, z)))
-
-
-def even(axis):
-    return Chain(lay_equal_chords(axis, STEP)[0], STEP, RADIUS)
 
 
 def knot():
@@ -62,7 +58,7 @@ def test_a_cable_towards_the_camera_does_not_cross_itself():
 
 LOWER, UPPER, THIRD = across(0.2, 0.62), across(1.4, 0.6), across(2.3, 0.61, (-0.06, 0.02))
 TRUTHS = [Truth(LOWER, RADIUS), Truth(UPPER, RADIUS), Truth(THIRD, RADIUS)]
-CHAINS = [even(axis) for axis in (LOWER, UPPER, THIRD)]
+CHAINS = [along(axis) for axis in (LOWER, UPPER, THIRD)]
 
 
 def crossing_of(true, row, flip=False):
@@ -90,7 +86,7 @@ def test_right_wrong_missing_and_extra():
 
 def test_a_chain_may_run_either_way():
     true = true_crossings(TRUTHS)
-    turned = [even(axis[::-1]) for axis in (LOWER, UPPER, THIRD)]
+    turned = [along(axis[::-1]) for axis in (LOWER, UPPER, THIRD)]
     found = []
     for k in range(3):
         crossing = crossing_of(true, k)
@@ -116,7 +112,7 @@ def test_a_small_loop_is_not_taken_the_wrong_way_round():
     axis = np.column_stack((loop, 0.6 - 0.004 * t))
     length = np.concatenate(([0], np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1))))
     axis = np.column_stack([np.interp(np.arange(0, length[-1], 0.0005), length, axis[:, k]) for k in range(3)])
-    truth, chain = Truth(axis, 0.003), even(axis)
+    truth, chain = Truth(axis, 0.003), along(axis)
     true = true_crossings([truth])
     assert len(true.cable) == 1
     places = [SegmentRef(0, int(arc / STEP)) for arc in true.arc[0]]

@@ -179,25 +179,6 @@ def test_the_command_for_busy_backgrounds(tmp_path, doo3d, monkeypatch):
     assert code_in(err) == "photos-missing"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "parts"),
-    [
-        (("s4", "x"), "choice-unknown", ("dataset s4", "mbest, cset, tubes")),
-        (("mbest", "x", "--seeds", 2), "options-conflict", ("--seeds", "mbest")),
-        (("cset", "x", "--single"), "options-conflict", ("--single", "cset")),
-        (("tubes", "x", "--subset", "S1"), "options-conflict", ("--subset", "tubes")),
-        (("tubes", "x", "--chains-from-data"), "options-conflict", ("--known-count", "tubes")),
-        (("tubes", "x", "--sensor", "eye"), "choice-unknown", ("--sensor eye",)),
-        (("tubes", "x"), "tubes-missing", ("x",)),
-    ],
-)
-def test_options_of_another_data_set_are_refused(doo3d, arguments, code, parts):
-    status, out, err = doo3d("evaluate", "dataset", *arguments)
-    assert (status, out, code_in(err)) == (2, "", code)
-    for part in parts:
-        assert part in err
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not DATA.is_dir(), reason="the public photographs are not beside the checkout")
 def test_real_photographs_are_followed():

@@ -1,8 +1,7 @@
-"""The hard families are what they say: legs so near, crossings so many, knots that are knots, tubes as in the file."""
+"""The hard families are what they say: legs so near, crossings so many, knots that are knots."""
 
 import numpy as np
 import pytest
-from builders.errors import refuses
 
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.curves import curve_crossings
@@ -11,22 +10,6 @@ from doo3d.evaluation.scenes.knots import KNOTS, alternating, planar_knot
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.stacking import min_clearance
 from doo3d.evaluation.scenes.studio import make_studio
-from doo3d.evaluation.scenes.tubes import read_tubes
-
-TUBES = """2
-1 4 3
-2 0.10 0.0 0.0125 0.0125
-9 0.05 0.0 0.0125 0.0125
-1 -0.10 0.0 0.0125 0.0125
-7 0.00 0.01 0.0125 0.0125
-e_1_7 1 7 1 0.0125 0 0 0 0 0 0 1 0.1
-e_7_9 7 9 2 0.0125 0 0 0 0 0 0 1 0.05
-e_9_2 9 2 3 0.0125 0 0 0 0 0 0 1 0.05
-2 2 1
-1 -0.10 0.06 0.02 0.0125
-2 0.10 0.06 0.03 0.0125
-e_1_2 1 2 1 0.0125 0 0 0 0 0 0 1 0.2
-"""
 
 
 @pytest.mark.slow
@@ -91,26 +74,3 @@ def test_clutter_is_beside_the_cable_and_not_in_the_mask():
     assert rendered.truths[0].seen.mean() > 0.95
     near = [np.linalg.norm(solid.vertices[:, None] - scene.cables[0].axis[None, ::8], axis=-1).min() for solid in scene.occluders]
     assert min(near) > scene.cables[0].radius
-
-
-def test_tubes_are_read_in_the_order_of_their_edges(tmp_path):
-    path = tmp_path / "two.txt"
-    path.write_text(TUBES)
-    (first, radius), (second, _) = read_tubes(path)
-    assert radius == 0.0125
-    assert first[:, 0].tolist() == [-0.10, 0.0, 0.05, 0.10]
-    assert len(second) == 2
-    scene = make_scene(f"tubes:{path}", 0)
-    assert scene.name == "tubes_two_000"
-    assert scene.cables[1].length == pytest.approx(np.linalg.norm(second[1] - second[0]))
-    height = (scene.cables[1].axis - scene.table.point) @ scene.table.normal
-    assert height[[0, -1]].tolist() == pytest.approx([0.02, 0.03])
-
-
-def test_broken_tube_files_are_refused_with_a_reason(tmp_path):
-    path = tmp_path / "broken.txt"
-    path.write_text(TUBES[:200])
-    with refuses("tubes-invalid", "broken.txt"):
-        read_tubes(path)
-    with refuses("file-missing", "none.txt"):
-        read_tubes(tmp_path / "none.txt")

@@ -14,9 +14,7 @@ SEEDS = range(4)
 
 @pytest.mark.parametrize("family", TREES)
 def test_strands_begin_and_end_at_the_nodes_of_their_tree(family):
-    scene, same, other = make_scene(family, 1), make_scene(family, 1), make_scene(family, 2)
-    assert np.array_equal(scene.cables[0].axis, same.cables[0].axis)
-    assert scene.cables[0].radius != other.cables[0].radius
+    scene = make_scene(family, 1)
     assert sorted(edge[0] for tree in scene.trees for edge in tree.edges) == list(range(len(scene.cables)))
     for tree in scene.trees:
         assert len(tree.edges) == len(tree.nodes) - 1

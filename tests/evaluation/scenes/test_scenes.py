@@ -4,19 +4,24 @@ import numpy as np
 import pytest
 
 from doo3d.evaluation.scenes.curves import curve_crossings
-from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, make_scene
+from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, TREES, WITHOUT, make_scene
 from doo3d.evaluation.scenes.stacking import min_bend_radius, min_clearance
 
 SEEDS = range(3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("family", FAMILIES)
-def test_same_seed_gives_the_same_scene(family):
-    one, other = make_scene(family, 1), make_scene(family, 1)
-    assert one.camera == other.camera
-    assert all(np.array_equal(a.axis, b.axis) for a, b in zip(one.cables, other.cables, strict=True))
-    assert not np.array_equal(one.cables[0].axis[0], make_scene(family, 2).cables[0].axis[0])
+@pytest.mark.parametrize("family", [*FAMILIES, *TOUGH, *WITHOUT, *TREES])
+def test_the_same_seed_gives_the_same_scene_and_another_seed_another(family):
+    one, same, other = (make_scene(family, seed) for seed in (1, 1, 2))
+    assert one.camera == same.camera != other.camera
+    assert one.light == same.light != other.light
+    assert all(np.array_equal(a.axis, b.axis) for a, b in zip(one.cables, same.cables, strict=True))
+    assert all(np.array_equal(a.vertices, b.vertices) for a, b in zip(one.occluders, same.occluders, strict=True))
+    assert bool(one.cables) is (family not in WITHOUT)
+    if one.cables:
+        assert one.cables[0].radius != other.cables[0].radius
+        assert not np.array_equal(one.cables[0].axis[0], other.cables[0].axis[0])
+        assert one.cables[0].axis[:, 2].min() > 0.25
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from doo3d.evaluation.benchmark.cases import known_frame
 from doo3d.evaluation.rendering.renderer import render
-from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, make_scene
+from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, WITHOUT, make_scene
 from doo3d.evaluation.scenes.stacking import min_bend_radius, min_clearance
 
 SMALL = (320, 180)
@@ -43,16 +43,12 @@ def test_cables_do_not_pass_through_what_holds_them(family):
             assert np.linalg.norm(outside, axis=1).min() >= 0.99 * cable.radius
 
 
-@pytest.mark.parametrize("family", TOUGH)
-def test_a_tough_scene_is_the_same_every_time(family):
-    one, same, other = make_scene(family, 1), make_scene(family, 1), make_scene(family, 2)
-    assert all(np.array_equal(a.axis, b.axis) for a, b in zip(one.cables, same.cables, strict=True))
-    assert one.cables[0].axis.shape != other.cables[0].axis.shape
-
-
-def test_tough_families_are_a_group_of_their_own():
+def test_groups_of_families_are_apart():
     assert GROUPS["tough"] == tuple(TOUGH)
-    assert not set(TOUGH) & set(FAMILIES)
+    assert GROUPS["without"] == tuple(WITHOUT)
+    assert len({*FAMILIES, *TOUGH, *WITHOUT}) == len(FAMILIES) + len(TOUGH) + len(WITHOUT)
+    assert GROUPS["all"] == tuple(FAMILIES) == GROUPS["basic"] + GROUPS["more"]
+    assert len(FAMILIES) == 27
 
 
 def test_clearance_is_in_sums_of_radii():

@@ -13,6 +13,7 @@ from doo3d.evaluation.metrics.record import Record
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.tubes import read_tubes
 from doo3d.geometry.equal_segments import equal_segments
+from doo3d.geometry.polyline import arc_length
 from doo3d.types import Chain
 
 LYING = np.array([[-0.2, 0.0, 0.0125], [0.0, 0.02, 0.0125], [0.2, 0.0, 0.0125]])
@@ -42,6 +43,11 @@ def test_nodes_come_in_the_order_of_the_edges(tmp_path):
     assert radius == 0.0125
     np.testing.assert_allclose(nodes, LYING)
     np.testing.assert_allclose(other, ACROSS)
+    scene = make_scene(f"tubes:{tmp_path / 'two.txt'}", 0)
+    assert scene.name == "tubes_two_000"
+    assert [cable.length for cable in scene.cables] == [pytest.approx(arc_length(nodes)[-1]) for nodes in (LYING, ACROSS)]
+    height = (scene.cables[1].axis - scene.table.point) @ scene.table.normal
+    assert height[[0, -1]].tolist() == pytest.approx([0.05, 0.05])
 
 
 def test_the_camera_goes_back_until_all_tubes_are_in_view(tmp_path):
@@ -61,6 +67,8 @@ def test_what_is_no_tube_configuration_is_refused_by_name(tmp_path, text):
 
 
 def test_a_folder_without_tubes_is_refused(tmp_path):
+    with refuses("file-missing", "none.txt"):
+        read_tubes(tmp_path / "none.txt")
     with refuses("tubes-missing"):
         tube_cases(tmp_path, [0])
 

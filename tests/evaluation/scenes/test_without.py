@@ -7,7 +7,6 @@ import pytest
 from builders.chains import straight
 
 from doo3d.config import load_config
-from doo3d.errors import ConfigError
 from doo3d.evaluation.benchmark.cases import known_frame, scene_cases
 from doo3d.evaluation.benchmark.evaluate import detect_case, frame_benchmark
 from doo3d.evaluation.benchmark.run import run_cases
@@ -15,19 +14,10 @@ from doo3d.evaluation.benchmark.tables import format_table
 from doo3d.evaluation.metrics.score import COLUMNS
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.model import Grain
-from doo3d.evaluation.scenes.registry import GROUPS, WITHOUT, make_scene
+from doo3d.evaluation.scenes.registry import WITHOUT, make_scene
 from doo3d.types import Detection, Frame
 
 SMALL = (320, 180)
-
-
-@pytest.mark.parametrize("family", WITHOUT)
-def test_scenes_without_a_cable_are_deterministic_and_vary(family):
-    one, same, other = make_scene(family, 1), make_scene(family, 1), make_scene(family, 2)
-    assert one.cables == ()
-    assert all(np.array_equal(a.vertices, b.vertices) for a, b in zip(one.occluders, same.occluders, strict=True))
-    assert one.camera != other.camera
-    assert one.light != other.light
 
 
 @pytest.mark.parametrize("family", WITHOUT)
@@ -39,12 +29,6 @@ def test_they_render_with_every_sensor_and_hold_nothing(family, sensor):
     assert not rendered.mask.any()
     assert rendered.frame.color.std() > 2
     assert np.mean(rendered.frame.depth > 0) > 0.5
-
-
-def test_the_table_of_all_families_stays_as_it_is():
-    assert not set(GROUPS["all"]) & set(GROUPS["without"])
-    assert len(GROUPS["all"]) == 27
-    assert GROUPS["without"] == tuple(WITHOUT)
 
 
 def test_a_bar_that_throws_a_shadow_is_out_of_sight():
@@ -102,8 +86,3 @@ def test_the_table_says_how_many_frames_show_no_chain(monkeypatch):
     )
     with_cable = scene_cases(["straight"], [0], "none", SMALL)
     assert "without a cable" not in format_table(run_cases(frame_benchmark(load_config("default")).measure, with_cable), COLUMNS)
-
-
-def test_photographs_alone_are_refused_where_cables_are_known_in_metres():
-    with pytest.raises(ConfigError, match="2-D"):
-        run_cases(frame_benchmark(load_config("image")).measure, scene_cases(["straight"], [0], "none", SMALL))

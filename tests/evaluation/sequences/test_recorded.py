@@ -1,12 +1,9 @@
 """Cables in motion from disk: the frames, the truth, and the command."""
 
-import json
-
-import cv2
 import numpy as np
 import pytest
 from builders.errors import refuses
-from builders.photos import save
+from builders.photos import write_capture
 
 from doo3d.evaluation.sequences.evaluate import VARIANTS
 from doo3d.evaluation.sequences.recorded import recorded_sequences
@@ -18,18 +15,8 @@ SIZE = (320, 240)
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory):
     """Three frames of a rendered sequence, written as another renderer does."""
-    folder, sequence = tmp_path_factory.mktemp("moving") / "cable_0", make_sequence("dragged", 0, SIZE, 3, "easy")
-    for part in ("color", "depth", "mask"):
-        (folder / part).mkdir(parents=True)
-    for k, rendered in enumerate(sequence.frames("none")):
-        name = f"{k:06d}.png"
-        save(folder / "color" / name, rendered.frame.color)
-        cv2.imwrite(str(folder / "depth" / name), np.round(rendered.frame.depth * 1e4).astype(np.uint16))
-        save(folder / "mask" / name, 255 * rendered.mask.astype(np.uint8))
-    camera = sequence.motion.camera
-    matrix = [camera.fx, 0, 0, 0, camera.fy, 0, camera.cx, camera.cy, 1]
-    values = {"width": SIZE[0], "height": SIZE[1], "intrinsic_matrix": matrix, "depth_scale": 10000}
-    (folder / "camera_intrinsic.json").write_text(json.dumps(values))
+    sequence = make_sequence("dragged", 0, SIZE, 3, "easy")
+    folder = write_capture(tmp_path_factory.mktemp("moving") / "cable_0", sequence.frames("none"))
     np.savez(folder / "truth.npz", curves=np.stack(list(sequence.motion.axes)), radius=sequence.motion.radius)
     return sequence, folder
 

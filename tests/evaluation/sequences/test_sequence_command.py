@@ -70,25 +70,6 @@ def test_motion_capture_is_read_and_a_branched_file_of_the_folder_left_out(doo3d
     assert (code, out, code_in(err)) == (2, "", "truth-invalid")
 
 
-@pytest.mark.parametrize(
-    ("options", "code", "part"),
-    [
-        (("--own", "dragged,nope"), "choice-unknown", "--own nope"),
-        (("--own", "none"), "options-conflict", "--own none"),
-        (("--level", "harder"), "choice-unknown", "--level harder"),
-        (("--sensor", "eye"), "choice-unknown", "--sensor eye"),
-        (("--count", "2"), "choice-unknown", "--count 2"),
-        (("--motions", "nowhere.npy"), "file-missing", "nowhere.npy"),
-        (("-c", "image"), "config-mode", ""),
-    ],
-)
-def test_bad_options_are_named(doo3d, options, code, part):
-    status, out, err = doo3d("evaluate", "sequences", "--frames", 3, *SMALL, *options)
-    assert (status, out) == (2, "")
-    assert code_in(err) == code
-    assert part in err
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(not MOTION.is_file(), reason="needs shared/data/motion")
 def test_a_real_motion_is_followed(doo3d):

@@ -14,7 +14,7 @@ from ....errors import InputError, unread_code
 from ....types import Array, Floats
 from ..model import Scene, Tree, Truth
 from ..stacking import spline_axis
-from ..studio import Studio, cable_color, make_studio
+from ..studio import cable_color, make_studio
 from .build import Size
 
 MOTION_TRUNK, MOTION_BRANCHES, MOTION_RADIUS = tuple(range(13)), ((4, 13, 14, 15, 16), (8, 17, 18, 19)), 0.005
@@ -74,9 +74,9 @@ def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
     center = (markers.max(axis=0) + markers.min(axis=0)) / 2
     _, _, principal = np.linalg.svd(markers - center, full_matrices=False)
     turn = Rotation.from_euler("xyz", rng.uniform(-1, 1, 3) * (0.5, 0.5, 0.3)).as_matrix() @ principal
-    studio: Studio | None = make_studio(rng, size, (0.8, 1.0), 0.0)
+    drawn = make_studio(rng, size, (0.8, 1.0), 0.0)
     placed = [(curve - center) @ turn.T for curve in curves]
-    if (studio := studio.backed_off(placed)) is None:
+    if (studio := drawn.backed_off(placed)) is None:
         return None
     axes = []
     for k, stops in enumerate(((0, 4, 8, 12), (0, 4), (0, 3))):
