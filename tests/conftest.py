@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-from builders.captures import HEIGHT, MATRIX, WIDTH, rope, save
+from builders.captures import write_capture
 
 from doo3d.cli import main
 
 
 def pytest_configure() -> None:
-    """Let the commands that tests start be interrupted also where the tests run in the background of a script.
+    """Bound the examples of Hypothesis, and let commands be interrupted where tests run in the background of a script.
 
     A shell starts such jobs with SIGINT ignored, and commands inherit that.
     """
+    with suppress(ImportError):  # some environments of the continuous integration have pytest alone
+        from hypothesis import settings
+
+        settings.register_profile("doo3d", max_examples=40, deadline=None, derandomize=True)
+        settings.load_profile("doo3d")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -29,24 +32,7 @@ def pytest_configure() -> None:
 @pytest.fixture
 def capture(tmp_path: Path) -> Callable[..., Path]:
     """A function that writes a folder capture: `capture(name, frames=2, color=True, mask=False, intrinsics={...})`."""
-
-    def make(
-        name: str = "capture", frames: int = 1, color: bool = True, mask: bool = False, intrinsics: dict[str, Any] | None = None
-    ) -> Path:
-        folder = tmp_path / name
-        folder.mkdir(parents=True)
-        values = {"width": WIDTH, "height": HEIGHT, "intrinsic_matrix": MATRIX} | (intrinsics or {})
-        (folder / "camera_intrinsic.json").write_text(json.dumps(values))
-        for i in range(frames):
-            picture, depth, seen = rope(30.0 + 2 * i)
-            save(folder / "depth" / f"{i:06d}.png", depth)
-            if color:
-                save(folder / "color" / f"{i:06d}.jpg", picture)
-            if mask:
-                save(folder / "mask" / f"{i:06d}.png", seen.astype(np.uint8) * 255)
-        return folder
-
-    return make
+    return lambda name="capture", **contents: write_capture(tmp_path / name, **contents)
 
 
 @pytest.fixture

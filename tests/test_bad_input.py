@@ -7,24 +7,31 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.captures import save
+
+DEPTH, COLOR, MASK = "depth/000000.png", "color/000000.jpg", "mask/000000.png"
 
 
-def put(path: Path, image) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(cv2.imencode(path.suffix, image)[1].tobytes())
+def read(path: Path) -> np.ndarray:
+    return cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+
+
+def put_metres(folder: Path, depth: np.ndarray) -> None:
+    """Write the depth of the frame in metres, in place of that in millimetres."""
+    (folder / DEPTH).unlink()
+    save(folder / "depth" / "000000.tiff", depth.astype(np.float32))
 
 
 def test_empty_mask(refused, capture):
     folder = capture(mask=True)
-    put(folder / "mask" / "000000.png", np.zeros((240, 320), np.uint8))
+    save(folder / MASK, np.zeros((240, 320), np.uint8))
     assert "frame 000000" in refused(folder, code="mask-empty")
 
 
 def test_no_depth_in_the_mask(refused, capture):
     folder = capture(mask=True)
-    mask = cv2.imread(str(folder / "mask" / "000000.png"), cv2.IMREAD_UNCHANGED)
-    depth = cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED)
-    put(folder / "depth" / "000000.png", np.where(mask > 0, 0, depth).astype(np.uint16))
+    mask = read(folder / MASK)
+    save(folder / DEPTH, np.where(mask > 0, 0, read(folder / DEPTH)).astype(np.uint16))
     sentence = refused(folder, code="mask-without-depth")
     assert "frame 000000" in sentence
     assert f" {np.count_nonzero(mask)} pixels" in sentence
@@ -34,18 +41,16 @@ def test_no_depth_in_the_mask(refused, capture):
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -0.5, 0.0])
 def test_depth_that_is_none_everywhere(refused, capture, value, mask):
     folder = capture(mask=mask)
-    (folder / "depth" / "000000.png").unlink()
-    put(folder / "depth" / "000000.tiff", np.full((240, 320), value, np.float32))
+    put_metres(folder, np.full((240, 320), value))
     assert "frame 000000" in refused(folder, code="depth-none")
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -0.5])
 def test_depth_that_is_none_in_places_is_fine(doo3d, capture, value):
     folder = capture()
-    depth = cv2.imread(str(folder / "depth" / "000000.png"), cv2.IMREAD_UNCHANGED).astype(np.float32) / 1000
+    depth = read(folder / DEPTH) / 1000
     depth[::7, ::5] = value
-    (folder / "depth" / "000000.png").unlink()
-    put(folder / "depth" / "000000.tiff", depth)
+    put_metres(folder, depth)
     assert doo3d("detect", folder)[0] == 0
 
 
@@ -62,7 +67,7 @@ def test_depth_in_the_wrong_unit(refused, capture, scale, mask):
 
 def test_depth_and_colour_of_different_sizes(refused, capture):
     folder = capture()
-    put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
+    save(folder / COLOR, np.zeros((480, 640, 3), np.uint8))
     assert "640x480" in refused(folder, code="color-size")
 
 
@@ -74,8 +79,7 @@ def test_no_intrinsics(refused, capture):
 
 def test_truncated_png(refused, capture):
     folder = capture()
-    path = folder / "depth" / "000000.png"
-    path.write_bytes(path.read_bytes()[:-40])
+    (folder / DEPTH).write_bytes((folder / DEPTH).read_bytes()[:-40])
     assert "000000.png" in refused(folder, code="file-damaged")
 
 

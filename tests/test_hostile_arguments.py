@@ -25,7 +25,7 @@ FRAME = doo3d.Frame(COLOR, DEPTH, doo3d.Camera(**CAMERA))
 CLOUD = doo3d.Cloud(np.random.default_rng(0).random((50, 3)))
 CHAIN = doo3d.Chain(JOINTS, 0.01, 0.004)
 DETECTION = doo3d.Detection((CHAIN,), pose=np.eye(4))
-ROPE, MASK = frame_of(wave())
+ROPE, MASK = frame_of(wave(), camera=doo3d.Camera(450.0, 450.0, 160.0, 120.0, 320, 240))
 FOUND = doo3d.detect(ROPE, {"merge.chains": 1}, MASK)
 
 

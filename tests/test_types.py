@@ -34,9 +34,7 @@ def test_a_camera_that_cannot_be(changes, part):
         Camera(**values)
 
 
-@given(
-    st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.05, 5)), min_size=1, max_size=20),
-)
+@given(st.lists(st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.05, 5)), min_size=1, max_size=20))
 def test_unproject_undoes_project(points):
     points = np.array(points)
     back = CAMERA.unproject(CAMERA.project(points), points[:, 2])

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,6 +14,7 @@ WIDTH, HEIGHT, FOCAL = 320, 240, 400.0
 MATRIX = [FOCAL, 0, 0, 0, FOCAL, 0, WIDTH / 2, HEIGHT / 2, 1]
 
 
+@lru_cache
 def rope(amplitude: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """One wavy rope of 5 mm radius, 0.5 m away, above a table: colour (BGR), depth in mm (uint16), mask (bool)."""
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
@@ -23,7 +27,10 @@ def rope(amplitude: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     depth[mask] = 500 - 5 * np.sqrt(1 - (gap[mask] / radius) ** 2)
     color = np.full((HEIGHT, WIDTH, 3), (150, 160, 170), np.uint8)
     color[mask] = (40, 40, 200)
-    return color, np.rint(depth).astype(np.uint16), mask
+    images = color, np.rint(depth).astype(np.uint16), mask
+    for image in images:
+        image.setflags(write=False)
+    return images
 
 
 def save(path: Path, image: np.ndarray) -> None:
@@ -32,3 +39,20 @@ def save(path: Path, image: np.ndarray) -> None:
     good, data = cv2.imencode(path.suffix, image)
     assert good
     path.write_bytes(data.tobytes())
+
+
+def write_capture(
+    folder: Path, frames: int = 1, color: bool = True, mask: bool = False, intrinsics: dict[str, Any] | None = None
+) -> Path:
+    """Write a folder capture as recorders write it: frames of a rope, each of which bends a little more than the one before."""
+    folder.mkdir(parents=True)
+    values = {"width": WIDTH, "height": HEIGHT, "intrinsic_matrix": MATRIX} | (intrinsics or {})
+    (folder / "camera_intrinsic.json").write_text(json.dumps(values))
+    for i in range(frames):
+        picture, depth, seen = rope(30.0 + 2 * i)
+        save(folder / "depth" / f"{i:06d}.png", depth)
+        if color:
+            save(folder / "color" / f"{i:06d}.jpg", picture)
+        if mask:
+            save(folder / "mask" / f"{i:06d}.png", seen.astype(np.uint8) * 255)
+    return folder

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -60,12 +61,18 @@ def depth_of(axes: list[Floats], radii: list[float], camera: Camera = CAMERA, ta
 
     Each tube is the union of balls a tenth of a radius apart. table : m, distance of a plane behind; 0 = none.
     """
+    depth, which = _rendered(tuple(np.asarray(axis, dtype=float).tobytes() for axis in axes), tuple(radii), camera, table)
+    return depth.copy(), which.copy()
+
+
+@lru_cache(maxsize=64)
+def _rendered(axes: tuple[bytes, ...], radii: tuple[float, ...], camera: Camera, table: float) -> tuple[Floats, Array]:
     v, u = np.mgrid[0 : camera.height, 0 : camera.width]
     rays = np.stack(((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones(u.shape)), axis=-1)
     depth = np.full(u.shape, table if table > 0 else np.inf)
     which = np.full(u.shape, -1)
     for number, (axis, radius) in enumerate(zip(axes, radii, strict=True)):
-        for center in densify(axis, radius / 10):
+        for center in densify(np.frombuffer(axis).reshape(-1, 3), radius / 10):
             if center[2] <= radius:
                 continue
             x, y = camera.project(center[None])[0]

@@ -25,13 +25,7 @@ import doo3d
 from doo3d import kernels
 from doo3d.runs.threads import ONE_THREAD
 
-NAMES = (
-    "crossing, mask given",
-    "crossing",
-    "stereo coil, ragged mask",
-    "photograph, 3 cables, image",
-    "cloud, 9,000 points",
-)
+NAMES = ("crossing, mask given", "crossing", "stereo coil, ragged mask", "photograph, 3 cables, image", "cloud, 9,000 points")
 """The frames, as `doo3d bench` names them."""
 
 SURROUNDINGS = os.environ | ONE_THREAD | {"PYTHONHASHSEED": "0"}

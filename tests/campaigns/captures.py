@@ -8,17 +8,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from builders.captures import HEIGHT, MATRIX, WIDTH, rope, save
+from builders import captures
 
 
 def write_capture(folder: Path, frames: int) -> list[str]:
     """Write a capture whose second frame is damaged; the names of its frames."""
-    folder.mkdir(parents=True)
-    (folder / "camera_intrinsic.json").write_text(json.dumps({"width": WIDTH, "height": HEIGHT, "intrinsic_matrix": MATRIX}))
-    for i in range(frames):
-        picture, depth, _ = rope(30.0 + 2 * i)
-        save(folder / "depth" / f"{i:06d}.png", depth)
-        save(folder / "color" / f"{i:06d}.jpg", picture)
+    captures.write_capture(folder, frames)
     (folder / "depth" / "000001.png").write_bytes(b"\x89PNG\r\n\x1a\n")
     return [f"{i:06d}" for i in range(frames)]
 

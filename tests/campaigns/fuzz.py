@@ -20,7 +20,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from functools import partial
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
@@ -34,6 +34,21 @@ import numpy as np
 from fuzz_mutations import mutated
 from fuzz_seeds import PINHOLE, points, scene, write_seeds
 from fuzz_settings import SETTINGS, one_setting
+
+from doo3d import Camera, Cloud, Detection, Frame, Image, detect, load_config  # loaded once, before processes are forked
+from doo3d.config import parse_overrides
+from doo3d.errors import DooError, DooWarning
+from doo3d.evaluation.truth_file import read_truth
+from doo3d.exports import export
+from doo3d.guard import isolation
+from doo3d.inputs import ReadOptions, open_capture
+from doo3d.inputs.formats.trajectory import read_trajectory
+from doo3d.inputs.support.camera_files import read_camera_file
+from doo3d.inputs.support.pose_file import read_pose
+from doo3d.outputs.frame_status import frame_statuses, read_picture
+from doo3d.outputs.journal import Journal
+from doo3d.outputs.run_identity import read_manifest
+from doo3d.outputs.run_reader import open_results
 
 MAX_CPU_SECONDS = 5.0
 MAX_BYTES = 2 << 30
@@ -73,9 +88,6 @@ def use(path: Path, name: str, random: Random) -> None:
 
 
 def _use_capture(path: Path, name: str, random: Random) -> None:
-    from doo3d import detect, load_config
-    from doo3d.inputs import ReadOptions, open_capture
-
     is_image = name in ("photos", "a.avi") or name.startswith("picture")
     options = ReadOptions(camera=PINHOLE) if name in ("tum", "icl", "redwood", "lerobot") else ReadOptions()
     capture = open_capture(path, is_image, options=options)
@@ -87,13 +99,6 @@ def _use_capture(path: Path, name: str, random: Random) -> None:
 
 
 def _use_results(path: Path) -> None:
-    from doo3d.exports import export
-    from doo3d.outputs.frame_status import frame_statuses, read_picture
-    from doo3d.outputs.journal import Journal
-    from doo3d.outputs.run_identity import read_manifest
-    from doo3d.outputs.run_reader import open_results
-    from doo3d.types import Detection
-
     Journal(path / "progress.jsonl").read()
     read_manifest(path)
     results = open_results(path)
@@ -109,54 +114,19 @@ def _use_results(path: Path) -> None:
 
 
 def _use_config(path: Path) -> None:
-    from doo3d import load_config
-    from doo3d.config import parse_overrides
-
     load_config(path)
     parse_overrides([f"merge.chains={path.read_text(errors='replace')}"])
 
 
-def _use_pose(path: Path) -> None:
-    from doo3d.inputs.support.pose_file import read_pose
-
-    read_pose(path)
-
-
-def _use_camera(path: Path) -> None:
-    from doo3d.inputs.support.camera_files import read_camera_file
-
-    read_camera_file(path)
-
-
-def _use_truth(path: Path) -> None:
-    from doo3d.evaluation.truth_file import read_truth
-
-    read_truth(path)
-
-
-def _use_trajectory(path: Path) -> None:
-    from doo3d.inputs.formats.trajectory import read_trajectory
-
-    read_trajectory(path)
-
-
-_READERS: dict[str, Callable[[Path], None]] = {
-    "results": _use_results,
-    "mine.yaml": _use_config,
-    "pose.json": _use_pose,
-    "pose.txt": _use_pose,
-    "pose.npy": _use_pose,
-    "opencv.yaml": _use_camera,
-    "realsense.txt": _use_camera,
-    "truth.json": _use_truth,
-    "trajectory.txt": _use_trajectory,
+_READERS: dict[str, Callable[[Path], Any]] = {
+    **{"results": _use_results, "mine.yaml": _use_config, "truth.json": read_truth, "trajectory.txt": read_trajectory},
+    **dict.fromkeys(("pose.json", "pose.txt", "pose.npy"), read_pose),
+    **dict.fromkeys(("opencv.yaml", "realsense.txt"), read_camera_file),
 }
 
 
 def detect_arrays(random: Random) -> str:
     """Detect chains in arrays of odd shapes, types and values; what they were."""
-    from doo3d import Camera, Cloud, Frame, Image, detect, load_config
-
     rng = np.random.default_rng(random.getrandbits(64))
     color, depth, mask = scene(random.random())
     kind = random.choice(("frame", "cloud", "image"))
@@ -182,34 +152,25 @@ def detect_arrays(random: Random) -> str:
 
 def _odd(array: np.ndarray, random: Random, rng: np.random.Generator) -> np.ndarray:
     """Return an array, changed in shape, type or values."""
-    change = random.randrange(14)
-    if change == 0:
-        return array[: random.choice((0, 1, 2, 3, 4))]
-    if change == 1:
-        return array[..., None]
-    if change == 2:
-        with np.errstate(invalid="ignore"):
-            return array.astype(random.choice(("i4", "u1", "f8", "c16", "O", "?", "S3")))
-    if change == 3:
-        return np.asfortranarray(array)[::-1]
-    if change in (4, 5, 6) and array.dtype.kind == "f":
-        changed = array.copy()
-        changed[rng.random(array.shape) < random.choice((0.001, 0.1, 0.9, 1.1))] = random.choice(
-            (np.nan, np.inf, -np.inf, -1, 0, 1e-30, 6e4, 1e30 if array.dtype.itemsize > 2 else 6e4)
-        )
+    number, is_float = random.randrange(14), array.dtype.kind == "f"
+    changes: dict[int, Callable[[], np.ndarray]] = {
+        0: lambda: array[: random.choice((0, 1, 2, 3, 4))],
+        1: lambda: array[..., None],
+        2: lambda: array.astype(random.choice(("i4", "u1", "f8", "c16", "O", "?", "S3"))),
+        3: lambda: np.asfortranarray(array)[::-1],
+        7: lambda: np.zeros_like(array),
+        8: lambda: np.ones_like(array),
+        9: lambda: (rng.random(array.shape) if is_float else rng.integers(0, 2, array.shape)).astype(array.dtype),
+        10: lambda: np.repeat(array[:1], len(array), axis=0),
+        11: lambda: array.ravel(),
+    }
+    if number in (4, 5, 6) and is_float:
+        changed, largest = array.copy(), 1e30 if array.dtype.itemsize > 2 else 6e4
+        value = random.choice((np.nan, np.inf, -np.inf, -1, 0, 1e-30, 6e4, largest))
+        changed[rng.random(array.shape) < random.choice((0.001, 0.1, 0.9, 1.1))] = value
         return changed
-    if change == 7:
-        return np.zeros_like(array)
-    if change == 8:
-        return np.ones_like(array)
-    if change == 9:
-        values = rng.random(array.shape) if array.dtype.kind == "f" else rng.integers(0, 2, array.shape)
-        return values.astype(array.dtype)
-    if change == 10:
-        return np.repeat(array[:1], len(array), axis=0)
-    if change == 11:
-        return array.ravel()
-    return array
+    with np.errstate(invalid="ignore"):
+        return changes.get(number, lambda: array)()
 
 
 def one(number: int, seed: int, seeds: dict[str, Path], work: Path) -> tuple[str, Callable[[], Any]]:
@@ -233,8 +194,6 @@ def one(number: int, seed: int, seeds: dict[str, Path], work: Path) -> tuple[str
 
 def judged(number: int, what: str, action: Callable[[], Any]) -> Outcome:
     """Use one input and return how it ended."""
-    from doo3d.errors import DooError, DooWarning
-
     _forget_peak()
     start = _cpu_seconds()
     end, detail = "result", ""
@@ -285,39 +244,31 @@ def _limited_time() -> Iterator[None]:
 
 def _processes() -> list[int]:
     """Return this process and that of the native readers."""
-    from doo3d.guard import isolation
-
     return [os.getpid(), *(process._process.pid for process in isolation._processes.values() if process.is_alive())]
 
 
 def _cpu_seconds() -> float:
     total = 0.0
     for number in _processes():
-        try:
+        with suppress(OSError):
             fields = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()
             total += (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-        except OSError:
-            pass
     return total
 
 
 def _forget_peak() -> None:
     for number in _processes():
-        try:
+        with suppress(OSError):
             Path(f"/proc/{number}/clear_refs").write_text("5")
-        except OSError:
-            pass
 
 
 def _peak_bytes() -> int:
-    peaks = [0]
+    total = 0
     for number in _processes():
-        try:
+        with suppress(OSError):
             lines = Path(f"/proc/{number}/status").read_text().splitlines()
-        except OSError:
-            continue
-        peaks += [int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM")]
-    return sum(peaks)
+            total += sum(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM"))
+    return total
 
 
 Prepare = Callable[[int], tuple[str, Callable[[], Any]]]
@@ -340,7 +291,7 @@ def _work(pipe: Connection, numbers: range, prepare: Prepare) -> None:
 
 def campaign(numbers: range, prepare: Prepare) -> Iterator[Outcome]:
     """Yield the outcome of each input; a process that ends is replaced."""
-    at = numbers.start
+    at, step = numbers.start, numbers.step
     while at < numbers.stop:
         here, there = Pipe()
         process = os.fork()
@@ -348,7 +299,7 @@ def campaign(numbers: range, prepare: Prepare) -> Iterator[Outcome]:
             status = 1
             try:
                 here.close()
-                _work(there, range(at, numbers.stop), prepare)
+                _work(there, range(at, numbers.stop, step), prepare)
                 status = 0
             finally:
                 os._exit(status)
@@ -362,16 +313,16 @@ def campaign(numbers: range, prepare: Prepare) -> Iterator[Outcome]:
                     break
                 if isinstance(message, Outcome):
                     yield message
-                    at = message.number + 1
+                    at = message.number + step
                 else:
                     at, what = message
             else:
                 yield Outcome(at, what, "no answer")
                 os.kill(process, signal.SIGKILL)
-                at += 1
+                at += step
         except EOFError:
             yield Outcome(at, what, "ended the process")
-            at += 1
+            at += step
         here.close()
         os.waitpid(process, 0)
 
@@ -383,14 +334,11 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--first", type=int, default=0, help="number of the first input")
     parser.add_argument("--settings", action="store_true", help="settings at their bounds in place of changed inputs")
+    parser.add_argument("--step", type=int, default=1, metavar="N", help="only each Nth input")
     parser.add_argument("--only", type=int, help="number of an input to repeat")
     parser.add_argument("--sentences", action="store_true", help="print an example of each sentence about unforeseen content")
     given = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="doo3d_fuzz_"))
-    import doo3d.exports
-    import doo3d.inputs
-    import doo3d.pipeline  # noqa: F401 - loaded once, before processes are forked
-
     if given.settings:
         prepare, count, name = one_setting, len(SETTINGS), "settings"
     else:
@@ -404,7 +352,8 @@ def main() -> int:
     ends: Counter[str] = Counter()
     unforeseen: dict[str, str] = {}
     faults, slowest, largest, start = [], 0.0, 0, time.monotonic()
-    for outcome in campaign(range(given.first, given.first + count), prepare):
+    numbers = range(given.first, given.first + count, given.step)
+    for outcome in campaign(numbers, prepare):
         ends[outcome.end] += 1
         slowest, largest = max(slowest, outcome.seconds), max(largest, outcome.peak)
         if " at " in outcome.detail and "is not what its format prescribes" in outcome.detail:
@@ -421,7 +370,7 @@ def main() -> int:
     if given.sentences:
         print(*unforeseen.values(), sep="\n")
     counted = ", ".join(f"{count} {end}" for end, count in ends.most_common())
-    print(f"{count} {name}: {counted}; the slowest {slowest:.1f} s of CPU, the largest {largest >> 20} MB")
+    print(f"{len(numbers)} {name}: {counted}; the slowest {slowest:.1f} s of CPU, the largest {largest >> 20} MB")
     print(f"{len(unforeseen)} kinds of content met the guard; {time.monotonic() - start:.0f} s")
     return bool(faults)
 

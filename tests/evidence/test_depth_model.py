@@ -52,8 +52,7 @@ def test_all_at_once(model):
 
 
 @pytest.mark.parametrize(
-    "point",
-    [place((-0.6, 10))[0], place((39.6, 10))[0], place((10, -0.6))[0], place((10, 29.6))[0], [0, 0, -0.5], [0, 0, 0]],
+    "point", [place((-0.6, 10))[0], place((39.6, 10))[0], place((10, -0.6))[0], place((10, 29.6))[0], [0, 0, -0.5], [0, 0, 0]]
 )
 def test_outside_the_image_or_behind_the_camera(model, point):
     assert model.classify(np.array([point], dtype=float)).tolist() == [PointVisibility.OUTSIDE]

@@ -5,16 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.geometry.polyline import (
-    angle,
-    arc_length,
-    densify,
-    perpendicular,
-    resample,
-    steps,
-    unit,
-    whittaker_smooth,
-)
+from doo3d.geometry.polyline import angle, arc_length, densify, perpendicular, resample, steps, unit, whittaker_smooth
 
 dims = pytest.mark.parametrize("dim", [2, 3])
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -146,7 +146,6 @@ def test_coordinates_whose_squares_overflow_are_refused():
 
 
 @given(st.integers(1, 200), st.integers(0, 9), st.sampled_from([1e-3, 1.0, 1e6]), st.booleans())
-@settings(max_examples=60, deadline=None)
 def test_nearest_points_are_those_of_a_tree(count, seed, stretch, whole):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3)) * (stretch, 1, 1)
@@ -159,7 +158,6 @@ def test_nearest_points_are_those_of_a_tree(count, seed, stretch, whole):
 
 
 @given(st.integers(1, 60), st.integers(0, 9), st.integers(1, 9), st.booleans())
-@settings(max_examples=60, deadline=None)
 def test_the_least_value_is_that_of_the_nearest_points(count, seed, most, whole):
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from doo3d.kernels import follow_strand
@@ -112,7 +112,6 @@ def natively(image, mask, joints, radius, max_length):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=60)
 def test_paths_as_by_the_reference(seed):
     image, mask, joints, radius = scene(seed)
     for line in (joints, np.ascontiguousarray(joints[::-1])):

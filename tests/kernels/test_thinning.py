@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders.blobs import blob, coords_of, ring, solid_of, swept, topology, trefoil
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from skimage.measure import euler_number, label
@@ -95,7 +95,6 @@ def test_shapes_keep_pieces_loops_and_cavities(name):
     assert kept.sum() < len(coords) / 2
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.integers(0, 10**6), st.floats(0.05, 0.8), st.floats(0.4, 1.6))
 def test_random_blobs_keep_pieces_loops_and_cavities(seed, share, blur):
     solid = blob(seed, 14, share, blur)

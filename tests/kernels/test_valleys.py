@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from doo3d.kernels import valley_bottoms, valley_depth
@@ -32,7 +32,6 @@ def scene(seed, shape):
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.5, 2), st.floats(0.5, 6), st.sampled_from([(40, 57), (1, 30), (30, 1), (7, 5)]))
-@settings(deadline=None, max_examples=30)
 def test_depth_as_by_filters_of_the_whole_image(seed, across, along, shape):
     image, wanted = scene(seed, shape)
     depth, orientation = valley_depth(image, wanted, across, along, ORIENTATIONS)

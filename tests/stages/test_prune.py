@@ -228,7 +228,7 @@ def test_fcl_decides_every_near_pair_of_the_samples(monkeypatch, preset, capture
     monkeypatch.setattr(module, "near_pairs", lambda *args: near.append(near_pairs(*args)) or near[-1])
     collide = fcl.collide
     monkeypatch.setattr(fcl, "collide", lambda *args: calls.append(args) or collide(*args))
-    for frame in open_capture(SAMPLES / capture).frames:
+    for frame in open_capture(SAMPLES / capture).frames[:2]:
         loaded = frame.load()
         doo3d.detect(loaded.data, doo3d.load_config(preset, overrides), loaded.mask)
     assert len(calls) == sum(map(len, near)) > 0

@@ -190,10 +190,7 @@ def test_the_step_in_the_middle_of_each_gap_is_recorded(closed):
     x = np.eye(3)[0]
     paths = [gap_path(one[-1], x, other[0], -x) for one, other in zip(pieces, [*pieces[1:], pieces[0]], strict=True)]
     count = 3 if closed else 2
-    (path,) = fill(
-        [Assembly(tuple(pieces), tuple(paths[:count]), (0.0,) * count, closed, (0.9, 0.4, 0.7)[:count])],
-        context_of(),
-    )
+    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:count]), (0.0,) * count, closed, (0.9, 0.4, 0.7)[:count])], context_of())
     assert [confidence for _, confidence in path.joins] == [0.9, 0.4, 0.7][:count]
     points = np.concatenate((path.points, path.points[:1]))
     for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):

@@ -264,13 +264,7 @@ def test_points_of_a_cloud_have_no_depth_readings():
 
 @views
 @pytest.mark.parametrize("flip", [False, True])
-@pytest.mark.parametrize(
-    ("a", "b"),
-    [
-        ([-0.1, 0.05, 0.5], [0.1, -0.05, 0.55]),
-        ([-0.04, 0.08, 0.6], [-0.02, -0.08, 0.45]),
-    ],
-)
+@pytest.mark.parametrize(("a", "b"), [([-0.1, 0.05, 0.5], [0.1, -0.05, 0.55]), ([-0.04, 0.08, 0.6], [-0.02, -0.08, 0.45])])
 def test_a_chain_starts_at_the_left(view, flip, a, b):
     axis = line(b, a) if flip else line(a, b)
     (chain,) = run(axis, 0.004, view)
