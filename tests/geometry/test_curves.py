@@ -81,18 +81,6 @@ def test_some_of_the_curves_are_the_same_curves(drawn, random):
         np.testing.assert_array_equal(one, curves[number])
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("closed", [False, True])
-def test_tangents_of_a_ring_are_those_of_the_circle(dim, closed):
-    turn = np.radians(np.arange(360))
-    level = ((0, 0), (0, dim - 2))
-    circle, exact = (np.pad(np.column_stack(xy), level) for xy in ((np.cos(turn), np.sin(turn)), (-np.sin(turn), np.cos(turn))))
-    found = Curves.of([circle], [closed]).tangents
-    inner = slice(None) if closed else slice(1, -1)
-    np.testing.assert_allclose(found[inner], exact[inner], atol=1e-9)
-    np.testing.assert_allclose(found, exact, atol=0.02)
-
-
 def test_runs_are_those_of_true_values():
     assert runs(np.array([True, True, False, True, False, False, True])) == [(0, 2), (3, 4), (6, 7)]
     assert runs(np.zeros(3, dtype=bool)) == runs(np.zeros(0, dtype=bool)) == []
@@ -126,12 +114,6 @@ def test_a_view_shows_position_and_distance_of_each_point():
     seen = curves.seen_in(Projection.parallel(np.zeros(3), np.eye(3), 10.0))
     np.testing.assert_allclose(seen.points, [(0, 0, 1), (10, 20, 4), (10, 10, 2)])
     np.testing.assert_array_equal(seen.bounds, curves.bounds)
-
-
-def test_values_at_positions_counted_in_points():
-    curves = Curves.of([np.array([[0.0], [10], [20]]), np.array([[5.0], [6], [8], [5]])], [False, True])
-    curve, at = np.array([0, 0, 0, 0, 1, 1, 1]), np.array([0.0, 1.5, 2, 2.1, 1.5, 3.5, -1.0])
-    np.testing.assert_allclose(curves.interpolate(curve, at)[:, 0], [0, 15, 20, np.nan, 7, 5.5, 8])
 
 
 def test_interpolated_values_are_those_of_a_plain_computation():

@@ -8,7 +8,6 @@ import pytest
 
 from doo3d.facts.frame_facts import FrameFacts
 from doo3d.geometry.mask import bounding_box, ridge_radius
-from doo3d.kernels import mask_pixels
 
 
 def of_facts(mask, depth=None, focal=1.0):
@@ -25,14 +24,6 @@ def test_the_box_holds_the_mask_and_no_more(pixels):
     assert part[-1].any()
     assert part[:, 0].any()
     assert part[:, -1].any()
-
-
-def test_pixels_are_columns_and_rows():
-    mask = np.random.default_rng(0).random((30, 40)) < 0.05
-    expected = {(int(u), int(v)) for v, u in np.argwhere(mask)}
-    assert list(map(tuple, mask_pixels(mask).tolist())) == sorted(expected)
-    assert mask_pixels(mask).dtype == np.int64
-    assert mask_pixels(np.zeros((3, 4), bool)).shape == (0, 2)
 
 
 def from_distances(mask, depth=None, focal=1.0):

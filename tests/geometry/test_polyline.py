@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doo3d.geometry.polyline import angle, arc_length, densify, perpendicular, resample, steps, unit, whittaker_smooth
+from doo3d.geometry.polyline import angle, densify, perpendicular, unit, whittaker_smooth
 
 dims = pytest.mark.parametrize("dim", [2, 3])
 
@@ -41,25 +41,6 @@ def test_angle_of_many_pairs(dim):
     b = b.reshape(1, 6, dim)
     expected = np.arccos((a * b).sum(-1) / np.linalg.norm(a, axis=-1) / np.linalg.norm(b, axis=-1))
     np.testing.assert_allclose(angle(a, b), expected, rtol=1e-7)
-
-
-@dims
-def test_steps_and_arc_length(dim):
-    points = np.pad([[0.0, 0], [3, 4], [3, 4], [3, 5]], ((0, 0), (0, dim - 2)))
-    np.testing.assert_allclose(steps(points), [5, 0, 1])
-    np.testing.assert_allclose(steps(points, closed=True), [5, 0, 1, np.hypot(3, 5)])
-    np.testing.assert_allclose(arc_length(points), [0, 5, 5, 6])
-    assert arc_length(points[:0]).shape == (0,)
-    np.testing.assert_array_equal(arc_length(points[:1]), [0])
-
-
-@dims
-def test_resample(dim):
-    points = circle(dim)
-    total = arc_length(points)[-1]
-    np.testing.assert_allclose(resample(points, np.array([-1.0, 0.0, total, total + 1])), points[[0, 0, -1, -1]])
-    t = np.linspace(0, 6, 50)
-    np.testing.assert_allclose(resample(points, t)[:, :2], np.column_stack((np.cos(t), np.sin(t))), atol=1e-3)
 
 
 @dims

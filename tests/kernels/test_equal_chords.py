@@ -48,15 +48,6 @@ def test_against_search(seed, dim, length):
     np.testing.assert_allclose(np.linalg.norm(np.diff(joints, axis=0), axis=1), length, rtol=1e-12)
 
 
-def test_the_plane_is_the_plane():
-    points = curve(1, 2)
-    flat, at = lay_equal_chords(points, 0.2)
-    solid, solid_at = lay_equal_chords(np.column_stack((points, np.zeros(len(points)))), 0.2)
-    np.testing.assert_array_equal(solid[:, :2], flat)
-    np.testing.assert_array_equal(solid_at, at)
-    assert not solid[:, 2].any()
-
-
 def test_there_and_back_is_left_at_the_first_exit():
     joints, at = lay_equal_chords(np.array([[0.0, 0.0], [0.9, 0.0], [0.0, 0.0], [-3.0, 0.0]]), 1.0)
     np.testing.assert_allclose(joints[:, 0], [0, -1, -2, -3], atol=1e-12)
@@ -75,10 +66,3 @@ def test_any_scale(scale):
     points = curve(3, 3)
     joints, scaled = lay_equal_chords(points, 0.3)[0], lay_equal_chords(scale * points, 0.3 * scale)[0]
     np.testing.assert_allclose(scaled, scale * joints, rtol=1e-9, atol=1e-9 * scale)
-
-
-def test_the_points_given_stay():
-    points = curve(0, 3)
-    before = points.copy()
-    lay_equal_chords(points, 0.3)
-    np.testing.assert_array_equal(points, before)

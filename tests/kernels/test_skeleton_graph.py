@@ -14,25 +14,6 @@ from doo3d.kernels import neighbor_table, prune_spurs, thin_voxels, trace_branch
 FREE, LOOP = -1, -2
 
 
-def skeletonize(coords):
-    """Which of the voxels (M, 3) are the curve skeleton: (M,) bool."""
-    return thin_voxels(neighbor_table(coords))
-
-
-def table_of(voxels):
-    coords = np.array(sorted(set(voxels)), dtype=np.int64).reshape(-1, 3)
-    return coords, neighbor_table(coords)
-
-
-def traced(voxels):
-    """The clusters, and the branches as (voxels, start, end)."""
-    coords, table = table_of(voxels)
-    cluster, order, bounds, nodes = trace_branches(table)
-    runs = [coords[order[a:b]].tolist() for a, b in pairwise(bounds)]
-    groups = [coords[cluster == c].tolist() for c in range(int(cluster.max(initial=-1)) + 1)]
-    return groups, [(run, *ends) for run, ends in zip(runs, nodes.tolist(), strict=True)]
-
-
 def check(table):
     """What holds for any voxels."""
     cluster, order, bounds, nodes = trace_branches(table)
@@ -66,7 +47,7 @@ def check(table):
 @pytest.mark.parametrize("seed", range(20))
 def test_random_skeletons(seed):
     coords = coords_of(blob(seed, 16, 0.25 + 0.02 * seed, 0.8))
-    check(neighbor_table(coords[skeletonize(coords)]))
+    check(neighbor_table(coords[thin_voxels(neighbor_table(coords))]))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -81,61 +62,32 @@ def line(*points):
     return [tuple(voxel) for part in parts for voxel in part]
 
 
-def test_a_line_runs_from_tip_to_tip():
-    voxels = line((1, 1, 1), (8, 1, 1), (12, 5, 5))
-    groups, branches = traced(voxels)
-    assert groups == []
-    ((run, start, end),) = branches
-    assert (start, end) == (FREE, FREE)
-    assert run in ([list(v) for v in dict.fromkeys(voxels)], [list(v) for v in dict.fromkeys(voxels)][::-1])
-
-
-def test_a_fork_has_one_cluster_and_three_branches():
-    groups, branches = traced({*line((5, 5, 5), (5, 5, 12)), *line((5, 5, 5), (12, 12, 5)), *line((5, 5, 5), (1, 1, 5))})
-    assert len(groups) == 1
-    assert [5, 5, 5] in groups[0]
-    assert sorted((start, end) for _, start, end in branches) == [(0, FREE)] * 3
-    assert sorted(run[-1] for run, _, _ in branches) == [[1, 1, 5], [5, 5, 12], [12, 12, 5]]
-
-
-def test_a_diamond_is_a_loop():
-    groups, branches = traced({*line((5, 1, 1), (9, 5, 1)), *line((9, 5, 1), (5, 9, 1)), *line((5, 9, 1), (1, 5, 1), (5, 1, 1))})
-    assert groups == []
-    ((run, start, end),) = branches
-    assert (start, end) == (LOOP, LOOP)
-    assert len(run) == 16
-
-
-def test_the_smallest_loop():
-    _, branches = traced([(1, 1, 1), (2, 1, 1), (1, 2, 1)])
-    assert [(len(run), start, end) for run, start, end in branches] == [(3, LOOP, LOOP)]
-
-
-def test_a_stick_with_a_ring_on_it():
-    diamond = {*line((5, 1, 1), (9, 5, 1)), *line((9, 5, 1), (5, 9, 1)), *line((5, 9, 1), (1, 5, 1), (5, 1, 1))}
-    groups, branches = traced({*diamond, *line((9, 5, 1), (16, 5, 1))})
-    assert len(groups) == 1
-    assert sorted((start, end) for _, start, end in branches) == [(0, FREE), (0, 0)]
-
-
-def test_a_single_voxel_between_two_forks():
-    left = {*line((5, 5, 1), (5, 5, 2)), (5, 5, 3), (4, 5, 4), (6, 5, 4)}
-    groups, branches = traced({*left, *line((3, 5, 5), (1, 5, 8)), *line((7, 5, 5), (9, 5, 8))})
-    assert len(groups) == 1
-    assert len(branches) == 3
-    groups, branches = traced({(1, 5, 1), (3, 5, 1), (2, 5, 2), (2, 5, 3), (2, 5, 4), (1, 5, 5), (3, 5, 5)})
-    assert len(groups) == 2
-    assert (sorted([0, 1]), [[2, 5, 3]]) in [(sorted([start, end]), run) for run, start, end in branches]
+DIAMOND = line((5, 1, 1), (9, 5, 1), (5, 9, 1), (1, 5, 1), (5, 1, 1))
 
 
 @pytest.mark.parametrize(
-    ("voxels", "runs"), [([], []), ([(3, 3, 3)], [1]), ([(1, 1, 1), (2, 2, 2)], [2]), ([(1, 1, 1), (4, 1, 1)], [1, 1])]
+    ("voxels", "ends"),
+    [
+        ([], []),
+        ([(3, 3, 3)], [(FREE, FREE)]),
+        ([(1, 1, 1), (4, 1, 1)], [(FREE, FREE)] * 2),
+        (line((1, 1, 1), (8, 1, 1), (12, 5, 5)), [(FREE, FREE)]),
+        ([(1, 1, 1), (2, 1, 1), (1, 2, 1)], [(LOOP, LOOP)]),
+        (DIAMOND, [(LOOP, LOOP)]),
+        ([*DIAMOND, *line((9, 5, 1), (16, 5, 1))], [(FREE, 0), (0, 0)]),
+        ([*line((5, 5, 5), (5, 5, 12)), *line((5, 5, 5), (12, 12, 5)), *line((5, 5, 5), (1, 1, 5))], [(FREE, 0)] * 3),
+        (
+            [(1, 5, 1), (3, 5, 1), (2, 5, 2), (2, 5, 3), (2, 5, 4), (1, 5, 5), (3, 5, 5)],
+            [*[(FREE, 0)] * 2, (0, 1), *[(FREE, 1)] * 2],
+        ),
+    ],
+    ids=["nothing", "a voxel", "two voxels", "a line", "the smallest loop", "a loop", "a loop on a stick", "a fork", "two forks"],
 )
-def test_few_voxels(voxels, runs):
-    groups, branches = traced(voxels)
-    assert groups == []
-    assert [len(run) for run, _, _ in branches] == runs
-    assert all((start, end) == (FREE, FREE) for _, start, end in branches)
+def test_known_shapes(voxels, ends):
+    coords = np.array(sorted(set(voxels)), dtype=np.int64).reshape(-1, 3)
+    check(neighbor_table(coords))
+    nodes = trace_branches(neighbor_table(coords))[3]
+    assert sorted(tuple(sorted(each)) for each in nodes.tolist()) == sorted(ends)
 
 
 def spared(rows, least):

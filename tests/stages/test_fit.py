@@ -72,18 +72,6 @@ def test_against_the_paper(seed, dim):
     lie(fitted([Path(points)], FitConfig(segment_length=2.5, max_turn=55)), expected)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_plane_is_the_plane(seed):
-    points = jagged(seed, 2)
-    config = FitConfig(segment_length=2.5)
-    flat = fitted([Path(points)], config)
-    solid = fitted([Path(np.column_stack((points, np.zeros(len(points)))))], config)
-    assert len(solid) == len(flat)
-    for two, three in zip(flat, solid, strict=True):
-        np.testing.assert_array_equal(three[:, :2], two)
-        assert not three[:, 2].any()
-
-
 def straight(length, dim, spacing=0.1):
     return np.pad(np.arange(0, length + spacing / 2, spacing)[:, None], ((0, 0), (0, dim - 1)))
 
@@ -151,10 +139,3 @@ def test_points_farther_apart_than_a_segment_are_followed_to_the_end(dim, closed
     assert chains.lengths == pytest.approx(2 * np.pi * 8, rel=0.01)
     assert np.abs(np.linalg.norm(chains.points, axis=1) - 8).max() < 0.05
     assert chains.closed.tolist() == [closed]
-
-
-def test_what_is_given_stays():
-    points = jagged(0, 3)
-    before = points.copy()
-    fitted([Path(points)], FitConfig(segment_length=2.0))
-    np.testing.assert_array_equal(points, before)

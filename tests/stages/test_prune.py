@@ -92,14 +92,6 @@ def test_overlaps_against_separating_axes(dim, seed, width):
     assert 0 < len(found)
 
 
-def test_the_plane_is_the_plane():
-    random = np.random.default_rng(0)
-    starts = random.uniform(0, 4, (30, 2))
-    ends = starts + unit(random.normal(size=(30, 2)))
-    level = [np.pad(points, ((0, 0), (0, 1))) for points in (starts, ends)]
-    assert overlaps(starts, ends, 0.3) == overlaps(*level, 0.3) != []
-
-
 @dims
 def test_the_segment_of_the_shorter_chain_is_removed(dim):
     long, short = chain((0, 0), (1, 0), 7, dim), chain((3.5, -1.5), (0, 1), 3, dim)

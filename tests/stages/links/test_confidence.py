@@ -76,7 +76,7 @@ def random_costs(seed, count, low=0.0):
 
 
 @pytest.mark.parametrize("rings", [True, False])
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(16))
 def test_against_all_alternatives(seed, rings):
     """Confidence is never below that of trying all sets, and equal where all six ends are joined and rings are allowed."""
     cost = random_costs(seed, 6 if seed % 2 else 8)
@@ -91,7 +91,7 @@ def test_against_all_alternatives(seed, rings):
 def test_confidence_is_nearly_always_that_of_trying_all_sets():
     """Three chains, some of whose ends stay free."""
     same = []
-    for seed in range(80):
+    for seed in range(60):
         cost = random_costs(seed, 6, low=0.4 * MOST)
         tried = by_trying(cost, True)
         found = confidences(links_of(*((*pair, cost[pair]) for pair, _ in tried)), cost, MOST, allow_rings=True)
@@ -107,16 +107,11 @@ def test_without_alternatives_the_cost_counts():
     assert confidences([], cost, MOST) == []
 
 
-def test_equal_alternatives_leave_no_confidence():
+@pytest.mark.parametrize(("cost_of_the_link", "alternative"), [(30.0, 30.0), (230.0, np.inf)])
+def test_equal_alternatives_and_costs_above_the_largest_leave_no_confidence(cost_of_the_link, alternative):
     cost = np.full((6, 6), np.inf)
-    cost[1, 2] = cost[1, 4] = 30
-    assert confidences(links_of((1, 2, 30.0)), cost, MOST) == [0]
-
-
-def test_no_confidence_above_the_largest_cost():
-    cost = np.full((4, 4), np.inf)
-    cost[1, 2] = 230
-    assert confidences(links_of((1, 2, 230.0)), cost, MOST) == [0]
+    cost[1, 2], cost[1, 4] = cost_of_the_link, alternative
+    assert confidences(links_of((1, 2, cost_of_the_link)), cost, MOST) == [0]
 
 
 def test_a_connection_that_closes_a_ring_is_no_alternative():

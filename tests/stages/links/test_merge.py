@@ -283,14 +283,6 @@ def test_empty_in_empty_out():
     assert merge(Curves.of([]), context_of(radius=RADIUS), MergeConfig()).assemblies == []
 
 
-@pytest.mark.parametrize("strategy", ["greedy", pytest.param("global", marks=pytest.mark.slow)])
-def test_many_chains_the_same_every_time(strategy):
-    chains = random_chains(9, 3, 40)
-    one, other = (run(chains, config(strategy=strategy, chains=3, max_cost=1e3, max_gap=0.1)) for _ in range(2))
-    assert [[p.tolist() for p in a.pieces] for a in one] == [[p.tolist() for p in a.pieces] for a in other]
-    check_whole(one, chains)
-
-
 @pytest.mark.parametrize(("settings", "setting"), [({"chains": 1}, "merge.chains"), ({"chains": None}, "merge.min_length")])
 def test_dropped_chains_are_recorded_with_the_setting(settings, setting):
     chains = [*row(2), chain((0, 3), (0, 1), 2)]

@@ -70,11 +70,6 @@ def test_a_mask_of_another_shape(mask):
         foreground_of(frame(), CONFIG, mask)
 
 
-def test_a_mask_of_another_type():
-    with refuses("mask-type", "float64"):
-        foreground_of(frame(), CONFIG, SEEN.astype(float))
-
-
 def test_a_missing_mask_is_refused():
     with refuses("mask-missing", "segment.method"):
         foreground_of(frame(), SegmentConfig(method="mask"))

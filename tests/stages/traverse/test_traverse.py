@@ -156,13 +156,6 @@ def test_a_figure_eight_is_two_loops(dim):
         assert not nearest.closed
 
 
-def test_two_lines_in_a_ladder_with_a_rung():
-    """Two long lines with one rung: five branches between two forks."""
-    rails = [np.array([[-0.15, y, 0], [0.15, y, 0]]) for y in (-0.04, 0.04)]
-    paths = run(*rails, np.array([[0, -0.04, 0], [0, 0.04, 0]]))
-    assert len(paths) == 5
-
-
 def test_a_small_hole_in_the_surface_is_no_loop():
     hole = ring(radius=1.2 * RADIUS)
     left, right = np.array([[1.2 * RADIUS, 0, 0], [0.15, 0, 0]]), np.array([[-1.2 * RADIUS, 0, 0], [-0.15, 0, 0]])
@@ -170,11 +163,6 @@ def test_a_small_hole_in_the_surface_is_no_loop():
     assert len(paths) == 1
     assert not paths[0].closed
     assert np.ptp(paths[0].points[:, 0]) > 0.3 - 4 * RADIUS
-
-
-def test_separate_curves_are_separate_paths():
-    paths = run(spoke(0, 0.1), spoke(0, 0.1) + np.array([0, 0.05, 0]), ring() + np.array([0, 0.3, 0]))
-    assert sorted(path.closed for path in paths) == [False, False, True]
 
 
 @pytest.mark.parametrize("seed", range(4))
