@@ -10,6 +10,10 @@ from pydantic import BaseModel, ValidationError
 from ..errors import ConfigError, invalid_code
 
 
+REMOVED = {"merge.curvature_persistence": "an end is expected to go straight on, as with 0"}
+"""Settings of steps that are gone -> the sentence with which they are refused."""
+
+
 class Refusal(NamedTuple):
     """One reason why a configuration is refused.
 
@@ -57,6 +61,8 @@ def refusal_of(item: Any, model: type[BaseModel]) -> Refusal:
 
 
 def _unknown_key(key: str, model: type[BaseModel]) -> Refusal:
+    if key in REMOVED:
+        return Refusal(f"{key} is no setting any more: {REMOVED[key]}", "key-unknown")
     keys = keys_of(model)
     nearest = difflib.get_close_matches(key, keys, n=1, cutoff=0.5) or [
         known for known in keys if known.split(".")[-1] == key.split(".")[-1]

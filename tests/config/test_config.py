@@ -68,6 +68,7 @@ def test_overrides_that_are_none(pair, code):
         ("fit.segment_lenght", 0.01, "key-unknown", ("fit.segment_lenght", "fit.segment_length")),
         ("mrege.chains", 2, "key-unknown", ("mrege", "merge")),
         ("segment_length", 0.01, "key-unknown", ("fit.segment_length",)),
+        ("merge.curvature_persistence", 0.7, "key-unknown", ("merge.curvature_persistence", "straight on")),
         ("zzz", 1, "key-unknown", ("zzz", "mode, seed, segment")),
         ("merge.chains", 0, "value-out-of-bounds", ("merge.chains", "got 0")),
         ("fit.segment_length", -0.01, "value-out-of-bounds", ("fit.segment_length", "got -0.01")),
