@@ -9,7 +9,6 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import ConfigError, invalid_code
 
-
 REMOVED = {"merge.curvature_persistence": "an end is expected to go straight on, as with 0"}
 """Settings of steps that are gone -> the sentence with which they are refused."""
 
