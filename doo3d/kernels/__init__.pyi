@@ -830,7 +830,7 @@ def end_tangents(joints: Floats, bounds: Ints, window: float) -> NDArray[np.floa
     Notes
     -----
     They are the tangents of a parabola over arc length, fitted by least squares to the joints within `window` of the end; with
-    fewer than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
+    fewer than four joints of a straight one. A line fitted over a length of a curve of radius R would lag behind its end by
     length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     """
 

@@ -101,7 +101,7 @@ void bind_end_tangents(Module& m) {
     // Notes
     // -----
     // They are the tangents of a parabola over arc length, fitted by least squares to the joints within `window` of the end; with
-    // fewer than four joints those of a straight line. A line fitted over a length of a curve of radius R would lag behind its end by
+    // fewer than four joints of a straight one. A line fitted over a length of a curve of radius R would lag behind its end by
     // length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
     m.def("end_tangents", &end_tangents, "joints"_a.noconvert(), "bounds"_a.noconvert(), "window"_a);
 }
