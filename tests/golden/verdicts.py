@@ -1,11 +1,12 @@
 """Record which frames are right, and compare two records: for changes that are meant to change results.
 
     python tests/golden/verdicts.py record before.json.xz --data DATA --cache FOLDER
-    python tests/golden/verdicts.py compare before.json.xz after.json.xz --data DATA --cache FOLDER
+    python tests/golden/verdicts.py compare before.json.xz --data DATA --cache FOLDER
 
-`record` skips the frames that the file has: a run that was stopped goes on. `compare` records what the second file lacks,
-by the code as it is, and prints for each kind of frames how many became right and wrong, in space and in the image, the
-chance of so uneven a change (sign test), and by how much the nodes of the longest chains moved (99th percentile).
+`record` skips the frames that the file has: a run that was stopped goes on. `compare` records by the code as it is, into a
+second file if one is named (which may be stopped, too), and prints for each kind of frames how many became right and wrong,
+in space and in the image, the chance of so uneven a change (sign test), and by how much the nodes of the longest chains moved
+(99th percentile).
 
 The kinds: rendered scenes of a stereo camera and a D435 with the true mask and the number of cables, with a ragged mask
 and with nothing given, and without a cable; branched objects; sequences; and, where DATA is given, photographs and
@@ -27,6 +28,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -235,12 +237,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--list", action="store_true", help="name the frames that changed")
     given = parser.parse_args(arguments)
     chosen = [work for work in works(given.data, given.cache) if given.only in work.kind]
-    *before, file = given.files
-    if given.action == "compare" and len(before) != 1:
-        parser.error("compare takes two files")
-    found = record(file, chosen, given.workers)
+    if len(given.files) > (1 if given.action == "record" else 2):
+        parser.error("record takes one file, compare two at most")
+    with TemporaryDirectory() as place:
+        now = given.files[-1] if given.action == "record" or len(given.files) == 2 else Path(place, "now.json.xz")
+        found = record(now, chosen, given.workers)
     if given.action == "compare":
-        old = json.loads(lzma.open(before[0]).read())
+        old = json.loads(lzma.open(given.files[0]).read())
         print("\n".join([*(changes(old, found) if given.list else ()), summary(old, found)]))  # noqa: T201
     return 0
 
