@@ -2,38 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from pydantic import Field
 
 from .section import Section, expert
 
-
-class Bending(NamedTuple):
-    """Values of the two settings of the section `merge` about how the object bends, for one value of `merge.stiffness`.
-
-    Attributes
-    ----------
-    direction_weight
-        cost units per radian of the angle between the directions of two ends.
-    curvature_weight
-        cost units per radian of the angle by which an end must bend toward the other end.
-    """
-
-    direction_weight: float
-    curvature_weight: float
-
-
-STIFFNESS: dict[str, Bending] = {
-    "thread": Bending(25.0, 25.0),
-    "rope": Bending(50.0, 50.0),
-    "cable": Bending(100.0, 100.0),
-    "rod": Bending(200.0, 200.0),
-}
-"""Weights per radian. "cable" holds the weights of Keipour et al. (RA-L 2022).
+STIFFNESS = {"thread": 25.0, "rope": 50.0, "cable": 100.0, "rod": 200.0}
+"""Weights of direction and curvature, per radian: "cable" holds those of Keipour et al. (RA-L 2022).
 
 docs/pages/accuracy.md scores each stiffness."""
-
 
 MAX_GAP_PX = 150.0
 """px of the working picture; `merge.max_gap` where it is null: chosen on mBEST's photographs, with strands 11 px wide."""
@@ -148,7 +126,7 @@ class MergeConfig(Section):
         return MAX_GAP_PX if self.max_gap is None else self.max_gap
 
     @property
-    def bending(self) -> Bending:
-        """The weights in effect: each as it is set, or else as `stiffness` sets it."""
-        own = (self.direction_weight, self.curvature_weight)
-        return Bending(*(given if value is None else value for value, given in zip(own, STIFFNESS[self.stiffness], strict=True)))
+    def angle_weights(self) -> tuple[float, float]:
+        """The weights of direction and of curvature in effect, cost units per radian: as they are set, or by `stiffness`."""
+        own, usual = (self.direction_weight, self.curvature_weight), STIFFNESS[self.stiffness]
+        return usual if own[0] is None else own[0], usual if own[1] is None else own[1]

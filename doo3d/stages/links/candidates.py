@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...config import MergeConfig
-from ...config.merge import Bending
 from ...geometry.curves import Curves
 from ...types import Bools, Floats
 from ...visibility import Visibility
@@ -144,11 +143,6 @@ class Candidates:
     def unit_cost(self) -> float:
         """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
         return 1000.0 / self.gap_unit if self.points.shape[1] == 3 else 1.0
-
-    @property
-    def bending(self) -> Bending:
-        """The weights of angles."""
-        return self.config.bending
 
     @cached_property
     def pairs(self) -> tuple[Floats, Floats, Floats]:

@@ -168,7 +168,7 @@ def test_gaps_through_free_space_are_no_alternatives():
     cost[0, 1:] = 40
     depth = np.full((240, 320), 0.3, np.float32)
     depth[122:] = 0.9
-    nothing = np.zeros_like(points), np.zeros_like(points), np.zeros(3, dtype=bool), RADIUS
+    nothing = np.zeros_like(points), np.zeros(3, dtype=bool), RADIUS
     visibility = Visibility(DepthModel(depth, np.zeros_like(depth, bool), camera, 0.01))
     seen = GapPaths(Candidates(points, *nothing, MergeConfig()), visibility).with_straight_gaps(cost)
     assert seen[0, 1] == 40

@@ -21,4 +21,4 @@ def appearance(candidates: Candidates, evidence: FrameContext) -> Floats | None:
     lines = candidates.chains if camera is None else candidates.chains.with_points(camera.project(candidates.chains.points))
     window = math.ceil(candidates.window / evidence.segment_length) + 1
     unlike = unlike_ends(colors, list(lines), window)
-    return candidates.bending.direction_weight * unlike
+    return candidates.config.angle_weights[0] * unlike

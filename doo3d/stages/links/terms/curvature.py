@@ -12,4 +12,4 @@ def curvature(candidates: Candidates, _: FrameContext) -> Floats:
 
     The bend of an end is the angle between its tangent half way and the straight line to the other end; 0 for ends that coincide.
     """
-    return candidates.bending.curvature_weight * candidates.pairs[2]
+    return candidates.config.angle_weights[1] * candidates.pairs[2]

@@ -9,4 +9,4 @@ from ..candidates import Candidates
 
 def direction(candidates: Candidates, _: FrameContext) -> Floats:
     """Return the turn half way between each pair of ends times `merge.direction_weight`, (E, E) cost units."""
-    return candidates.bending.direction_weight * candidates.pairs[1]
+    return candidates.config.angle_weights[0] * candidates.pairs[1]
