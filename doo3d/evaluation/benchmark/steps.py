@@ -180,11 +180,6 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("stages.confidence.interpretations",),
         made_for=DEPTH,
     ),
-    "branching ends are not linked": Ablation(
-        places={f"{_STAGES}.links.terms.branching:BRANCH_COST": np.inf},
-        modules=("stages.links.terms.branching",),
-        made_for=("harness clouds",),
-    ),
     "bodies": Ablation(
         places={f"{_STAGES}.branches.branches:body_meetings": _nothing}, modules=("stages.branches.bodies",), made_for=BRANCHED
     ),

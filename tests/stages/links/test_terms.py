@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -17,7 +17,6 @@ from doo3d.plugins import CUSTOM_COSTS
 from doo3d.stages.links import merge
 from doo3d.stages.links.candidates import Candidates
 from doo3d.stages.links.terms import TERMS, cost_terms
-from doo3d.types import CloudSampling, Foreground, VoxelGrid
 
 ENDS = 8
 
@@ -124,53 +123,6 @@ def joined(**settings):
     config = MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, **settings)
     merged = merge(FORK, context_of(radius=0.003), config)
     return {round(piece[0, 1], 3) for piece in merged.assemblies[0].pieces}
-
-
-def straight(start, end):
-    """Joints 10 mm apart from one position to another, (N + 1, 3) m."""
-    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    return np.linspace(start, end, round(np.linalg.norm(end - start) / 0.01) + 1)
-
-
-def branching_of(chains, seen, branches=True):
-    """Return the term "branching" of chains of radius 5 mm in a cloud whose points lie along the lines `seen`."""
-    points = np.concatenate([straight(*each) for each in seen])
-    sampling = CloudSampling(0.002)
-    grid = VoxelGrid(np.ones(points.shape, np.int64), points, np.ones(len(points), np.int64), 0.004, np.zeros(3), 0.005)
-    context = replace(context_of(Foreground(points, sampling=sampling), grid=grid, segment_length=0.01), branches=branches)
-    config = MergeConfig(branches=branches)
-    return cost_terms(Candidates.of(Curves.of([straight(*each) for each in chains]), context, config), context).get("branching")
-
-
-TRUNK = ((-0.2, 0, 0), (0.2, 0, 0))
-LEFT, RIGHT = ((-0.08, 0.13, 0), (-0.05, 0.03, 0)), ((0.08, 0.13, 0), (0.05, 0.03, 0))
-
-
-def test_ends_that_points_lead_to_two_places_of_a_trunk_are_dear_to_link():
-    led = [TRUNK, ((-0.05, 0.03, 0), (-0.05, 0, 0)), ((0.05, 0.03, 0), (0.05, 0, 0))]
-    term = branching_of([TRUNK, LEFT, RIGHT], [*led, LEFT, RIGHT])
-    assert term[3, 5] > 100
-    assert np.count_nonzero(term) == 2
-    assert not branching_of([TRUNK, LEFT, RIGHT], [TRUNK, LEFT, RIGHT]).any()
-    assert branching_of([TRUNK, LEFT, RIGHT], led, branches=False) is None
-
-
-def test_the_trunk_may_have_a_gap_there_that_points_fill():
-    pieces = [((-0.2, 0, 0), (-0.07, 0, 0)), ((-0.03, 0, 0), (0.03, 0, 0)), ((0.07, 0, 0), (0.2, 0, 0))]
-    led = [((-0.05, 0.03, 0), (-0.05, 0, 0)), ((0.05, 0.03, 0), (0.05, 0, 0))]
-    term = branching_of([*pieces, LEFT, RIGHT], [TRUNK, *led, LEFT, RIGHT])
-    assert term[7, 9] > 100
-
-
-def test_no_end_of_a_chain_is_a_place_to_branch_off():
-    pieces = [((-0.2, 0, 0), (-0.05, 0, 0)), ((0.05, 0, 0), (0.2, 0, 0))]
-    led = [((-0.05, 0.03, 0), (-0.05, 0, 0)), ((0.05, 0.03, 0), (0.05, 0, 0))]
-    assert not branching_of([*pieces, LEFT, RIGHT], [*pieces, *led, LEFT, RIGHT]).any()
-
-
-def test_the_two_sides_of_a_crossing_cost_nothing_to_link():
-    above, below = ((0, 0.2, 0), (0, 0.02, 0)), ((0, -0.2, 0), (0, -0.02, 0))
-    assert not branching_of([TRUNK, above, below], [TRUNK, ((0, 0.2, 0), (0, -0.2, 0))]).any()
 
 
 def test_a_custom_cost_decides_between_equal_pairs(monkeypatch):

@@ -16,7 +16,6 @@ from ....types import Floats
 from ... import FrameContext
 from ..candidates import Candidates
 from .appearance import appearance
-from .branching import branching
 from .curvature import curvature
 from .custom import custom_terms
 from .direction import direction
@@ -33,7 +32,6 @@ TERMS: dict[str, Term] = {
     "direction": direction,
     "curvature": curvature,
     "appearance": appearance,
-    "branching": branching,
     EXPOSED: exposed_ends,
 }
 """The terms by name, in the order in which they are added."""
