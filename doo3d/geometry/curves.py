@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import kernels
 from ..types import Bools, Floats, Ints
+from .polyline import arc_length, steps, unit
 from .projection import Projection
 
 
@@ -80,12 +81,17 @@ class Curves:
     @cached_property
     def lengths(self) -> Floats:
         """The length of each curve from its first point to its last, (K,)."""
-        return kernels.polyline_lengths(self.points, self.bounds)
+        lengths = steps(self.points)[self.segments]
+        return np.asarray(np.bincount(self.owner[self.segments], lengths, minlength=len(self)), dtype=float)
 
     @cached_property
     def tangents(self) -> Floats:
         """The unit tangents at the points by central differences, onwards, (N, D); one-sided at the ends of an open curve."""
-        return kernels.polyline_tangents(self.points, self.bounds, self.closed)
+        rows, first, last = np.arange(len(self.points)), self.bounds[self.owner], self.bounds[self.owner + 1] - 1
+        is_ring = self.closed[self.owner]
+        before = np.where(rows > first, rows - 1, np.where(is_ring, last, first))
+        after = np.where(rows < last, rows + 1, np.where(is_ring, first, last))
+        return unit(self.points[after] - self.points[before])
 
     @cached_property
     def tips(self) -> Ints:
@@ -126,8 +132,15 @@ class Curves:
         samples : as curves of `counts` points, S in all.
         segment : (S,) int, the segment of its curve on which each sample lies.
         """
-        points, segment = kernels.sample_polylines(self.points, self.bounds, spacing, counts, to_end)
-        return Curves(points, np.append(0, np.cumsum(counts)), self.closed), segment
+        starts, along = np.append(0, np.cumsum(counts)), arc_length(self.points)
+        owner = np.repeat(np.arange(len(self)), counts)
+        first, last = self.bounds[owner], self.bounds[owner + 1] - 1
+        number = np.arange(len(owner)) - starts[owner]
+        at = np.minimum(along[first] + number * spacing[owner], along[last])
+        at = np.where(to_end[owner] & (number > 0) & (number == counts[owner] - 1), along[last], at)
+        points = np.column_stack([np.interp(at, along, values) for values in self.points.T])
+        row = np.clip(along.searchsorted(at, side="right") - 1, first, np.maximum(last - 1, first))
+        return Curves(points, starts, self.closed), row - first
 
     def interpolate(self, curve: Ints, at: Floats) -> Floats:
         """Interpolate the points linearly at positions along curves.
@@ -144,8 +157,13 @@ class Curves:
         (..., D), ... being the shape of `at`; NaN beyond the ends of an open curve. Positions on a ring, whose last point has to
         repeat its first, wrap around.
         """
-        found = kernels.interpolate_polylines(self.points, self.bounds, self.closed, curve.ravel(), at.ravel())
-        return found.reshape(*at.shape, self.points.shape[1])
+        count, at = self.counts[curve] - 1, np.where(np.isfinite(at), at, np.nan)
+        at = np.where(self.closed[curve], at % np.maximum(count, 1), at)
+        known = (count > 0) & (at >= 0) & (at <= count)
+        number = np.where(known, np.minimum(at, count - 1), 0).astype(np.int64)
+        row, t = self.bounds[curve] + number, (at - number)[..., None]
+        between = self.points[row] * (1 - t) + self.points[np.minimum(row + 1, len(self.points) - 1)] * t
+        return np.asarray(np.where(known[..., None], between, np.nan))
 
     def seen_in(self, view: Projection) -> Curves:
         """Return the curves as a view shows them: (u, v, distance) of each point, NaN where it is behind the camera."""

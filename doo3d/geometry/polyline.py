@@ -23,8 +23,6 @@ def unit(vectors: Array) -> Floats:
     vectors : (..., D), one vector (D,) or an array of them. Returns float64 in the same shape.
     """
     vectors = np.asarray(vectors, dtype=float)
-    if vectors.ndim <= 2:
-        return np.asarray(kernels.unit(vectors) if vectors.ndim == 1 else kernels.unit_rows(vectors))
     norm = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(norm > 0, norm, 1.0))
 
@@ -36,9 +34,8 @@ def angle(a: Array, b: Array) -> Floats:
 
     By the half-angle form of Kahan, which is exact near 0 and pi, where arccos loses digits.
     """
-    a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
-    rows = (np.ascontiguousarray(each.reshape(-1, a.shape[-1])) for each in (a, b))
-    return np.asarray(2 * np.arctan2(*kernels.angle_legs(*rows)).reshape(a.shape[:-1]))
+    a, b = unit(a), unit(b)
+    return np.asarray(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
 
 
 def steps(points: Floats, closed: bool = False) -> Floats:
@@ -46,12 +43,13 @@ def steps(points: Floats, closed: bool = False) -> Floats:
 
     points : (P, D). closed : True adds the distance from the last point to the first. Returns (P - 1,), or (P,) if closed.
     """
-    return np.asarray(kernels.steps(np.asarray(points, dtype=float), closed))
+    points = np.asarray(points, dtype=float)
+    return np.asarray(np.linalg.norm(np.diff(points, axis=0, append=points[: int(closed)]), axis=1))
 
 
 def arc_length(points: Floats) -> Floats:
     """Return the arc length from the first point of a polyline (P, D) to each of its P points: (P,), the first 0."""
-    return np.asarray(kernels.arc_length(points))
+    return np.cumsum(np.append(np.zeros(min(len(points), 1)), steps(points)))
 
 
 def resample(points: Floats, at: Array) -> Floats:
@@ -68,7 +66,8 @@ def resample(points: Floats, at: Array) -> Floats:
     -------
     (S, D)
     """
-    return np.asarray(kernels.resample(points, np.asarray(at, dtype=float)))
+    along = arc_length(points)
+    return np.column_stack([np.interp(at, along, values) for values in np.asarray(points).T])
 
 
 def densify(points: Floats, spacing: float) -> Floats:

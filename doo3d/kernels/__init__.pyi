@@ -504,20 +504,6 @@ class VoxelCells:
         table : (V, 26) int32, as `neighbor_table` returns it; in 2-D for voxels whose third coordinates are equal
         """
 
-def angle_legs(first: Floats, second: Floats) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return |a - b| and |a + b| of the unit vectors a and b of N pairs of vectors: the angle between them is 2 atan2 of the two.
-
-    first, second : (N, D) float64, of any length; zero vectors stay zero. Returns (N,) and (N,) float64.
-    """
-
-def arc_length(points: Floats) -> NDArray[np.float64]:
-    """Return the length along a polyline from its first point to each of its points.
-
-    8.6 times as fast as np.cumsum of np.linalg.norm of np.diff on 112 points (1.6 us against 13.7 us, 12 times a frame).
-
-    points : (P, D) float64, P points. Returns (P,) float64 in the unit of the points, the first 0.
-    """
-
 def axes_in_mask(
     points: Floats,
     bounds: Ints,
@@ -1284,25 +1270,6 @@ def hue_modes(hue: Ints, weight: Floats, bins: int, deviation: float, max_saddle
         height of the saddle between two modes over that of the lower, up to which they are two
     """
 
-def interpolate_polylines(values: Floats, bounds: Ints, closed: Bools, line: Ints, joint: Floats) -> NDArray[np.float64]:
-    """Interpolate values at the joints of L polylines linearly at positions along them.
-
-    Parameters
-    ----------
-    values
-        (J, K) float64, K values at each joint, one polyline after the other
-    bounds
-        (L + 1,) int64; polyline l has values[bounds[l]:bounds[l + 1]], the last entry is J
-    closed
-        (L,) bool, True for a ring, whose last joint repeats the first; positions on it wrap around
-    line, joint
-        (N,) int64 and (N,) float64, the polyline of each position, and the position in joints: 2.5 is half way from joint 2 to 3
-
-    Returns
-    -------
-    (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
-    """
-
 def joint_deviations(
     joints: Floats,
     bounds: Ints,
@@ -1748,20 +1715,6 @@ def polyline_crossings(
     point : (C, 2) float64, position of the crossing
     """
 
-def polyline_lengths(points: Floats, bounds: Ints) -> NDArray[np.float64]:
-    """Return the length of each of C polylines, (C,) float64.
-
-    points : (P, D) float64, the points of all, one polyline after the other. bounds : (C + 1,) int64; polyline c is
-    points[bounds[c]:bounds[c + 1]], the last entry is P.
-    """
-
-def polyline_tangents(points: Floats, bounds: Ints, closed: Bools) -> NDArray[np.float64]:
-    """Return the unit tangents of C polylines at their points by central differences, pointing onwards: (P, D) float64.
-
-    points : (P, D) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. closed : (C,) bool, True if the last point is
-    followed by the first; the ends of others have one-sided differences. A single point has the tangent 0.
-    """
-
 def project_pinhole(points: Floats, fx: float, fy: float, cx: float, cy: float) -> NDArray[np.float64]:
     """Return the pixels (N, 2) float64 (u, v) of points (N, 3) float64 m of any layout; NaN for those with z <= 0.
 
@@ -1806,13 +1759,6 @@ def raised_pixels(depth: Floats, along_u: Floats, along_v: Floats, offset: float
     (H, W) bool
     """
 
-def resample(points: Floats, at: Floats) -> NDArray[np.float64]:
-    """Return the points of a polyline at given arc lengths, by linear interpolation.
-
-    points : (P, D) float64, P >= 1 points. at : (S,) float64, arc lengths from the first point; lengths below 0 or beyond the end
-    give the end points. Returns (S, D) float64.
-    """
-
 def ribbon_scores(
     image: Floats, directions: int, widths: Floats, noise: float, length_widths: float, min_length: int
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
@@ -1855,28 +1801,6 @@ def sample_gap(arcs: Floats, spacing: float) -> NDArray[np.float64]:
     Returns
     -------
     (P, D) float64, P >= 2 points; both ends of the path and both ends of its straight line are among them.
-    """
-
-def sample_polylines(
-    points: Floats, bounds: Ints, spacing: Floats, counts: Ints, to_end: Bools
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return evenly spaced samples along polylines, from the first point of each.
-
-    Parameters
-    ----------
-    points, bounds
-        the points of C polylines, as for `polyline_lengths`
-    spacing
-        (C,) float64, arc length between neighboring samples of each polyline
-    counts
-        (C,) int64, number of samples on each
-    to_end
-        (C,) bool, True if the last of two samples or more is the last point of the polyline exactly
-
-    Returns
-    -------
-    samples : (S, D) float64, of all polylines, one after the other; the last point for samples beyond it
-    segment : (S,) int64, the segment of its polyline on which each sample lies
     """
 
 def second_best_rise(
@@ -2166,15 +2090,6 @@ def solve_gap(ends: Floats, radius: float, max_deviation: float, inside: bool) -
         gap, and the straight line joins the points where the arcs end. Columns: start (D,), unit direction at the start (D,),
         unit normal from the start towards the center of the circle (D,), angle in radians, radius. (0, 3 D + 2) if the ends
         touch or no path was found
-    """
-
-def steps(points: Floats, closed: bool = False) -> NDArray[np.float64]:
-    """Return the distances between consecutive points of a polyline.
-
-    points : (P, D) float64. closed : True adds the distance from the last point to the first. Returns (P - 1,) float64, (P,) if
-    closed.
-
-    7 times as fast as np.linalg.norm of np.diff on the 61 points of a usual path (1.2 us against 8.2 us, 28 times a frame).
     """
 
 def straight_gap_costs(
@@ -2529,25 +2444,6 @@ def trace_branches(table: Ints) -> tuple[NDArray[np.int64], NDArray[np.int64], N
     order : (V,) int64, the V voxels that are not junction voxels, in order along each of B branches, one branch after the other
     bounds : (B + 1,) int64; branch b is order[bounds[b]:bounds[b + 1]], the last entry is V
     nodes : (B, 2) int64, the junctions at the start and at the end of each branch; -1 for a free end, (-2, -2) for a closed loop
-    """
-
-def turn_cosines(points: Floats, bounds: Ints, apart: int) -> NDArray[np.float64]:
-    """Return the cosine of the sharpest turn of each of C polylines in the plane, (C,) float64; 1 for one that is too short.
-
-    points : (P, 2) float64 and bounds : (C + 1,) int64, as for `polyline_lengths`. apart : number of points over which the steps
-    before and after a turn are taken.
-    """
-
-def unit(vector: Floats) -> NDArray[np.float64]:
-    """Return a vector (D,) float64 scaled to length 1; a zero vector stays zero.
-
-    3.1 times as fast as division by np.linalg.norm (0.6 us against 1.8 us), which differs in the last bit for 8 %.
-    """
-
-def unit_rows(vectors: Floats) -> NDArray[np.float64]:
-    """Return N vectors (N, D) float64, each scaled to length 1; zero vectors stay zero.
-
-    4.2 times as fast as division by np.linalg.norm on 613 rows (5.4 us against 22.9 us).
     """
 
 def unproject_pinhole(pixels: Floats, depth: Floats, fx: float, fy: float, cx: float, cy: float) -> NDArray[np.float64]:

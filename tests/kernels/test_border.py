@@ -19,8 +19,6 @@ PIXELS = (np.array([1]), np.array([1]))
 
 # a call that works, by kernel
 CALLS = {
-    "angle_legs": (POINTS, POINTS),
-    "arc_length": (POINTS,),
     "axes_in_mask": (
         POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(6, bool), np.ones(6), 1, np.ones((2, 2)), 1.0, POINTS,
         np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2), np.full(17, 1e-3), 1,
@@ -83,7 +81,6 @@ CALLS = {
     ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
-    "interpolate_polylines": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.array([0, 1]), np.array([0.5, 1.5])),
     "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
     "keep_segments": (POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]])),
     "least_near": (POINTS, POINTS[:2, :2].copy(), 0.02, 3),
@@ -113,15 +110,11 @@ CALLS = {
     "polyline_crossings": (
         np.array([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]), np.array([0, 2, 4]), np.array([False, False]),
     ),
-    "polyline_lengths": (POINTS, np.array([0, 2, 6])),
-    "polyline_tangents": (POINTS, np.array([0, 2, 6]), np.array([True, False])),
     "project_pinhole": (POINTS, 1.0, 1.0, 0.0, 0.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
-    "resample": (POINTS, np.ones(4)),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), 2, np.ones(1), 1.0, 2.0, 3),
     "sample_gap": (np.ones((2, 11)), 0.1),
-    "sample_polylines": (POINTS, np.array([0, 2, 6]), np.full(2, 0.01), np.array([2, 3]), np.array([True, False])),
     "second_best_rise": (np.ones((2, 2)), np.array([[0, 1]]), np.ones(1), 1.0, False, 2),
     "section_axes": (POINTS, POINTS, np.zeros(3)),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
@@ -138,7 +131,6 @@ CALLS = {
     ),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), np.ones(9), 0.004, 600.0, np.ones(12), 4),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
-    "steps": (POINTS, False),
     "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
     "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
     "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 2.5, np.full(6, 13.0)),
@@ -162,10 +154,7 @@ CALLS = {
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
-    "turn_cosines": (POINTS[:, :2].copy(), np.array([0, 6]), 1),
     "upper_of_groups": (np.ones(3), np.array([0, 1, 1]), 2, 0.3),
-    "unit": (np.ones(3),),
-    "unit_rows": (POINTS,),
     "unproject_pinhole": (POINTS[:, :2].copy(), POINTS[:, 2].copy(), 1.0, 1.0, 0.0, 0.0),
     "usual_half_width": (np.ones(3, np.float32), 0.9, 0.05, 0.1),
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),

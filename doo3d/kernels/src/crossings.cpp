@@ -87,21 +87,6 @@ auto polyline_crossings(Matrix<double> points, Vector<Index> bounds, Vector<bool
                            to_numpy(std::move(angles)), to_numpy(std::move(points_at), count, 2));
 }
 
-auto interpolate_polylines(Matrix<double> values, Vector<Index> bounds, Vector<bool> closed, Vector<Index> line, Vector<double> joint) {
-    const Index width = values.shape(1), size = line.shape(0);
-    check_bounds(bounds, values.shape(0));
-    require(closed.shape(0) + 1 == bounds.shape(0), "closed is not one per polyline");
-    require(Index(joint.shape(0)) == size, "line and joint have different lengths");
-    count_visits(size);
-    std::vector<double> result(size * width);
-    for (Index n = 0; n < size; ++n) {
-        const Index c = line(n);
-        require(c >= 0 && c < Index(closed.shape(0)), "a line is not among the polylines");
-        interpolate(values, bounds, closed(c), c, joint(n), result.data() + n * width);
-    }
-    return to_numpy(std::move(result), size, width);
-}
-
 }  // namespace
 
 void bind_crossings(Module& m) {
@@ -110,7 +95,8 @@ void bind_crossings(Module& m) {
     // Parameters
     // ----------
     // points, bounds
-    //     the points of the polylines, (J, 2), as for `polyline_lengths`; segments with a point that is not finite are left out
+    //     (J, 2) float64, the points of all polylines, one after the other, and (L + 1,) int64, the first of each; segments with a
+    //     point that is not finite are left out
     // closed
     //     (L,) bool, True if the last point of a polyline repeats its first
     //
@@ -122,22 +108,4 @@ void bind_crossings(Module& m) {
     // angle : (C,) float64 rad between the two, 0 to pi / 2
     // point : (C, 2) float64, position of the crossing
     m.def("polyline_crossings", &polyline_crossings, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert());
-    // Interpolate values at the joints of L polylines linearly at positions along them.
-    //
-    // Parameters
-    // ----------
-    // values
-    //     (J, K) float64, K values at each joint, one polyline after the other
-    // bounds
-    //     (L + 1,) int64; polyline l has values[bounds[l]:bounds[l + 1]], the last entry is J
-    // closed
-    //     (L,) bool, True for a ring, whose last joint repeats the first; positions on it wrap around
-    // line, joint
-    //     (N,) int64 and (N,) float64, the polyline of each position, and the position in joints: 2.5 is half way from joint 2 to 3
-    //
-    // Returns
-    // -------
-    // (N, K) float64; NaN beyond the ends of an open polyline, and on one of a single joint
-    m.def("interpolate_polylines", &interpolate_polylines, "values"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
-          "line"_a.noconvert(), "joint"_a.noconvert());
 }

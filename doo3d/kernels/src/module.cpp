@@ -32,7 +32,6 @@ void bind_nearest(Module&);
 void bind_pinhole(Module&);
 void bind_plane(Module&);
 void bind_point_cells(Module&);
-void bind_polyline(Module&);
 void bind_ribbon_tracing(Module&);
 void bind_ribbons(Module&);
 void bind_second_best(Module&);
@@ -95,7 +94,6 @@ NB_MODULE(_native, native) {
     bind_pinhole(m);
     bind_plane(m);
     bind_point_cells(m);
-    bind_polyline(m);
     bind_ribbon_tracing(m);
     bind_ribbons(m);
     bind_second_best(m);

@@ -19,7 +19,7 @@ from ...geometry.limits import MAX_SAMPLES
 from ...geometry.polyline import unit
 from ...geometry.projection import Projection
 from ...geometry.radii import STEP_RADII
-from ...kernels import percentiles, turn_cosines
+from ...kernels import percentiles
 from ...types import Array, Chain, Floats, Foreground, Ints
 from .. import FrameContext
 from .deviations import deviations_of
@@ -94,7 +94,7 @@ def with_confidence(
     most_slender = max(filter(math.isfinite, slender), default=0.0)
     curves = Curves.of([chain.joints for chain in chains])
     samples = _samples(curves, chains, context.view)
-    turns = np.arccos(turn_cosines(samples.view.points, samples.view.bounds, BEND_SAMPLES)).tolist()
+    turns = _sharpest_turns(samples.view).tolist()
     support = depth_support(curves, [chain.radius for chain in chains], foreground)
     doubts = _depth_doubts(curves, chains, support)
     deviations = deviations_of(curves, chains, support, foreground) if curves.points.shape[1] == 3 else [None] * len(chains)
@@ -134,6 +134,16 @@ def _with_confidence(chain: Chain, evidence: Evidence, deviations: Floats | None
     if deviations is not None:
         object.__setattr__(result, "deviations", deviations)
     return result
+
+
+def _sharpest_turns(view: Curves) -> Floats:
+    """Return the largest angle by which each curve, (u, v) px, turns at a sample, (C,) radians, 0 for short ones."""
+    at = np.arange(BEND_SAMPLES, len(view.points) - BEND_SAMPLES)
+    at = at[view.owner[at - BEND_SAMPLES] == view.owner[at + BEND_SAMPLES]]
+    before, after = (view.points[at + k] - view.points[at + k - BEND_SAMPLES] for k in (0, BEND_SAMPLES))
+    cosine, least = (unit(before) * unit(after)).sum(axis=1), np.ones(len(view))
+    np.minimum.at(least, view.owner[at], cosine)
+    return np.arccos(np.maximum(least, -1.0))
 
 
 def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]] | None) -> Floats:
