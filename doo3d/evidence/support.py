@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.curves import Curves
-from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import ColorOdds, surface_beside, surface_log_odds
 from ..types import Array, Bools, Camera, Floats, Foreground, Ints, Plane
 from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
@@ -15,17 +14,8 @@ from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
 LATERAL_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
 """Lateral offsets from the centre line where the supporting surface is looked for: near, but beyond the rim of the mask."""
 
-MAX_RISE_RADII = 8.0
-"""Radii behind a joint up to which a reading beside it counts as the supporting surface. Farther back is another surface."""
-
-RISE_WINDOW_RADII = 20.0
-"""Length of chain over which the rise at an end is measured."""
-
 MIN_RISE_READINGS = 6
 """Readings beside an end from which a rise and its noise are measured at least."""
-
-MIN_RISE_NOISE_RATIO = 2.0
-"""Least ratio of the rise to the noise of single readings: half the rise, the threshold, is then one standard deviation."""
 
 BESIDE_PX = np.linspace(4.0, 14.0, 6)
 """px beyond a strand's sides at which the surface beside it is read: a stereo camera shows the strand 6 to 8 px too wide."""
@@ -75,9 +65,8 @@ class Support:
         depth, mask, camera = foreground.depth, foreground.mask, foreground.camera
         if depth is None or mask is None or camera is None or not len(chains):
             return None
-        limits = MAX_RISE_RADII * radius, RISE_WINDOW_RADII * radius, MIN_RISE_READINGS, MIN_RISE_NOISE_RATIO, MAD_TO_DEVIATION
         inside, around, rise, noise = surface_beside(
-            chains.points, chains.bounds, _intrinsics(camera), radius, LATERAL_RADII, mask, depth, np.array(limits)
+            chains.points, chains.bounds, _intrinsics(camera), radius, LATERAL_RADII, mask, depth, MIN_RISE_READINGS
         )
         colors = None if foreground.color is None else _colors(foreground.color, inside, around)
         plane = None if foreground.plane is None else (foreground.plane, camera, radius)

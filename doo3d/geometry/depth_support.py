@@ -10,7 +10,7 @@ import numpy as np
 from .. import kernels
 from ..types import Bools, Floats, Foreground
 from .curves import Curves
-from .noise import DEVIATIONS, MAD_TO_DEVIATION
+from .noise import DEVIATIONS
 from .radii import OWN_RADII
 
 POSITIONS = (np.arange(5) + 0.5) / 5
@@ -22,15 +22,8 @@ LATERAL_RADII = np.linspace(-0.7, 0.7, 5)
 SURFACE_RADII = 0.85
 """Radii by which the seen surface is nearer than the axis, mean over LATERAL_RADII: of sqrt(1 - x^2)."""
 
-MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII = 1.2, 2.5
-"""Radii by which a reading may differ from the surface and still support it. The least is that of visibility: a table under the
-object is two radii behind the surface. The most is where `strand_filter` takes a reading for that of something else."""
-
 MIN_SUPPORT = 0.3
 """Share of a segment's samples that need a reading which agrees: a curve through fewer is an interpolation."""
-
-MIN_READINGS = 3
-"""Readings of a segment that make a median."""
 
 
 class DepthSupport(NamedTuple):
@@ -85,7 +78,8 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
         np.zeros(0) if plane is None else np.append(plane.normal, plane.height),
         POSITIONS,
         LATERAL_RADII,
-        np.array((SURFACE_RADII, MIN_TOLERANCE_RADII, MAX_TOLERANCE_RADII, DEVIATIONS * MAD_TO_DEVIATION, OWN_RADII)),
-        MIN_READINGS,
+        surface_radii=SURFACE_RADII,
+        lying_radii=OWN_RADII,
+        deviations=DEVIATIONS,
     )
     return DepthSupport(supported, agreeing < MIN_SUPPORT, residual, offset)

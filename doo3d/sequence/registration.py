@@ -23,13 +23,9 @@ from .observations import LENGTH_ERROR, ObservedStrand
 STEPS_PER_SEGMENT = 3
 """Positions per segment that are tried for the start of a strand."""
 
-MAX_OVERLAP_SHARE = 0.2
-"""Largest share of a strand that may overlap a strand placed earlier."""
-
-MISSING_COST, MAX_COST = 25.0, 9.0
+MISSING_COST = 25.0
 """Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
-standard deviations: 5 of them. Largest cost of a strand that is placed, 3 of them: one that costs more has lost its depth, or
-joins parts that do not belong together, and would bend the object where it is hidden."""
+standard deviations: 5 of them."""
 
 SHIFT_TOLERANCES = 2.5
 """Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
@@ -145,7 +141,10 @@ def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, 
         expected,
         length,
         tolerance,
-        np.array((STEPS_PER_SEGMENT, LENGTH_ERROR, SHIFT_TOLERANCES, MAX_OVERLAP_SHARE, MISSING_COST, MAX_COST)),
+        steps=STEPS_PER_SEGMENT,
+        length_error=LENGTH_ERROR,
+        shift_tolerances=SHIFT_TOLERANCES,
+        max_tip_cost=MISSING_COST,
     )
     placed = []
     places = zip(starts.tolist(), costs.tolist(), backwards.tolist(), strands, strict=True)

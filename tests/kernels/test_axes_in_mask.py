@@ -9,20 +9,13 @@ from doo3d.kernels import axes_in_mask, axis_depth, nearest, section_axes, secti
 
 CAMERA = np.array((300.0, 310.0, 79.5, 59.5))
 HALF = 2
-TOUCHING, GAP, TOLERANCE, PATH, SMOOTHING, STRONGEST, LEAST, DEPTH, NOISE = FIRST = (
-    2.2,
-    0.3,
-    0.3,
-    0.01,
-    1.2,
-    1e8,
-    1e-6,
-    0.06,
-    0.05,
-)
-CENTRAL, OUTLIER, DEVIATION = SECOND = 0.8, 4.5, 1.5
-STEP, MIN_SCALE, NEAR, SUNK, OVERLAP = THIRD = 1e-4, 1e-6, 1.5, 3.0, 5
-SETTINGS = np.concatenate((FIRST, SECOND, THIRD))
+TOUCHING, NEAR, SUNK, CENTRAL, SMOOTHING, OVERLAP, DEVIATION = 2.2, 1.5, 3.0, 0.8, 1.2, 5, 1.4826
+PATH, DEPTH, GAP, TOLERANCE, NOISE, OUTLIER = 0.01, 0.06, 0.3, 0.3, 0.05, 3 * DEVIATION
+SETTINGS = {
+    "touching_radii": TOUCHING, "own_radii": NEAR, "sunk_radii": SUNK, "central_part": CENTRAL, "smoothing_radii": SMOOTHING,
+    "max_strength": 1e8, "least_weight": 1e-6, "ring_overlap": OVERLAP, "path_weight": PATH, "depth_weight": DEPTH,
+    "gap_weight": GAP, "radius_tolerance": TOLERANCE, "noise_radii": NOISE, "deviations": 3.0,
+}  # fmt: skip
 BESIDE = np.array([2.0, 4.0, 6.0])
 PLANE = np.array((0.0, 0.06, -np.sqrt(1 - 0.06**2), -0.508))
 
@@ -82,7 +75,7 @@ def slow_iteration(curves, filled, radius, pixels, share, surface, depth, mask):
     if not planar:
         lateral, away = section_axes(points, curves.tangents, np.zeros(3))
     camera, reach = np.zeros(0) if planar else CAMERA, TOUCHING * radius
-    offset, half_width = silhouette(points, curves.tangents, lateral, owner, pixels, share, camera, reach, HALF, STEP, MIN_SCALE)
+    offset, half_width = silhouette(points, curves.tangents, lateral, owner, pixels, share, camera, reach, HALF)
     radius = radius.copy()
     for part in curves.parts:
         usable = half_width[part][~filled[part] & (half_width[part] > 0)]
@@ -135,7 +128,8 @@ def test_axes_and_radii_are_those_of_a_plain_computation(planar):
     camera, plane = (np.zeros(0), np.zeros(0)) if planar else (CAMERA, PLANE)
     found = axes_in_mask(
         *(curves.points, curves.bounds, curves.closed, filled, radius, HALF, pixels, 1.1, surface, camera, depth, mask, plane),
-        *(BESIDE, SETTINGS, 2),
+        *(BESIDE, 2),
+        **SETTINGS,
     )
     expected = curves, radius, radius
     for _ in range(2):
@@ -150,7 +144,7 @@ def test_axes_are_raised_where_a_plane_is_seen_beside_them():
     size = len(curves.points)
     given = curves.points, curves.bounds, curves.closed, np.zeros(size, bool), np.full(size, 0.0052), HALF, pixels, 1.0, surface
     raised, low = (
-        axes_in_mask(*given, CAMERA, depth, mask, plane, BESIDE, SETTINGS, 1)[0][:, 2] for plane in (PLANE, np.zeros(0))
+        axes_in_mask(*given, CAMERA, depth, mask, plane, BESIDE, 1, **SETTINGS)[0][:, 2] for plane in (PLANE, np.zeros(0))
     )
     assert (low - raised).max() > 0.001
     assert np.abs(low - raised).min() < 1e-4

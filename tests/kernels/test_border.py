@@ -21,7 +21,7 @@ PIXELS = (np.array([1]), np.array([1]))
 CALLS = {
     "axes_in_mask": (
         POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(6, bool), np.ones(6), 1, np.ones((2, 2)), 1.0, POINTS,
-        np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2), np.full(17, 1e-3), 1,
+        np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(2), 1,
     ),
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
@@ -46,10 +46,10 @@ CALLS = {
     "crossing_numbers": (np.zeros((3, 3), np.uint8), *PIXELS),
     "depth_support": (
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
-        np.ones(2), np.ones(2), np.ones(5), 1,
+        np.ones(2), np.ones(2),
     ),
     "joint_deviations": (
-        POINTS, np.array([0, 6]), np.ones(1), np.ones(6), np.zeros(5, bool), np.ones(5), np.ones(5), np.ones(5), np.ones(5),
+        POINTS, np.array([0, 6]), np.ones(1), np.ones(6), np.zeros(5, bool), np.ones(5), np.ones(5), np.ones(5),
         np.ones((8, 2)),
     ),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
@@ -66,12 +66,10 @@ CALLS = {
     "fit_plane": (POINTS, np.array([[0, 1, 2]]), 0.1, 3),
     "follow_ribbon": (
         np.ones((2, 5, 5), np.float32), np.zeros((2, 5, 5), np.uint8), np.zeros((5, 5, 3), np.float32),
-        np.zeros((5, 5), np.uint8), np.zeros((5, 5), np.float32), np.ones(3), np.ones(1), np.array([-0.1, 0.0, 0.1]), np.zeros(1),
-        np.array([2.0, 0.1, 0.6, 8.0, 6.0, 0.5, 0.9, 3.0, 0.9, 4.0, 8.0, 0.4, 8.0, 20.0]),
+        np.zeros((5, 5), np.uint8), np.zeros((5, 5), np.float32), np.ones(3), np.ones(1),
     ),
     "follow_strand": (
         np.zeros((9, 9, 3), np.uint8), np.zeros((9, 9), bool), np.array([[1.0, 4.0], [5.0, 4.0]]), 2.0, 3.0,
-        (np.zeros(1), np.array([-2.0, 2.0]), np.ones(1), np.zeros(1)), 2, np.full(11, 0.5),
     ),
     "FrameFacts": (np.ones((3, 3), bool),),
     "gap_lengths": (POINTS, np.array([0, 2, 6]), np.array([5, 1, 6, 0, 3])),
@@ -120,32 +118,31 @@ CALLS = {
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
     "shift_costs": (POINTS, POINTS + 0.01, (5, 7), 0.1),
     "silhouette": (
-        POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1, 0.1, 1e-6,
+        POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1,
     ),
     "skeleton_paths": (
         TABLE, COORDS.astype(float, order="C"), 1, np.ones(3), np.ones(3), np.array([0.2, 0.4]), np.zeros((0, 0), np.float32),
         np.zeros(2), 1.8, 9,
     ),
     "smooth_depth_beside": (
-        np.array([[3, 3], [4, 3]]), np.ones(2), np.ones(2), np.zeros((6, 6), bool), np.ones((6, 6), np.float32), 1.0, 1.5, 2,
+        np.array([[3, 3], [4, 3]]), np.ones(2), np.ones(2), np.zeros((6, 6), bool), np.ones((6, 6), np.float32), 1.0,
     ),
-    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), np.ones(9), 0.004, 600.0, np.ones(12), 4),
+    "smooth_strand_depth": (np.ones(9), np.ones(9, bool), np.ones(9), 0.004, 600.0, 1.7),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
     "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
     "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
     "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 2.5, np.full(6, 13.0)),
     "strand_places": (
         POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS, 0.1,
-        0.05, np.array([3.0, 0.02, 2.5, 0.2, 25.0, 9.0]),
+        0.05,
     ),
     "strand_sides": (
         np.full((3, 2), 3.0), np.tile([0.0, 1.0], (3, 1)), np.ones(3), 0.01, np.ones((6, 6), np.float32),
         np.ones((6, 6, 3), np.uint8), np.zeros((6, 6), bool), np.zeros(1), np.ones(2), np.ones(1),
-        np.array([1.0, 0.5, 16.0, 0.4, 1.0, 1.5, 0.2]),
     ),
     "surface_ahead": (POINTS, POINTS, np.array([0, 5]), np.eye(2, 3), np.ones(2), np.ones(2), np.ones(2), 2),
     "surface_beside": (
-        POINTS, np.array([0, 2, 6]), np.ones(4), 0.01, np.ones(2), np.ones((3, 3), bool), np.ones((3, 3), np.float32), np.ones(5),
+        POINTS, np.array([0, 2, 6]), np.ones(4), 0.01, np.ones(2), np.ones((3, 3), bool), np.ones((3, 3), np.float32), 6,
     ),
     "surface_color": (np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8), bool), 3, 1, 1.5, 1.0, 3.5),
     "surface_log_odds": (
@@ -169,7 +166,22 @@ CALLS = {
     "wide_readings": (np.ones((5, 5), np.float32), 2, 0.01, 3.0, 0.01),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
-CONSTANT = {"unit", "visits"}
+KEYWORDS = {
+    "axes_in_mask": {
+        "touching_radii": 2.2, "own_radii": 1.5, "sunk_radii": 3.0, "central_part": 0.8, "smoothing_radii": 1.2,
+        "max_strength": 1e8, "least_weight": 1e-6, "ring_overlap": 40, "path_weight": 0.01, "depth_weight": 0.06,
+        "gap_weight": 0.3, "radius_tolerance": 0.3, "noise_radii": 0.15, "deviations": 3.0,
+    },
+    "depth_support": {"surface_radii": 0.85, "lying_radii": 1.5, "deviations": 3.0},
+    "joint_deviations": {"pitch": 1e-4, "pitch_per_m": 1e-3, "noise": 2e-3, "max_residual": 3.0},
+    "strand_places": {"steps": 3, "length_error": 0.02, "shift_tolerances": 2.5, "max_tip_cost": 25.0},
+    "smooth_strand_depth": {"deviations": 3.0, "noise_radii": 0.15, "max_in_front": 0.1, "max_slope": 8.0},
+    "follow_strand": {"step": 0.5, "min_extension": 2.0, "noise": 6.0},
+    "follow_ribbon": {
+        "step": 2.0, "color_scale": 8.0, "max_color_cost": 6.0, "color_cost": 0.5, "max_score": 3.0, "same_turn": 0.4,
+    },
+}  # fmt: skip
+CONSTANT = {"visits"}
 """Kernels that look at a fixed number of elements, which they need not count."""
 ARRAYS = {name: [i for i, value in enumerate(call) if isinstance(value, np.ndarray)] for name, call in CALLS.items()}
 ELEMENTS = {"f": st.floats(-10, 10, width=32), "i": st.integers(-3, 9), "b": st.booleans(), "u": st.integers(0, 1)}
@@ -178,11 +190,11 @@ with_arrays = pytest.mark.parametrize("name", [name for name, places in ARRAYS.i
 
 def call(name, changed=None):
     """Call a kernel, with other values of some of its arguments: place -> value."""
-    return getattr(kernels, name)(*(dict(enumerate(CALLS[name])) | (changed or {})).values())
+    return getattr(kernels, name)(*(dict(enumerate(CALLS[name])) | (changed or {})).values(), **KEYWORDS.get(name, {}))
 
 
 def test_every_kernel_is_called():
-    assert set(CALLS) == set(kernels.__all__)
+    assert set(CALLS) == {name for name in vars(kernels._native) if not name.startswith("_")}
 
 
 @pytest.mark.parametrize("name", CALLS)

@@ -11,8 +11,7 @@ from doo3d.kernels import CrossingStrands
 
 DISTANCES, MARGIN, MIN_ANGLE = np.linspace(0.0, 5.0, 16), 1.2, 0.3
 CORE, PROFILE = np.array((-0.4, 0.0, 0.4)), np.linspace(-0.75, 0.75, 7)
-DEPTH_SETTINGS = np.array((3.0, 4.0, 0.5, 0.75, 1.5))
-COLOR_SETTINGS = np.array((2.0, 6.0, 6.0, 0.35, 2.0))
+DEVIATIONS, COLOR_NOISE = 3.0, 6.0
 RED, BLUE = np.array((200.0, 40, 30)), np.array((20.0, 60, 200))
 
 
@@ -144,7 +143,7 @@ def test_the_upper_strand_by_depth_is_that_of_plain_numpy(seed):
     inside = (u >= 0) & (v >= 0) & (u < 120) & (v < 80)
     pixels = np.where(inside, v, 0), np.where(inside, u, 0)
     np.testing.assert_array_equal(surface, np.where(inside & mask[pixels] & (depth[pixels] > 0), depth[pixels], np.nan))
-    found = native.depth_log_odds(surface, DEPTH_SETTINGS)
+    found = native.depth_log_odds(surface, DEVIATIONS)
     np.testing.assert_allclose(found, plain.depth_log_odds(surface), atol=1e-8)
     assert len(np.unique(found)) > 2
 
@@ -153,7 +152,7 @@ def test_without_readings_the_depth_of_the_chains_tells_with_twice_the_deviation
     native, plain, _ = crossing()
     nothing = np.full(plain.along.size * len(CORE), np.nan)
     difference = np.diff(plain.depth, axis=1)[:, 0] / plain.radius.sum(axis=1)
-    np.testing.assert_allclose(native.depth_log_odds(nothing, DEPTH_SETTINGS), 2 * np.clip(difference, -1.5, 1.5))
+    np.testing.assert_allclose(native.depth_log_odds(nothing, DEVIATIONS), 2 * np.clip(difference, -1.5, 1.5))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -161,7 +160,7 @@ def test_the_upper_strand_by_color_is_that_of_plain_numpy(seed):
     native, plain, rng = crossing(seed, straight=seed % 2 == 1)
     image = rng.integers(0, 256, (80, 120, 3), dtype=np.uint8)
     image[:, 50:80] = (90, 120, 30)
-    np.testing.assert_allclose(native.color_log_odds(image, PROFILE, COLOR_SETTINGS), plain.color_log_odds(image), atol=1e-8)
+    np.testing.assert_allclose(native.color_log_odds(image, PROFILE, COLOR_NOISE), plain.color_log_odds(image), atol=1e-8)
 
 
 @pytest.mark.parametrize(("shown", "sign"), [(RED, 1), (BLUE, -1), ((RED + BLUE) / 2, 0)])
@@ -175,17 +174,17 @@ def test_two_strands_of_two_colors_are_told_apart_and_colors_of_neither_tell_not
     wide = np.full((1, 2), 4.0)
     where = (found.chain, found.segment, found.t, found.angle, found.point, wide, wide)
     strands = CrossingStrands(curves.points, curves.bounds, curves.closed, *where, DISTANCES, MARGIN, MIN_ANGLE)
-    assert strands.color_log_odds(image, PROFILE, COLOR_SETTINGS).tolist() == [6.0 * sign]
+    assert strands.color_log_odds(image, PROFILE, COLOR_NOISE).tolist() == [6.0 * sign]
     image[20:26] = 255  # a highlight beside the overlap is on few samples
-    assert strands.color_log_odds(image, PROFILE, COLOR_SETTINGS).tolist() == [6.0 * sign]
+    assert strands.color_log_odds(image, PROFILE, COLOR_NOISE).tolist() == [6.0 * sign]
 
 
 def test_strands_out_of_the_image_tell_nothing_by_color():
     native, _, _ = crossing()
-    assert not native.color_log_odds(np.full((4, 4, 3), 9, np.uint8), PROFILE, COLOR_SETTINGS).any()
+    assert not native.color_log_odds(np.full((4, 4, 3), 9, np.uint8), PROFILE, COLOR_NOISE).any()
 
 
 def test_surfaces_that_are_not_one_per_sample_are_refused():
     native, plain, _ = crossing()
     with pytest.raises(ValueError, match="surface"):
-        native.depth_log_odds(np.ones(plain.along.size + 1), DEPTH_SETTINGS)
+        native.depth_log_odds(np.ones(plain.along.size + 1), DEVIATIONS)

@@ -8,7 +8,7 @@ from doo3d.kernels import depth_support
 FX, FY, CX, CY = 200.0, 210.0, 59.5, 39.5
 POSITIONS = (np.arange(5) + 0.5) / 5
 LATERAL = np.linspace(-0.7, 0.7, 5)
-SURFACE, LEAST, MOST, FACTOR, LYING = 0.85, 1.2, 2.5, 4.4, 1.5
+SURFACE, LEAST, MOST, FACTOR, LYING = 0.85, 1.2, 2.5, 3 * 1.4826, 1.5
 
 
 def slow_depth_support(joints, radius, depth, mask, plane=None):
@@ -53,7 +53,7 @@ def test_support_is_that_of_a_plain_computation(plane):
     bounds = np.arange(0, 60, 12)
     found = depth_support(
         np.concatenate(chains), bounds, radius, depth, mask, np.array((FX, FY, CX, CY)),
-        np.zeros(0) if plane is None else plane, POSITIONS, LATERAL, np.array((SURFACE, LEAST, MOST, FACTOR, LYING)), 3,
+        np.zeros(0) if plane is None else plane, POSITIONS, LATERAL, surface_radii=SURFACE, lying_radii=LYING, deviations=3.0,
     )  # fmt: skip
     slow = [slow_depth_support(chain, r, depth, mask, plane) for chain, r in zip(chains, radius, strict=True)]
     for values, expected in zip(found, zip(*slow, strict=True), strict=True):

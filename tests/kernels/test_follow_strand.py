@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doo3d.kernels import follow_strand
-from doo3d.stages.extend_mask import LOOKAHEAD_STEPS, NUMBERS, TRIED
 
-STRAND, BACKGROUND, TURNS, SHIFTS = TRIED
-STEP, PROFILE, DIRECTION, MIN_EXTENSION, MAX_HIDDEN, NOISE, MAX_DISTANCE, MIN_CONTRAST, ADAPTATION, CONTRAST, TURN = NUMBERS
+STEP, MIN_EXTENSION, NOISE = 0.5, 2.0, 6.0
+STRAND, BACKGROUND, SHIFTS = np.linspace(-0.7, 0.7, 5), np.array([-2.2, -1.7, 1.7, 2.2]), np.array([-1.0, 0.0, 1.0])
+TURNS, LOOKAHEAD_STEPS, PROFILE, DIRECTION, MAX_HIDDEN = np.linspace(-1, 1, 7) * STEP / 2, 4, 10.0, 4.0, 8.0  # as in the kernel
+MAX_DISTANCE, MIN_CONTRAST, ADAPTATION, CONTRAST, TURN = 2.5, 1.5, STEP / PROFILE, 0.5, 0.36
 
 
 def scene(seed, shape=(120, 160)):
@@ -108,7 +109,7 @@ def color_distance(difference, variance):
 
 
 def natively(image, mask, joints, radius, max_length):
-    return follow_strand(image, mask, joints, radius, max_length, TRIED, LOOKAHEAD_STEPS, NUMBERS)
+    return follow_strand(image, mask, joints, radius, max_length, step=STEP, min_extension=MIN_EXTENSION, noise=NOISE)
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -6,7 +6,7 @@ import pytest
 from doo3d.kernels import joint_deviations
 
 SPACING, PITCH, NOISE, MAX_RESIDUAL, MAX_OFFSET = 1e-4, 1e-3, 2e-3, 3.0, 1.0
-SETTINGS = np.array((SPACING, PITCH, NOISE, MAX_RESIDUAL, MAX_OFFSET))
+SETTINGS = {"pitch": SPACING, "pitch_per_m": PITCH, "noise": NOISE, "max_residual": MAX_RESIDUAL}
 
 
 def slow_terms(joints, radius, radii, occluded, share, residual, offset):
@@ -55,11 +55,11 @@ def test_against_a_plain_computation(seed):
         known.append((np.nan if number == 2 and seed > 5 else 0.4, radii, occluded, *(of if seed != 3 else (np.zeros(0),) * 3)))
     radius, *others = zip(*known, strict=True)
     bounds = np.cumsum([0, *map(len, chains)])
-    values = [np.concatenate(chains), bounds, np.array(radius), *map(np.concatenate, others), SETTINGS]
+    values = [np.concatenate(chains), bounds, np.array(radius), *map(np.concatenate, others)]
     expected = np.concatenate([slow_terms(joints, *of) for joints, of in zip(chains, known, strict=True)])
-    np.testing.assert_allclose(joint_deviations(*values, np.eye(8)), np.abs(expected), atol=1e-12)
+    np.testing.assert_allclose(joint_deviations(*values, np.eye(8), **SETTINGS), np.abs(expected), atol=1e-12)
     weights = rng.random((8, 2))
-    np.testing.assert_allclose(joint_deviations(*values, weights), np.sqrt(expected**2 @ weights**2), atol=1e-12)
+    np.testing.assert_allclose(joint_deviations(*values, weights, **SETTINGS), np.sqrt(expected**2 @ weights**2), atol=1e-12)
 
 
 def test_a_chain_without_a_segment_is_refused():
@@ -71,6 +71,6 @@ def test_a_chain_without_a_segment_is_refused():
             np.ones(1),
             np.zeros(0, bool),
             *(np.zeros(0),) * 3,
-            SETTINGS,
             np.eye(8),
+            **SETTINGS,
         )

@@ -9,13 +9,11 @@ import pytest
 from doo3d.kernels import follow_ribbon
 
 DIRECTIONS, SHAPE = 16, (90, 120)
-WIDTHS, TURNS, SHIFTS = np.array((3.0, 6.0)), np.radians((-7.0, -2.0, 0.0, 2.0, 7.0)), np.array((-1.0, 0.0, 1.0))
-STEP, SHIFT_COST, TURN_COST, SCALE, MAX_COLOR, COLOR, MEMORY = 2.0, 0.15, 0.6, 8.0, 6.0, 0.5, 0.93
-MAX_SCORE, MIN_SCORE, GAP_WIDTHS, GAP, SAME_TURN, SHARED, MAX_SAMPLES = 3.0, 0.9, 4.0, 8.0, 0.44, 8, 60
-LIMITS = np.array((
-    STEP, SHIFT_COST, TURN_COST, SCALE, MAX_COLOR, COLOR, MEMORY,
-    MAX_SCORE, MIN_SCORE, GAP_WIDTHS, GAP, SAME_TURN, SHARED, MAX_SAMPLES,
-))  # fmt: skip
+WIDTHS, TURNS, SHIFTS = np.array((3.0, 6.0)), np.radians((-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0)), np.array((-1.0, 0.0, 1.0))
+SHIFT_COST, TURN_COST, MEMORY, MIN_SCORE, GAP_WIDTHS, GAP, SHARED, MAX_SAMPLES = 0.15, 0.6, 0.93, 0.9, 4.0, 8.0, 8, 2000
+STEP, SCALE, MAX_COLOR, COLOR, MAX_SCORE, SAME_TURN = 2.0, 8.0, 6.0, 0.5, 3.0, 0.44
+COSTS = {"color_scale": SCALE, "max_color_cost": MAX_COLOR, "color_cost": COLOR}
+LIMITS = {"step": STEP, "max_score": MAX_SCORE, "same_turn": SAME_TURN}
 
 
 def direction(angle):
@@ -96,12 +94,12 @@ def ribbons(seed):
 @pytest.mark.parametrize("start", [(25, 66, 0.3), (80, 44, 2.5), (3, 3, -2.0), (60, 62, 0.0), (119, 89, 9.0)])
 def test_as_with_numpy(seed, start):
     images = ribbons(seed)
-    found = follow_ribbon(*images, np.array(start, float), WIDTHS, TURNS, SHIFTS, LIMITS)
+    found = follow_ribbon(*images, np.array(start, float), WIDTHS, **COSTS, **LIMITS)
     np.testing.assert_allclose(found, slow(*images, np.array(start, float)), rtol=0, atol=1e-9)
 
 
 def test_a_strand_goes_on_beyond_a_gap_and_ends_on_an_earlier_one():
-    found = follow_ribbon(*ribbons(0), np.array((25.0, 66.0, 0.2)), WIDTHS, TURNS, SHIFTS, LIMITS)
+    found = follow_ribbon(*ribbons(0), np.array((25.0, 66.0, 0.2)), WIDTHS, **COSTS, **LIMITS)
     assert np.isnan(found[:, 4]).any()
     assert not np.isnan(found[-1, 4])
     assert 95 < found[-1, 0] < 105
@@ -110,4 +108,4 @@ def test_a_strand_goes_on_beyond_a_gap_and_ends_on_an_earlier_one():
 
 def test_a_start_beyond_the_image_is_refused():
     with pytest.raises(ValueError, match="start"):
-        follow_ribbon(*ribbons(0), np.array((120.0, 0.0, 0.0)), WIDTHS, TURNS, SHIFTS, LIMITS)
+        follow_ribbon(*ribbons(0), np.array((120.0, 0.0, 0.0)), WIDTHS, **COSTS, **LIMITS)

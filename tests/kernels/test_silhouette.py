@@ -50,7 +50,7 @@ def test_middle_and_width_are_those_of_a_plain_computation(dim):
     path, reach = np.repeat([0, 1, 2], 40), np.linspace(0.01, 0.02, 120) * (1 if dim == 3 else 600)
     pixels = np.argwhere(np.random.default_rng(dim).random((160, 120)) < 0.6).astype(float, order="C")
     camera = np.zeros(0) if dim == 2 else CAMERA
-    found = silhouette(positions, along, lateral, path, pixels, 1.5, camera, reach, 2, STEP, 1e-6)
+    found = silhouette(positions, along, lateral, path, pixels, 1.5, camera, reach, 2)
     expected = slow_silhouette(positions, along, lateral, path, pixels, 1.5, reach, 2)
     for values, reference in zip(found, expected, strict=True):
         np.testing.assert_allclose(values, reference, rtol=1e-8, atol=1e-12)
@@ -60,4 +60,4 @@ def test_middle_and_width_are_those_of_a_plain_computation(dim):
 def test_a_sample_behind_the_camera_is_refused():
     axes = np.eye(3)
     with pytest.raises(ValueError, match="behind the camera"):
-        silhouette(-axes[2:], axes[:1], axes[1:2], np.zeros(1, int), np.ones((1, 2)), 1.0, CAMERA, np.ones(1), 1, STEP, 1e-6)
+        silhouette(-axes[2:], axes[:1], axes[1:2], np.zeros(1, int), np.ones((1, 2)), 1.0, CAMERA, np.ones(1), 1)

@@ -8,7 +8,8 @@ import pytest
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.kernels import strand_places
 
-STEPS, ERROR, SHIFTS, OVERLAP, MOST_OF_TIP, MOST = SETTINGS = np.array((3.0, 0.021, 2.5, 0.2, 25.0, 9.0))
+STEPS, ERROR, SHIFTS, OVERLAP, MOST_OF_TIP, MOST = 3.0, 0.021, 2.5, 0.2, 25.0, 9.0
+SETTINGS = {"steps": STEPS, "length_error": ERROR, "shift_tolerances": SHIFTS, "max_tip_cost": MOST_OF_TIP}
 
 
 def by_trying(strands, expected, length, tolerance):
@@ -81,7 +82,7 @@ def test_against_every_start_by_itself(seed):
     bounds = np.cumsum([0, *map(len, points)])
     starts, costs, backwards = strand_places(
         np.concatenate(points), np.concatenate(arcs), np.concatenate(sights), bounds, np.array(lengths), np.array(tips),
-        expected, length, tolerance, SETTINGS,
+        expected, length, tolerance, **SETTINGS,
     )  # fmt: skip
     for found, true in zip(zip(starts, costs, backwards, strict=True), by_trying(*scene(seed)), strict=True):
         assert found == pytest.approx(true, rel=1e-9, abs=1e-12, nan_ok=True)
@@ -90,6 +91,6 @@ def test_against_every_start_by_itself(seed):
 def test_a_strand_longer_than_the_object_has_no_place():
     line = np.column_stack((np.arange(11.0), np.zeros((11, 2))))
     strand = (line, np.arange(11.0), np.zeros((11, 3)), np.array([0, 11]), np.array([10.0]), np.ones((1, 2)))
-    starts, costs, _ = strand_places(*strand, line[:9], 8.0, 1.0, SETTINGS)
+    starts, costs, _ = strand_places(*strand, line[:9], 8.0, 1.0, **SETTINGS)
     assert np.isnan(starts[0])
     assert costs[0] == np.inf

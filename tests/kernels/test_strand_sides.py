@@ -10,7 +10,7 @@ from doo3d.kernels import strand_sides
 
 SHAPE, RADIUS = (80, 140), 0.004
 CORE, SIDES = np.array((-0.4, 0.0, 0.4)), np.array((1.6, 2.2, 2.8, 3.4))
-MARGIN, MIN_REACH, WINDOW, RISE, MAX_NOISE, PER_MEDIAN, LOW_SHARE = LIMITS = np.array((2.0, 2.0, 16, 0.4, 1.0, 1.4826, 0.2))
+MARGIN, MIN_REACH, WINDOW, RISE, MAX_NOISE, PER_MEDIAN, LOW_SHARE = 2.0, 2.0, 16, 0.4, 1.0, 1.4826, 0.2  # as in the kernel
 
 
 def scene(seed, rise=0.008, step=0.0, other=0):
@@ -69,7 +69,7 @@ def slow_contrast(view, across, reach, color, mask):
 
 
 def found(view, across, reach, depth, color, mask):
-    return strand_sides(view, across, reach, RADIUS, depth, color, mask, CORE, SIDES, SIDES[:2], LIMITS)
+    return strand_sides(view, across, reach, RADIUS, depth, color, mask, CORE, SIDES, SIDES[:2])
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -9,7 +9,7 @@ from doo3d.types import Camera
 CAMERA = Camera(fx=60.0, fy=65.0, cx=29.5, cy=19.5, width=60, height=40)
 INTRINSICS = np.array((60.0, 65.0, 29.5, 19.5))
 LATERAL = np.array([-4.0, -3.0, 3.0, 4.0])
-MAX_RISE, WINDOW, MIN_READINGS, MIN_RATIO, TO_DEVIATION = LIMITS = np.array((0.1, 0.15, 6, 2.0, 1.48))
+MAX_RISE, WINDOW, MIN_READINGS, MIN_RATIO, TO_DEVIATION = 0.08, 0.2, 6, 2.0, 1.4826  # of a radius of 1 cm
 
 
 def slow_pixels(at, mask):
@@ -56,7 +56,7 @@ def test_pixels_and_rises_are_those_of_a_plain_computation(seed):
     depth = np.where(rng.random((40, 60)) < 0.7, rng.normal(0.64, 0.01 * seed, (40, 60)), 0).astype(np.float32)
     chains = [np.linspace(*(rng.normal(0, 0.15, (2, 3)) + np.array((0, 0, 0.6))), rng.integers(2, 20)) for _ in range(5)]
     bounds = np.cumsum([0, *map(len, chains)])
-    found = surface_beside(np.concatenate(chains), bounds, INTRINSICS, 0.01, LATERAL, mask, depth, LIMITS)
+    found = surface_beside(np.concatenate(chains), bounds, INTRINSICS, 0.01, LATERAL, mask, depth, MIN_READINGS)
     for values, expected in zip(found, slow_surface(chains, 0.01, mask, depth), strict=True):
         np.testing.assert_allclose(values, expected, rtol=1e-9)
     assert len(found[0])

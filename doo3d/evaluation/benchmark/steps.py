@@ -58,10 +58,10 @@ def _no_strand_filter(readings: Any, *_: Any) -> Any:
     return readings, 0
 
 
-def _nothing_beside(value: Any, known: Any, surface: Any, *rest: Any) -> Any:
+def _nothing_beside(value: Any, known: Any, surface: Any, *rest: Any, **limits: Any) -> Any:
     from ...kernels import smooth_strand_depth
 
-    return smooth_strand_depth(value, known, surface[:0], *rest)
+    return smooth_strand_depth(value, known, surface[:0], *rest, **limits)
 
 
 def _readings_alone(readings: Any, *rest: Any) -> Any:

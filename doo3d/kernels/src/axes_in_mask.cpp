@@ -9,8 +9,8 @@
 namespace {
 
 struct Settings {
-    double touching_radii, gap_weight, tolerance, path_weight, smoothing_radii, max_strength, least_weight, depth_weight, depth_noise;
-    double central_part, outlier_medians, to_deviation, step, min_scale, own_radii, sunk_radii, overlap;
+    double touching_radii, own_radii, sunk_radii, central_part, smoothing_radii, max_strength, least_weight, ring_overlap;
+    double path_weight, depth_weight, gap_weight, radius_tolerance, noise_radii, deviations;
 };
 
 // What is seen of the strands; without a camera the mask alone.
@@ -85,7 +85,7 @@ void set_radii(Samples& samples, const std::vector<double>& measured, const std:
 
 // The depth noise of the axis in radii, as second differences so far apart that their pooled points are not the same tell it.
 double depth_noise(const Samples& samples, const std::vector<double>& target, const AcrossAxes& axes,
-                   const std::vector<double>& weight, double to_deviation) {
+                   const std::vector<double>& weight) {
     const Index apart = 2 * samples.half + 1;
     std::vector<double> relative;
     const auto is_measured = [&](Index s) { return weight[s] > 0 && !samples.filled[s]; };
@@ -99,7 +99,7 @@ double depth_noise(const Samples& samples, const std::vector<double>& target, co
         }
         relative.push_back(std::fabs(change[0] + change[2] + change[1]) / samples.radius[middle]);
     }
-    return to_deviation * finite_median(relative, 0.0) / std::sqrt(6.0);
+    return MAD_TO_DEVIATION * finite_median(relative, 0.0) / std::sqrt(6.0);
 }
 
 // Average how far behind each position (S, 3) the axis lies over the surface points near it: behind a point with the offset u across
@@ -132,7 +132,7 @@ PooledMeans depth_behind(const Samples& samples, const std::vector<double>& posi
     }
     sample.resize(kept);
     behind.resize(kept);
-    return means_without_outliers(std::move(sample), std::move(behind), samples.owner, samples.half, settings.outlier_medians);
+    return means_without_outliers(std::move(sample), std::move(behind), samples.owner, samples.half, settings.deviations * MAD_TO_DEVIATION);
 }
 
 // Move axes in the middle of the silhouette back to the depth that the surface points tell.
@@ -149,8 +149,8 @@ void add_depth(const Samples& samples, const AcrossAxes& axes, const Seen& seen,
         const double depth = weight[s] > 0 ? found.mean[s] : 0.0;
         for (Index d = 0; d < 3; ++d) measured.target[3 * s + d] += depth * axes.depth[3 * s + d];
     }
-    const double noise = depth_noise(samples, measured.target, axes, weight, settings.to_deviation);
-    const double share = std::pow(std::min(1.0, settings.depth_noise / std::max(noise, 1e-9)), 2);
+    const double noise = depth_noise(samples, measured.target, axes, weight);
+    const double share = std::pow(std::min(1.0, settings.noise_radii / std::max(noise, 1e-9)), 2);
     for (double& each : weight) each *= share;
     if (!seen.plane) return;
     raise_to_plane({samples.size(), samples.positions.data(), axes.lateral.data(), axes.depth.data()}, samples.radius, *seen.plane,
@@ -181,7 +181,7 @@ void smooth(Samples& samples, const AcrossAxes& axes, const Measured& measured, 
         }
         const double step = finite_median(steps, NAN), wide = settings.smoothing_radii * samples.radius[first];
         const double strength = least(std::pow(wide / most(step, 1e-9), 4), settings.max_strength);
-        const Index overlap = samples.closed[p] ? std::min(Index(settings.overlap), size) : 0;
+        const Index overlap = samples.closed[p] ? std::min(Index(settings.ring_overlap), size) : 0;
         for (Index k = -overlap; k < size + overlap; ++k) {
             const Index s = first + (k + size) % size;
             const double *lateral = axes.lateral.data() + s * dim, *depth = axes.depth.data() + s * dim;
@@ -212,12 +212,12 @@ void iterate(Samples& samples, const Seen& seen, const Settings& settings) {
     std::vector<double> reach(size), trust(size);
     for (Index s = 0; s < size; ++s) reach[s] = settings.touching_radii * samples.radius[s];
     const Silhouette width = measure_silhouette(
-        {size, dim, samples.positions.data(), tangents.data(), axes.lateral.data(), seen.camera, settings.step, settings.min_scale},
+        {size, dim, samples.positions.data(), tangents.data(), axes.lateral.data(), seen.camera},
         samples.owner, seen.mask, reach, samples.half);
     set_path_radius(samples, width.radius);
     Measured measured{samples.positions, std::vector<double>(size), std::vector<double>(size)};
     for (Index s = 0; s < size; ++s) {
-        const double misfit = (width.radius[s] / samples.radius[s] - 1) / settings.tolerance;
+        const double misfit = (width.radius[s] / samples.radius[s] - 1) / settings.radius_tolerance;
         trust[s] = width.radius[s] > 0 ? std::exp(-(misfit * misfit)) : 0.0;
         const double offset = trust[s] > 0.1 ? width.offset[s] : 0.0;
         for (Index d = 0; d < dim; ++d) measured.target[s * dim + d] += offset * axes.lateral[s * dim + d];
@@ -249,14 +249,16 @@ Samples samples_of(const Matrix<double>& points, const Vector<Index>& bounds, co
 
 auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius,
                   Index half, Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
-                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Vector<double> settings, Index iterations) {
+                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Index iterations,
+                  double touching_radii, double own_radii, double sunk_radii, double central_part, double smoothing_radii,
+                  double max_strength, double least_weight, double ring_overlap, double path_weight, double depth_weight,
+                  double gap_weight, double radius_tolerance, double noise_radii, double deviations) {
     Samples samples = samples_of(points, bounds, closed, filled, radius, half);
-    const std::vector<double> numbers = dense(settings), intrinsics = dense(camera), normal = dense(plane);
-    require(settings.shape(0) == sizeof(Settings) / sizeof(double), "settings are not (17,)");
-    Settings known;
-    std::memcpy(&known, numbers.data(), sizeof(Settings));
+    const std::vector<double> intrinsics = dense(camera), normal = dense(plane);
+    const Settings known{touching_radii, own_radii,    sunk_radii, central_part,     smoothing_radii, max_strength, least_weight, ring_overlap,
+                         path_weight,    depth_weight, gap_weight, radius_tolerance, noise_radii,     deviations};
     require(pixels.shape(1) == 2 && iterations >= 0 && iterations <= 1000, "pixels are not (N, 2), or iterations not from 0 to 1000");
-    require(known.step > 0 && known.overlap >= 0 && known.overlap < 1e9, "step or overlap are out of bounds");
+    require(ring_overlap >= 0 && ring_overlap < 1e9, "the overlap is out of bounds");
     require(camera.shape(0) == (samples.dim == 3 ? 4 : 0), "camera is not (4,) in space, or not (0,) in the image");
     require(samples.dim == 2 || surface.shape(1) == 3, "surface is not (N, 3)");
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
@@ -264,7 +266,7 @@ auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> clos
     {
         nb::gil_scoped_release released;
         const Values<double> off(beside);
-        const PlaneView view{depth, mask, intrinsics.data(), normal.data(), off, known.own_radii, known.sunk_radii};
+        const PlaneView view{depth, mask, intrinsics.data(), normal.data(), off, own_radii, sunk_radii};
         NearestOfPoints in_mask(pixels.data(), pixels.shape(0), 2), on_surface(surface.data(), surface.shape(0), 3);
         const Seen seen{{in_mask, share}, on_surface,
                         intrinsics.empty() ? nullptr : intrinsics.data(), normal.empty() ? nullptr : &view};
@@ -309,15 +311,19 @@ void bind_axes_in_mask(Module& m) {
     //     (4,) float64, unit normal and height along it, m; (0,) if there is none
     // beside
     //     (A,) float64 px beyond both sides of a strand at which the plane is read
-    // settings
-    //     (17,) float64: radii up to which pixels and points belong to a sample; weight in a filled gap; relative difference of the
-    //     radius that weighs 1 / e; weight of the path; radii over which it is smoothed; greatest strength; least weight where
-    //     weights determine nothing, as a share; weight of depth; radii of noise up to which it has that weight; radii from the
-    //     middle that measure depth; median residuals of an outlier; a deviation in median residuals; step along an axis whose
-    //     projection tells its direction, m; least scale, px per m; radii of the plane within which the median of the readings
-    //     beside is of it; radii below the plane down to which an axis is raised; samples by which a ring is continued over its seam
     // iterations
     //     number of iterations, 0 to 1000
+    // touching_radii, own_radii, sunk_radii, central_part
+    //     radii up to which pixels and points belong to a sample; of the plane within which the median of the readings beside is of
+    //     it; below the plane down to which an axis is raised; from the middle that measure depth
+    // smoothing_radii, max_strength, least_weight, ring_overlap
+    //     radii over which a path is smoothed; greatest strength; least weight where weights determine nothing, as a share; samples by
+    //     which a ring is continued over its seam
+    // path_weight, depth_weight, gap_weight
+    //     weights of the path, of depth, and in a filled gap
+    // radius_tolerance, noise_radii, deviations
+    //     relative difference of the radius that weighs 1 / e; radii of noise up to which depth has its weight; standard deviations
+    //     of an outlier
     //
     // Returns
     // -------
@@ -329,6 +335,8 @@ void bind_axes_in_mask(Module& m) {
     //     If a sample lies behind the camera.
     m.def("axes_in_mask", &axes_in_mask, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "filled"_a.noconvert(),
           "radius"_a.noconvert(), "half"_a, "pixels"_a.noconvert(), "share"_a, "surface"_a.noconvert(), "camera"_a.noconvert(),
-          "depth"_a.noconvert(), "mask"_a.noconvert(), "plane"_a.noconvert(), "beside"_a.noconvert(), "settings"_a.noconvert(),
-          "iterations"_a);
+          "depth"_a.noconvert(), "mask"_a.noconvert(), "plane"_a.noconvert(), "beside"_a.noconvert(), "iterations"_a,
+          nb::kw_only(), "touching_radii"_a, "own_radii"_a, "sunk_radii"_a, "central_part"_a, "smoothing_radii"_a, "max_strength"_a,
+          "least_weight"_a, "ring_overlap"_a, "path_weight"_a, "depth_weight"_a, "gap_weight"_a, "radius_tolerance"_a, "noise_radii"_a,
+          "deviations"_a);
 }

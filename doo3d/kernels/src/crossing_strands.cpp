@@ -8,6 +8,20 @@
 
 namespace {
 
+// Samples on both sides of a crossing together that must have been measured, to extrapolate a strand's surface; half of them on each
+// side must be in the image, to compare colors.
+constexpr Index MIN_MEASURED = 4;
+// Thicknesses; standard deviation of a difference in depth, twice that without surfaces. Strands that touch are 1 apart.
+constexpr double DEPTH_DEVIATION = 0.5;
+// Weight of the measured surfaces beside that of the chains: the chain of the lower strand is filled in at the crossing.
+constexpr double SURFACE_WEIGHT = 0.75;
+// Thicknesses up to which a difference in depth counts.
+constexpr double MAX_DEPTH_DIFFERENCE = 1.5;
+// Number of independent colors in a profile: its offsets are closer than the blur of a camera, and its channels vary together.
+constexpr double INDEPENDENT_COLORS = 6.0;
+// Logarithms of a ratio of squared errors: beyond the first, more says nothing; the second comes from light and texture.
+constexpr double MAX_LOG_RATIO = 2.0, MIN_LOG_RATIO = 0.35;
+
 using Pair = std::array<double, 2>;
 
 // Like NumPy's maximum: NaN stays.
@@ -158,29 +172,26 @@ class CrossingStrands {
         return to_numpy(std::move(result));
     }
 
-    auto depth_log_odds(Vector<double> surface, Vector<double> settings) const {
-        require(settings.shape(0) == 5, "settings are not (5,)");
+    auto depth_log_odds(Vector<double> surface, double deviations) const {
         require(samples_ && count_ && surface.shape(0) % (2 * count_ * samples_) == 0, "surface is not one per sample and offset");
-        const double deviation = settings(2), weight = settings(3), most = settings(4);
         count_visits(Index(surface.shape(0)));
         std::vector<double> result(count_);
         const auto log_odds = [&](Index c) {
             const double thickness = at_least(radius_[2 * c] + radius_[2 * c + 1], 1e-9);
-            const double in_front = surface_at_crossing(2 * c + 1, surface, settings) - surface_at_crossing(2 * c, surface, settings);
-            double difference = (depth_[2 * c + 1] - depth_[2 * c]) / thickness, noise = 2 * deviation;
+            const double in_front = surface_at_crossing(2 * c + 1, surface, deviations) - surface_at_crossing(2 * c, surface, deviations);
+            double difference = (depth_[2 * c + 1] - depth_[2 * c]) / thickness, noise = 2 * DEPTH_DEVIATION;
             if (std::isfinite(in_front)) {
-                difference = weight * in_front / thickness + (1 - weight) * difference;
-                noise = deviation;
+                difference = SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference;
+                noise = DEPTH_DEVIATION;
             }
-            return 2 * clipped(difference, most) / (noise * noise);
+            return 2 * clipped(difference, MAX_DEPTH_DIFFERENCE) / (noise * noise);
         };
         without_gil(result, log_odds);
         return to_numpy(std::move(result));
     }
 
-    auto color_log_odds(Volume<Byte> image, Vector<double> offsets, Vector<double> settings) const {
+    auto color_log_odds(Volume<Byte> image, Vector<double> offsets, double noise) const {
         require(image.shape(2) == CHANNELS && offsets.shape(0) > 0, "image is not (H, W, 3), or there are no offsets");
-        require(settings.shape(0) == 5, "settings are not (5,)");
         const Index values = Index(offsets.shape(0)) * CHANNELS;
         const std::vector<double> places = beyond(offsets);
         std::vector<double> result(count_);
@@ -189,9 +200,9 @@ class CrossingStrands {
             bool is_measured = true;
             for (Index side = 0; side < 4; ++side) {
                 const double* own = places.data() + (4 * c + side) * samples_ / 2 * Index(offsets.shape(0)) * 2;
-                is_measured &= add_profile(image, own, profiles.data() + side / 2 * values, values) >= Index(settings(0));
+                is_measured &= add_profile(image, own, profiles.data() + side / 2 * values, values) >= MIN_MEASURED / 2;
             }
-            return is_measured ? first_log_odds(image, c, offsets, profiles, settings) : 0.0;
+            return is_measured ? first_log_odds(image, c, offsets, profiles, noise) : 0.0;
         };
         without_gil(result, log_odds);
         return to_numpy(std::move(result));
@@ -225,7 +236,7 @@ class CrossingStrands {
     }
 
     // Return the distance of a strand's surface at the crossing, from readings that do not differ by more than its thickness.
-    double surface_at_crossing(Index strand, const Vector<double>& surface, const Vector<double>& settings) const {
+    double surface_at_crossing(Index strand, const Vector<double>& surface, double deviations) const {
         const Index offsets = Index(surface.shape(0)) / (2 * count_ * samples_), first = strand * samples_;
         std::vector<double> measured(samples_), height(samples_), across(offsets), part;
         for (Index s = 0; s < samples_; ++s) {
@@ -237,7 +248,7 @@ class CrossingStrands {
         for (Index s = 0; s < samples_; ++s) {
             if (!(std::fabs(height[s] - middle) < 2 * radius_[strand])) measured[s] = std::nan("");
         }
-        return parabola_at_crossing(along_.data() + first, measured, settings(0), Index(settings(1)));
+        return parabola_at_crossing(along_.data() + first, measured, deviations, MIN_MEASURED);
     }
 
     // Add half of the median colors across a strand on one side of a crossing, and return the number of samples in the image.
@@ -258,7 +269,7 @@ class CrossingStrands {
 
     // Compare the colors inside the overlap with those across both strands.
     double first_log_odds(const Volume<Byte>& image, Index c, const Vector<double>& offsets, const std::vector<double>& profiles,
-                          const Vector<double>& settings) const {
+                          double noise) const {
         const Index size = Index(offsets.shape(0));
         const Pair &first = normal_[2 * c], &second = normal_[2 * c + 1];
         double sine = first[0] * second[1] - first[1] * second[0], color[CHANNELS], own = 0.0, other = 0.0;
@@ -275,9 +286,9 @@ class CrossingStrands {
                 own += to_first * to_first, other += to_second * to_second;
             }
         }
-        const double count = double(size * size * CHANNELS), noise = settings(1) * settings(1);
-        const double ratio = std::log((other / count + noise) / (own / count + noise));
-        return std::fabs(ratio) >= settings(3) ? settings(2) / 2 * clipped(ratio, settings(4)) : 0.0;
+        const double count = double(size * size * CHANNELS), variance = noise * noise;
+        const double ratio = std::log((other / count + variance) / (own / count + variance));
+        return std::fabs(ratio) >= MIN_LOG_RATIO ? INDEPENDENT_COLORS / 2 * clipped(ratio, MAX_LOG_RATIO) : 0.0;
     }
 };
 
@@ -327,10 +338,9 @@ void bind_crossing_strands(Module& m) {
         // ----------
         // surface
         //     (C * 2 * S * A,) m, distance of the object's surface at `positions`; NaN without a reading
-        // settings
-        //     (5,): deviations of an outlier; readings of a surface at least; standard deviation of a difference in depth in
-        //     thicknesses, twice that without surfaces; weight of the surfaces beside the chains; thicknesses that count at most
-        .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_a.noconvert(), "settings"_a.noconvert())
+        // deviations
+        //     of an outlier
+        .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_a.noconvert(), "deviations"_a)
         // Return the log odds that the first strand is upper, (C,) nat, by the colors in the overlap.
         //
         // The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's median
@@ -343,8 +353,7 @@ void bind_crossing_strands(Module& m) {
         //     (H, W, 3) uint8 RGB, looked up bilinearly
         // offsets
         //     (A,) lateral offsets in half-widths
-        // settings
-        //     (5,): samples on each side at least that are in the image, or the result is 0; deviation of colors; number of
-        //     independent colors; logarithm of the ratio that tells nothing, and that counts at most
-        .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_a.noconvert(), "offsets"_a.noconvert(), "settings"_a.noconvert());
+        // noise
+        //     standard deviation of the colors
+        .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_a.noconvert(), "offsets"_a.noconvert(), "noise"_a);
 }

@@ -3,6 +3,11 @@
 
 namespace {
 
+// Radii by which a reading may differ from the surface and still support it. The least is that of visibility: a table under the object is
+// two radii behind the surface. The most is where `strand_depth` takes a reading for that of something else.
+constexpr double MIN_TOLERANCE_RADII = 1.2, MAX_TOLERANCE_RADII = 2.5;
+constexpr Index MIN_READINGS = 3;  // of a segment that make a median
+
 // The plane that objects lie on, its normal and its height along that; or none.
 struct Table {
     const Vector<double>& plane;
@@ -64,17 +69,16 @@ void add_errors(const Frame& frame, const Table& table, const double* start, con
 
 // The readings that count for all segments of a chain are found first, since the noise of the chain tells which of them agree.
 auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> radius, Matrix<float> depth, Matrix<bool> mask,
-                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral, Vector<double> settings,
-                   Index min_readings) {
+                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral,
+                   double surface_radii, double lying_radii, double deviations) {
     check_bounds(bounds, joints.shape(0));
-    require(joints.shape(1) == 3 && camera.shape(0) == 4 && settings.shape(0) == 5, "joints, camera and settings are not (J, 3), (4,), (5,)");
+    require(joints.shape(1) == 3 && camera.shape(0) == 4, "joints and camera are not (J, 3) and (4,)");
     require(plane.shape(0) == 0 || plane.shape(0) == 4, "plane is neither (4,) nor (0,)");
     require(radius.shape(0) + 1 == bounds.shape(0), "radius is not one per chain");
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
     require(positions.shape(0) > 0 && lateral.shape(0) > 0, "positions or lateral are empty");
     const Frame frame{depth, mask, camera(0), camera(1), camera(2), camera(3)};
-    const Table table{plane, settings(4)};
-    const double surface = settings(0), least = settings(1), most = settings(2), deviations = settings(3);
+    const Table table{plane, lying_radii};
     const double samples = double(positions.shape(0) * lateral.shape(0));
     count_visits(Index(samples) * Index(joints.shape(0)));
     ReleasedGil released;
@@ -84,23 +88,23 @@ auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> r
         std::vector<std::size_t> first;
         for (Index j = bounds(c); j + 1 < bounds(c + 1); ++j) {
             first.push_back(errors.size());
-            add_errors(frame, table, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface, errors, raw);
+            add_errors(frame, table, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface_radii, errors, raw);
         }
         first.push_back(errors.size());
         for (const double error : errors) residuals.push_back(std::fabs(error));
-        const double deviation = residuals.empty() ? 0.0 : median(residuals);
-        const double limit = std::min(std::max(deviations * deviation, least * radius(c)), most * radius(c));
+        const double wide = deviations * MAD_TO_DEVIATION * (residuals.empty() ? 0.0 : median(residuals));
+        const double limit = std::min(std::max(wide, MIN_TOLERANCE_RADII * radius(c)), MAX_TOLERANCE_RADII * radius(c));
         for (std::size_t j = 0; j + 1 < first.size(); ++j) {
             std::vector<double> own(errors.begin() + first[j], errors.begin() + first[j + 1]);
             std::vector<double> all(raw.begin() + first[j], raw.begin() + first[j + 1]);
             Index near = 0, agree = 0;
             for (const double error : own) {
-                near += std::fabs(error) < least * radius(c);
+                near += std::fabs(error) < MIN_TOLERANCE_RADII * radius(c);
                 agree += std::fabs(error) < limit;
             }
             supported.push_back(double(near) / samples);
             agreeing.push_back(double(agree) / samples);
-            const bool is_known = Index(own.size()) >= std::max<Index>(min_readings, 1);
+            const bool is_known = Index(own.size()) >= MIN_READINGS;
             residual.push_back(is_known ? std::fabs(median(own)) / radius(c) : NAN);
             offset.push_back(is_known ? median(all) / radius(c) : NAN);
         }
@@ -132,20 +136,18 @@ void bind_depth_support(Module& m) {
     //     a segment on it and the plane does not differ
     // positions, lateral
     //     (P,) and (A,) float64: fractions of a segment's length, and radii to the side of its axis, at which readings are taken
-    // settings
-    //     (5,) float64: radii by which the surface is nearer than the axis; least and most radii by which a reading may differ from
-    //     the surface and agree; factor of the median difference of a chain's readings that may differ, between the two; radii over
-    //     the plane below which an axis lies on it
-    // min_readings
-    //     readings of a segment that make a median
+    // surface_radii, lying_radii
+    //     radii by which the surface is nearer than the axis, and over the plane below which an axis lies on it
+    // deviations
+    //     standard deviations of a chain's readings by which a reading may differ and agree, within 1.2 and 2.5 radii
     //
     // Returns
     // -------
-    // supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than the least,
+    // supported, agreeing : (S,) float64 of S segments, the share of the P A readings of each that differ by less than 1.2 radii,
     //     and by less than the chain's readings may; 0 for a segment behind the camera
     // residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     // offset : (S,) float64 radii, by how much they lie behind the surface, median, whatever the plane explains; NaN with too few
     m.def("depth_support", &depth_support, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(), "depth"_a.noconvert(),
-          "mask"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), "settings"_a.noconvert(),
-          "min_readings"_a);
+          "mask"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), nb::kw_only(),
+          "surface_radii"_a, "lying_radii"_a, "deviations"_a);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 
 namespace {
@@ -15,32 +16,44 @@ struct Position {
     double u, v;
 };
 
-struct Settings {
-    Vector<double> across, beside, turns, shifts;  // radii, radii, radians, px
-    double step, profile_length, direction_length, min_extension, max_hidden;  // radii
-    double noise, max_distance, min_contrast, adaptation, contrast_weight, turn_weight;
-    Index lookahead;
-};
+// Radii from the middle, across a strand, at which its colors are read, and those of the background on both sides, clear of soft edges.
+constexpr double ACROSS_RADII[] = {-0.7, -0.35, 0.0, 0.35, 0.7}, BESIDE_RADII[] = {-2.2, -1.7, 1.7, 2.2};
+// Turns tried at a step, in halves of its length in radii: no object bends more sharply than two of its radii. Lateral shifts, px.
+constexpr double TURNS[] = {-1.0, -2.0 / 3, -1.0 / 3, 0.0, 1.0 / 3, 2.0 / 3, 1.0}, SHIFTS_PX[] = {-1.0, 0.0, 1.0};
+constexpr Index TRIED_TURNS = 7, TRIED_SHIFTS = 3, WAYS = TRIED_TURNS * TRIED_SHIFTS;
+// Steps ahead that a step is judged by: the mean over them.
+constexpr Index LOOKAHEAD = 4;
+// Radii before the end of a chain over which the colors of its strand, and its direction, are measured.
+constexpr double PROFILE_LENGTH_RADII = 10.0, DIRECTION_LENGTH_RADII = 4.0;
+// Radii of the strand that may look different: another strand on top, a print, a glare.
+constexpr double MAX_HIDDEN_RADII = 8.0;
+// Squared color distance of the strand ahead from the strand so far, at most, in variances of the latter, and by how much that of the
+// background on either side exceeds it at least.
+constexpr double MAX_DISTANCE = 2.5, MIN_CONTRAST = 1.5;
+// Weights, per squared color distance, that choose among turns and shifts whose colors all fit: contrast up to the one that is always
+// enough is good, the largest turn is bad.
+constexpr double CONTRAST_WEIGHT = 0.5, TURN_WEIGHT = 0.36;
 
 class Follower {
    public:
-    Follower(const Volume<Byte>& image, const Matrix<bool>& mask, double radius, const Settings& settings)
-        : image(image), mask(mask), radius(radius), settings(settings), height(image.shape(0)), width(image.shape(1)) {}
+    Follower(const Volume<Byte>& image, const Matrix<bool>& mask, double radius, double step, double noise)
+        : image(image), mask(mask), radius(radius), step(step), noise(noise), height(image.shape(0)), width(image.shape(1)) {}
 
-    std::vector<double> follow(const Matrix<double>& joints, double max_length) {
+    std::vector<double> follow(const Matrix<double>& joints, double max_length, double min_extension) {
         start(joints);
+        const double adaptation = step / PROFILE_LENGTH_RADII;  // the colors of a strand are those of so many radii behind
         std::vector<double> path{at.u, at.v};
-        const Index hidden = Index(settings.max_hidden / settings.step);
+        const Index hidden = Index(MAX_HIDDEN_RADII / step);
         for (double length = 0.0; length < max_length * radius;) {
             if (!find_step(1, 1) && !find_step(2, hidden)) break;  // where the strand is hidden, all positions beyond are tried
             for (std::size_t i = 0; i < colors.size(); ++i) {
-                for (Index c = 0; c < 3; ++c) colors[i][c] = colors[i][c] + settings.adaptation * (taken.colors[i][c] - colors[i][c]);
+                for (Index c = 0; c < 3; ++c) colors[i][c] = colors[i][c] + adaptation * (taken.colors[i][c] - colors[i][c]);
             }
             at = taken.position, angle = angle + taken.turn, length += taken.length;
             path.insert(path.end(), {at.u, at.v});
             if (!(at.u >= 0 && at.v >= 0 && at.u <= double(width - 1) && at.v <= double(height - 1))) break;
             const Index pixel = Index(std::nearbyint(at.v)) * width + Index(std::nearbyint(at.u));
-            if (length > settings.min_extension * radius && bytes_of(mask)[pixel]) break;
+            if (length > min_extension * radius && bytes_of(mask)[pixel]) break;
         }
         return path;
     }
@@ -65,8 +78,7 @@ class Follower {
 
     const Volume<Byte>& image;
     const Matrix<bool>& mask;
-    double radius;
-    const Settings& settings;
+    double radius, step, noise;  // px, radii, grey levels
     Index height, width;
     Position at{};
     double angle = 0.0;
@@ -103,7 +115,7 @@ class Follower {
             const double count = std::ceil(radii * radius / length(segment(last - 1)));
             return last - Index(std::clamp(count, 1.0, double(last)));
         };
-        const Index begin = first(settings.profile_length), from = std::max(begin, first(settings.direction_length));
+        const Index begin = first(PROFILE_LENGTH_RADII), from = std::max(begin, first(DIRECTION_LENGTH_RADII));
         at = joint(last);
         angle = std::atan2(at.v - joint(from).v, at.u - joint(from).u);
         const double size = length(segment(begin));
@@ -116,15 +128,15 @@ class Follower {
             const double beyond = double(k) - double(index) * size;
             const Position middle{joint(begin + index).u + forward.u * beyond, joint(begin + index).v + forward.v * beyond};
             rows.emplace_back();
-            for (std::size_t i = 0; i < settings.across.shape(0); ++i) rows.back().push_back(read(middle, lateral, settings.across(i)));
+            for (const double across : ACROSS_RADII) rows.back().push_back(read(middle, lateral, across));
         }
         measure(rows);
     }
 
     // Set the mean colors across the strand, and the mean of their variances along it.
     void measure(const std::vector<std::vector<Color>>& rows) {
-        const double count = double(rows.size()), size = double(settings.across.shape(0));
-        colors.assign(settings.across.shape(0), Color{});
+        const double count = double(rows.size()), size = double(std::size(ACROSS_RADII));
+        colors.assign(std::size(ACROSS_RADII), Color{});
         variance = Color{};
         for (Index c = 0; c < 3; ++c) {
             for (std::size_t i = 0; i < colors.size(); ++i) {
@@ -134,7 +146,7 @@ class Follower {
                 for (const auto& row : rows) squares += (row[i][c] - colors[i][c]) * (row[i][c] - colors[i][c]);
                 variance[c] += squares / count;
             }
-            variance[c] = variance[c] / size + settings.noise * settings.noise;
+            variance[c] = variance[c] / size + noise * noise;
         }
     }
 
@@ -147,16 +159,18 @@ class Follower {
 
     std::vector<Color> colors_across(const Position& position, const Position& lateral) const {
         std::vector<Color> found;
-        for (std::size_t i = 0; i < colors.size(); ++i) found.push_back(read(position, lateral, settings.across(i)));
+        for (const double across : ACROSS_RADII) found.push_back(read(position, lateral, across));
         return found;
     }
+
+    double turn_of(Index way) const { return TURNS[way / TRIED_SHIFTS] * step / 2; }
 
     Sight look(const Direction& direction, double ahead, double shift) const {
         const auto& [forward, lateral] = direction;
         count_visits(9 * Index(colors.size()));
         const Position position{at.u + forward.u * ahead + lateral.u * shift, at.v + forward.v * ahead + lateral.v * shift};
         double sum = 0.0;
-        for (std::size_t i = 0; i < colors.size(); ++i) sum += distance(read(position, lateral, settings.across(i)), colors[i]);
+        for (std::size_t i = 0; i < colors.size(); ++i) sum += distance(read(position, lateral, ACROSS_RADII[i]), colors[i]);
         return {position, sum / double(colors.size()), {0.0, 0.0}, false};
     }
 
@@ -164,10 +178,10 @@ class Follower {
     void measure_contrast(Sight& sight, const Position& lateral) const {
         if (sight.has_contrast) return;
         sight.has_contrast = true;
-        count_visits(9 * Index(settings.beside.shape(0)));
-        const std::size_t half = settings.beside.shape(0) / 2;
+        count_visits(9 * Index(std::size(BESIDE_RADII)));
+        const std::size_t half = std::size(BESIDE_RADII) / 2;
         for (std::size_t k = 0; k < 2 * half; ++k) {
-            const Color background = read(sight.position, lateral, settings.beside(k));
+            const Color background = read(sight.position, lateral, BESIDE_RADII[k]);
             double least = std::numeric_limits<double>::infinity();
             for (const Color& own : colors) least = std::min(least, distance(background, own));
             sight.contrast[k / half] += least;
@@ -178,54 +192,53 @@ class Follower {
     // Return the mean distance of the colors at the `lookahead` positions from `first` on.
     double mean_distance(const std::vector<Sight>& seen, Index first) const {
         double sum = 0.0;
-        for (Index j = first; j < first + settings.lookahead; ++j) sum += seen[j].distance;
-        return sum / double(settings.lookahead);
+        for (Index j = first; j < first + LOOKAHEAD; ++j) sum += seen[j].distance;
+        return sum / double(LOOKAHEAD);
     }
 
     // Return the lesser of the mean contrasts on both sides of the `lookahead` positions from `first` on.
     double least_contrast(std::vector<Sight>& seen, Index first, const Position& lateral) const {
         std::array<double, 2> sides{};
-        for (Index j = first; j < first + settings.lookahead; ++j) {
+        for (Index j = first; j < first + LOOKAHEAD; ++j) {
             measure_contrast(seen[j], lateral);
             for (Index side = 0; side < 2; ++side) sides[side] += seen[j].contrast[side];
         }
-        return std::min(sides[0] / double(settings.lookahead), sides[1] / double(settings.lookahead));
+        return std::min(sides[0] / double(LOOKAHEAD), sides[1] / double(LOOKAHEAD));
     }
 
     // Find the nearest of `count` steps from the `first` on at which the strand is seen, in the best direction. Where the colors fit in
     // no direction, the background is not looked at.
     bool find_step(Index first, Index count) {
-        const Index turns = settings.turns.shape(0), shifts = settings.shifts.shape(0), ways = turns * shifts;
-        std::vector<std::vector<Sight>> seen(ways);
+        std::vector<std::vector<Sight>> seen(WAYS);
         std::vector<Direction> directions;
-        for (Index way = 0; way < ways; ++way) {
-            const double heading = angle + settings.turns(way / shifts);
+        for (Index way = 0; way < WAYS; ++way) {
+            const double heading = angle + turn_of(way);
             const Position forward{std::cos(heading), std::sin(heading)};
             directions.push_back({forward, {-forward.v, forward.u}});
         }
-        const auto ahead = [&](Index k) { return settings.step * radius * double(first + k); };
+        const auto ahead = [&](Index k) { return step * radius * double(first + k); };
         for (Index k = 0; k < count; ++k) {
             bool fits = false;
-            for (Index way = 0; way < ways; ++way) {
-                while (Index(seen[way].size()) < k + settings.lookahead) {
-                    seen[way].push_back(look(directions[way], ahead(Index(seen[way].size())), settings.shifts(way % shifts)));
+            for (Index way = 0; way < WAYS; ++way) {
+                while (Index(seen[way].size()) < k + LOOKAHEAD) {
+                    seen[way].push_back(look(directions[way], ahead(Index(seen[way].size())), SHIFTS_PX[way % TRIED_SHIFTS]));
                 }
-                fits |= mean_distance(seen[way], k) <= settings.max_distance;
+                fits |= mean_distance(seen[way], k) <= MAX_DISTANCE;
             }
             if (!fits) continue;
             double best_cost = std::numeric_limits<double>::infinity(), best_distance = 0.0, best_contrast = 0.0;
             Index best = 0;
-            for (Index way = 0; way < ways; ++way) {
+            for (Index way = 0; way < WAYS; ++way) {
                 const double distance = mean_distance(seen[way], k);
                 const double contrast = least_contrast(seen[way], k, directions[way].lateral);
-                const double share = settings.turns(way / shifts) / settings.turns(turns - 1);
-                double cost = distance - settings.contrast_weight * std::min(contrast, settings.max_distance + settings.min_contrast);
-                cost += settings.turn_weight * (share * share);
+                const double share = TURNS[way / TRIED_SHIFTS];
+                double cost = distance - CONTRAST_WEIGHT * std::min(contrast, MAX_DISTANCE + MIN_CONTRAST);
+                cost += TURN_WEIGHT * (share * share);
                 if (cost < best_cost) best_cost = cost, best_distance = distance, best_contrast = contrast, best = way;
             }
-            if (best_distance <= settings.max_distance && best_contrast >= best_distance + settings.min_contrast) {
+            if (best_distance <= MAX_DISTANCE && best_contrast >= best_distance + MIN_CONTRAST) {
                 const Position& position = seen[best][k].position;
-                taken = {position, settings.turns(best / shifts), ahead(k), colors_across(position, directions[best].lateral)};
+                taken = {position, turn_of(best), ahead(k), colors_across(position, directions[best].lateral)};
                 return true;
             }
         }
@@ -234,23 +247,17 @@ class Follower {
 };
 
 auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints, double radius, double max_length,
-                   const std::tuple<Vector<double>, Vector<double>, Vector<double>, Vector<double>>& tried,
-                   Index lookahead, Vector<double> numbers) {
+                   double step, double min_extension, double noise) {
     require(image.shape(2) == 3 && image.shape(0) == mask.shape(0) && image.shape(1) == mask.shape(1), "image and mask do not fit");
     require(image.shape(0) > 0 && image.shape(1) > 0, "the image is empty");
     require(joints.shape(0) > 1 && joints.shape(1) == 2, "joints has to be (N, 2) with two joints at least");
     require(radius > 0 && std::isfinite(max_length * radius), "the radius is not positive, or the length not finite");
-    require(numbers.shape(0) == 11 && numbers(0) >= 0.01 && lookahead > 0, "numbers has to be (11,), with steps of 0.01 radii at least");
-    const auto& [across, beside, turns, shifts] = tried;
-    require(across.shape(0) && turns.shape(0) && shifts.shape(0), "nothing is tried");
-    require(beside.shape(0) && beside.shape(0) % 2 == 0, "the background is not read on both sides");
+    require(step >= 0.01, "a step is less than 0.01 radii");
     for (std::size_t i = 0; i < 2 * joints.shape(0); ++i) require(std::abs(joints.data()[i]) < 1e6, "a joint is not finite, or too far away");
-    const Settings settings{across, beside, turns, shifts, numbers(0), numbers(1), numbers(2), numbers(3), numbers(4),
-                            numbers(5), numbers(6), numbers(7), numbers(8), numbers(9), numbers(10), lookahead};
     std::vector<double> path;
     {
         nb::gil_scoped_release release;
-        path = Follower(image, mask, radius, settings).follow(joints, max_length);
+        path = Follower(image, mask, radius, step, noise).follow(joints, max_length, min_extension);
     }
     const std::size_t count = path.size() / 2;
     return to_numpy(std::move(path), count, 2);
@@ -275,16 +282,10 @@ void bind_follow_strand(Module& m) {
     //     (N, 2) px (u, v), N >= 2, the joints of the chain, in C order; the strand is followed beyond the last one
     // radius, max_length
     //     px, radius of the strand; radii, length of the path at most
-    // tried
-    //     (I,) radii across the strand at which its colors are read, and an even number of them for the background on both sides;
-    //     (T,) radians, turns tried at a step, the largest one last; (S,) px, lateral shifts tried
-    // lookahead
-    //     steps ahead that a step is judged by: the mean over them
-    // numbers
-    //     (11,): radii of a step, 0.01 or more; radii before the end over which the strand's colors are measured, and over which its
-    //     direction is; radii after which a path ends in the mask; radii of the strand that may look different; grey levels by which
-    //     the colors of one strand differ anyway; squared color distance of the strand at most, in variances, and by how much that
-    //     of the background exceeds it at least; share of the colors ahead taken over at a step; weights of contrast and turns
+    // step, min_extension
+    //     radii of a step, 0.01 or more, and after which a path ends in the mask
+    // noise
+    //     grey levels by which the colors of one strand differ anyway
     //
     // Returns
     // -------
@@ -294,5 +295,5 @@ void bind_follow_strand(Module& m) {
     // ------
     // ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
     m.def("follow_strand", &follow_strand, "image"_a.noconvert(), "mask"_a.noconvert(), "joints"_a.noconvert(), "radius"_a, "max_length"_a,
-          "tried"_a, "lookahead"_a, "numbers"_a.noconvert());
+          nb::kw_only(), "step"_a, "min_extension"_a, "noise"_a);
 }

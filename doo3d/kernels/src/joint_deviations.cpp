@@ -3,12 +3,14 @@
 namespace {
 
 constexpr Index TERMS = 8;
+constexpr double MAX_OFFSET_RADII = 1.0;  // of a segment's readings, that counts at most, and where it is unknown
 
 // Chains, what is known of their joints and segments, and the numbers of the frame.
 struct Chains {
     const Matrix<double>& joints;
-    const Vector<double>&radii, &share, &residual, &offset, &settings;
+    const Vector<double>&radii, &share, &residual, &offset;
     const Vector<bool>& occluded;
+    double pitch, pitch_per_m, noise, max_residual;  // m, m per m, 1/m, radii
 
     double length(Index first) const { return std::sqrt(squared_distance(row(first), row(first + 1), 3)); }
     const double* row(Index j) const { return joints.data() + 3 * j; }
@@ -43,11 +45,11 @@ std::pair<double, double> spreads(const Chains& chains, Index first, Index last,
     if (chains.offset.shape(0) == 0) return {std::sqrt(width / double(last - first + 1)), 0.0};
     for (Index s = segment; s < segment + last - first; ++s) {
         if (std::isnan(chains.offset(s))) continue;
-        const double off = within(std::fabs(chains.offset(s)), chains.settings(4));
+        const double off = within(std::fabs(chains.offset(s)), MAX_OFFSET_RADII);
         depth += off * off;
         known += 1.0;
     }
-    return {std::sqrt(width / double(last - first + 1)), radius * (known > 0 ? std::sqrt(depth / known) : chains.settings(4))};
+    return {std::sqrt(width / double(last - first + 1)), radius * (known > 0 ? std::sqrt(depth / known) : MAX_OFFSET_RADII)};
 }
 
 // Write the squared terms of the joints [first, last] of a chain, TERMS each.
@@ -62,9 +64,9 @@ void add_terms(const Chains& chains, Index first, Index last, Index segment, dou
         double unsupported = 0.0, residual = 0.0;
         if (chains.share.shape(0)) {
             unsupported = 1 - (chains.share(before) + chains.share(after)) / 2;
-            residual = most(within(chains.residual(before), chains.settings(3)), within(chains.residual(after), chains.settings(3)));
+            residual = most(within(chains.residual(before), chains.max_residual), within(chains.residual(after), chains.max_residual));
         }
-        const double pitch = chains.settings(0) + chains.settings(1) * z, noise = chains.settings(2) * z * z;
+        const double pitch = chains.pitch + chains.pitch_per_m * z, noise = chains.noise * z * z;
         const double values[TERMS] = {pitch, noise, radius * unsupported, radius * residual, spread,
                                       std::isfinite(bulge) ? bulge : 0.0, rough, length * steps[j - first]};
         for (Index t = 0; t < TERMS; ++t) terms[t] = values[t] * values[t];
@@ -72,12 +74,11 @@ void add_terms(const Chains& chains, Index first, Index last, Index segment, dou
 }
 
 auto joint_deviations(Matrix<double> joints, Vector<Index> bounds, Vector<double> radius, Vector<double> radii, Vector<bool> occluded,
-                      Vector<double> share, Vector<double> residual, Vector<double> offset, Vector<double> settings,
-                      Matrix<double> weights) {
+                      Vector<double> share, Vector<double> residual, Vector<double> offset, Matrix<double> weights,
+                      double pitch, double pitch_per_m, double noise, double max_residual) {
     check_bounds(bounds, joints.shape(0));
     const std::size_t chains = radius.shape(0), count = joints.shape(0), columns = weights.shape(1);
-    require(joints.shape(1) == 3 && settings.shape(0) == 5 && weights.shape(0) == TERMS,
-            "joints, settings and weights are not (J, 3), (5,), (8, M)");
+    require(joints.shape(1) == 3 && weights.shape(0) == TERMS, "joints and weights are not (J, 3) and (8, M)");
     require(chains + 1 == bounds.shape(0) && radii.shape(0) == count, "radius is not one per chain, or radii not one per joint");
     for (std::size_t c = 0; c < chains; ++c) require(bounds(c + 1) - bounds(c) > 1, "a chain has no segment");
     require(occluded.shape(0) + chains == count, "occluded is not one per segment");
@@ -87,7 +88,7 @@ auto joint_deviations(Matrix<double> joints, Vector<Index> bounds, Vector<double
     }
     count_visits(Index(count));
     ReleasedGil released;
-    const Chains all{joints, radii, share, residual, offset, settings, occluded};
+    const Chains all{joints, radii, share, residual, offset, occluded, pitch, pitch_per_m, noise, max_residual};
     std::vector<double> terms(count * TERMS), result(count * columns, 0.0);
     for (std::size_t c = 0; c < chains; ++c) {
         add_terms(all, bounds(c), bounds(c + 1) - 1, bounds(c) - Index(c), radius(c), terms.data() + bounds(c) * TERMS);
@@ -125,16 +126,17 @@ void bind_joint_deviations(Module& m) {
     // share, residual, offset
     //     (S,) float64, as of `depth_support`; (0,) without depth. Terms, each times the radius: 1 less the mean share of the two
     //     segments at a joint (unsupported), the greater residual of these, and the root mean square of the chain's offsets (spread)
-    // settings
-    //     (5,) float64: pitch, m, and what a m of depth adds to it; standard deviation of inverse depth, 1/m, which times squared
-    //     depth is the noise; most residual and offset that count, in radii, which stand for unknown ones
     // weights
     //     (8, M) float64, of the terms in M kinds of deviation
+    // pitch, pitch_per_m, noise
+    //     pitch, m, and what a m of depth adds to it; standard deviation of inverse depth, 1/m, which times squared depth is the noise
+    // max_residual
+    //     radii, the residual that counts at most, which stands for unknown ones
     //
     // Returns
     // -------
     // (J, M) float64 m.
     m.def("joint_deviations", &joint_deviations, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(),
           "radii"_a.noconvert(), "occluded"_a.noconvert(), "share"_a.noconvert(), "residual"_a.noconvert(), "offset"_a.noconvert(),
-          "settings"_a.noconvert(), "weights"_a.noconvert());
+          "weights"_a.noconvert(), nb::kw_only(), "pitch"_a, "pitch_per_m"_a, "noise"_a, "max_residual"_a);
 }

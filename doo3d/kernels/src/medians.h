@@ -6,6 +6,9 @@
 #include <cmath>
 #include <vector>
 
+// Standard deviations per median absolute deviation of normally distributed errors: 1 / 0.6745, the upper quartile.
+constexpr double MAD_TO_DEVIATION = 1.4826;
+
 // Find the value at a rank of many values, and at the rank before it, between two of 65 values drawn evenly, a sixth of them apart on
 // either side of their median; return false where they do not lie there.
 template <class T>

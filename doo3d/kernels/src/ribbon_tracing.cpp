@@ -1,6 +1,7 @@
 #include "arrays.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 namespace {
@@ -8,9 +9,22 @@ namespace {
 constexpr Index LOOKAHEAD = 3, SAMPLE = 5;  // steps whose mean decides; numbers of a sample: x, y, angle, width, score
 const double PI = std::acos(-1.0);
 
+// Turns per step that are tried, in degrees: a strand bends with a radius of 16 px at least. px sideways that are tried at each step.
+constexpr double TURNS_DEGREES[] = {-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0}, SHIFTS_PX[] = {-1.0, 0.0, 1.0};
+// Cost of a px sideways, and of a change of the turn by the largest turn, in units of the score.
+constexpr double SHIFT_COST = 0.15, TURN_CHANGE_COST = 0.6;
+// Share that the strand's color, a running mean, keeps at a step.
+constexpr double COLOR_MEMORY = 0.93;
+// Logarithm of the ratio of variances below which no strand is seen.
+constexpr double MIN_SCORE = 0.9;
+// Widths plus px that a strand is carried on unseen, below another one or in a highlight.
+constexpr double MAX_GAP_WIDTHS = 4.0, MAX_GAP_PX = 8.0;
+// Samples on an earlier strand after which one ends; samples in one direction at most.
+constexpr std::size_t MAX_SHARED_SAMPLES = 8, MAX_SAMPLES = 2000;
+
+// What `ribbons.py` uses, too; `follow_ribbon` says what it is.
 struct Limits {
-    double step, shift_cost, turn_change_cost, color_scale, max_color_cost, color_cost, color_memory, max_score, min_score, max_gap_widths,
-        max_gap, same_turn, max_shared, max_samples;
+    double step, color_scale, max_color_cost, color_cost, max_score, same_turn;
 };
 
 // Return the angle between two directions, up to a right angle.
@@ -23,19 +37,20 @@ double between(double first, double second) {
 class Follower {
    public:
     Follower(const Volume<float>& score, const Volume<Byte>& width, const Volume<float>& color, const Vector<double>& widths,
-             const Vector<double>& turns, const Vector<double>& shifts, const Limits& limits)
-        : score(score), width(width), color(color), widths(widths), turns(turns), shifts(shifts), limits(limits),
-          directions(score.shape(0)), height(score.shape(1)), columns(score.shape(2)) {}
+             const Limits& limits)
+        : score(score), width(width), color(color), widths(widths), limits(limits), directions(score.shape(0)),
+          height(score.shape(1)), columns(score.shape(2)) {}
 
     // Return the samples of a strand from a start in one direction, one after the other.
     std::vector<double> operator()(double x, double y, double angle, const Matrix<Byte>& taken, const Matrix<float>& angles) const {
         std::vector<double> samples;
-        double turn = 0.0, gap = 0.0, shared = 0.0;
+        double turn = 0.0, gap = 0.0;
+        std::size_t shared = 0;
         const Index start = Index(std::nearbyint(y)) * columns + Index(std::nearbyint(x));
         double wide = width_at(angle, start);
         float own[CHANNELS];
         std::copy_n(color.data() + start * CHANNELS, CHANNELS, own);
-        while (double(samples.size()) < limits.max_samples * SAMPLE) {
+        while (samples.size() < MAX_SAMPLES * SAMPLE) {
             const Step step = best_step(x, y, angle, turn, own);
             if (step.seen) {
                 turn = step.turn;
@@ -44,7 +59,7 @@ class Follower {
                 y = step.y;
                 gap = 0.0;
                 wide = 0.8 * wide + 0.2 * width_at(angle, step.pixel);
-                const float memory = float(limits.color_memory), rest = float(1 - limits.color_memory);
+                const float memory = float(COLOR_MEMORY), rest = float(1 - COLOR_MEMORY);
                 for (Index k = 0; k < CHANNELS; ++k) own[k] = memory * own[k] + rest * color.data()[step.pixel * CHANNELS + k];
             } else {
                 angle = angle + turn / 2;
@@ -59,11 +74,11 @@ class Follower {
             const bool follows = taken.data()[at] && between(angle, angles.data()[at]) < limits.same_turn;
             shared = follows ? shared + 1 : 0;
             samples.insert(samples.end(), {x, y, angle, wide, step.seen ? double(step.score) : std::numeric_limits<double>::quiet_NaN()});
-            if (shared > limits.max_shared) {
-                samples.resize(samples.size() - std::size_t(limits.max_shared) * SAMPLE);
+            if (shared > MAX_SHARED_SAMPLES) {
+                samples.resize(samples.size() - MAX_SHARED_SAMPLES * SAMPLE);
                 break;
             }
-            if (gap > limits.max_gap_widths * wide + limits.max_gap) break;
+            if (gap > MAX_GAP_WIDTHS * wide + MAX_GAP_PX) break;
         }
         while (!samples.empty() && std::isnan(samples.back())) samples.resize(samples.size() - SAMPLE);
         return samples;
@@ -79,7 +94,7 @@ class Follower {
     const Volume<float>& score;
     const Volume<Byte>& width;
     const Volume<float>& color;
-    const Vector<double>&widths, &turns, &shifts;
+    const Vector<double>& widths;
     Limits limits;
     Index directions, height, columns;
 
@@ -110,34 +125,35 @@ class Follower {
     // Return the turn and the shift sideways with the best mean over the next steps, less their costs.
     Step best_step(double x, double y, double angle, double turn, const float* own) const {
         Step best{false, x, y, angle, turn, 0.0f, 0};
-        const double sideways_u = std::sin(angle), sideways_v = std::cos(angle), largest = turns(turns.shape(0) - 1);
+        const double sideways_u = std::sin(angle), sideways_v = std::cos(angle);
+        const double largest = TURNS_DEGREES[std::size(TURNS_DEGREES) - 1] * (PI / 180);
         double highest = -std::numeric_limits<double>::infinity();
-        for (std::size_t t = 0; t < turns.shape(0); ++t) {
+        for (const double degrees : TURNS_DEGREES) {
+            const double turned = degrees * (PI / 180);
             double along_u[LOOKAHEAD], along_v[LOOKAHEAD], u = 0, v = 0;
             Index headed[LOOKAHEAD];
             for (Index k = 0; k < LOOKAHEAD; ++k) {
-                const double heading = angle + turns(t) * double(k + 1);
+                const double heading = angle + turned * double(k + 1);
                 along_u[k] = u += limits.step * std::cos(heading);
                 along_v[k] = v += limits.step * std::sin(heading);
                 headed[k] = direction(heading);
             }
-            for (std::size_t s = 0; s < shifts.shape(0); ++s) {
+            for (const double shift : SHIFTS_PX) {
                 float values[LOOKAHEAD];
                 Index pixels[LOOKAHEAD];
                 for (Index k = 0; k < LOOKAHEAD; ++k) {
-                    values[k] = value_at(x + along_u[k] - shifts(s) * sideways_u, y + along_v[k] + shifts(s) * sideways_v, headed[k], own,
-                                         pixels[k]);
+                    values[k] = value_at(x + along_u[k] - shift * sideways_u, y + along_v[k] + shift * sideways_v, headed[k], own, pixels[k]);
                 }
                 const float mean = (values[0] + values[1] + values[2]) / float(LOOKAHEAD);
-                const double turning = limits.turn_change_cost * std::fabs(turns(t) - turn) / largest;
-                const double rank = double(mean) - (limits.shift_cost * std::fabs(shifts(s)) + turning);
+                const double turning = TURN_CHANGE_COST * std::fabs(turned - turn) / largest;
+                const double rank = double(mean) - (SHIFT_COST * std::fabs(shift) + turning);
                 if (!(rank > highest)) continue;
                 highest = rank;
-                best = {values[0] > float(limits.min_score) && mean > float(limits.min_score),
-                        x + along_u[0] - shifts(s) * sideways_u,
-                        y + along_v[0] + shifts(s) * sideways_v,
-                        angle + turns(t),
-                        turns(t),
+                best = {values[0] > float(MIN_SCORE) && mean > float(MIN_SCORE),
+                        x + along_u[0] - shift * sideways_u,
+                        y + along_v[0] + shift * sideways_v,
+                        angle + turned,
+                        turned,
                         values[0],
                         pixels[0]};
             }
@@ -147,23 +163,22 @@ class Follower {
 };
 
 auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color, Matrix<Byte> taken, Matrix<float> angles, Vector<double> start,
-                   Vector<double> widths, Vector<double> turns, Vector<double> shifts, Vector<double> limits) {
+                   Vector<double> widths, double step, double color_scale, double max_color_cost, double color_cost, double max_score,
+                   double same_turn) {
     const Index height = score.shape(1), columns = score.shape(2);
     const auto is_image = [&](Index rows, Index across) { return rows == height && across == columns; };
     require(score.shape(0) > 0 && width.shape(0) == score.shape(0) && is_image(width.shape(1), width.shape(2)), "score and width differ");
     require(is_image(color.shape(0), color.shape(1)) && color.shape(2) == CHANNELS, "color is not (H, W, 3)");
     require(is_image(taken.shape(0), taken.shape(1)) && is_image(angles.shape(0), angles.shape(1)), "taken or angles are not (H, W)");
-    require(start.shape(0) == 3 && std::isfinite(start(2)) && limits.shape(0) == 14, "start is not (3,) and finite, or limits not (14,)");
-    require(limits(12) >= 0, "samples on an earlier strand are below 0");
-    require(turns.shape(0) > 0 && shifts.shape(0) > 0 && widths.shape(0) > 0, "there are no turns, shifts or widths");
+    require(start.shape(0) == 3 && std::isfinite(start(2)), "start is not (3,) and finite");
+    require(widths.shape(0) > 0, "there are no widths");
     require(start(0) >= 0 && start(1) >= 0 && start(0) <= double(columns - 1) && start(1) <= double(height - 1), "start is not in the image");
-    const Limits values{limits(0), limits(1), limits(2), limits(3),  limits(4),  limits(5),  limits(6),
-                        limits(7), limits(8), limits(9), limits(10), limits(11), limits(12), limits(13)};
-    count_visits(Index(turns.shape(0) * shifts.shape(0)));
+    const Limits limits{step, color_scale, max_color_cost, color_cost, max_score, same_turn};
+    count_visits(Index(std::size(TURNS_DEGREES) * std::size(SHIFTS_PX)));
     std::vector<double> samples;
     {
         nb::gil_scoped_release released;
-        samples = Follower(score, width, color, widths, turns, shifts, values)(start(0), start(1), start(2), taken, angles);
+        samples = Follower(score, width, color, widths, limits)(start(0), start(1), start(2), taken, angles);
     }
     const std::size_t count = samples.size() / SAMPLE;
     return to_numpy(std::move(samples), count, SAMPLE);
@@ -192,19 +207,20 @@ void bind_ribbon_tracing(Module& m) {
     //     (3,) x and y in px, within the image, and the direction in radians from x to y.
     // widths
     //     (K,) px.
-    // turns, shifts
-    //     radians and px that are tried at each step, the largest turn last.
-    // limits
-    //     (14,) px of a step; costs of a px sideways, and of a change of the turn by the largest turn; difference of colors that
-    //     costs the next but one number, and times that it costs at most; that cost; share that the strand's color keeps at a step;
-    //     highest and lowest score; widths and px of a gap at most; radians below which an earlier strand is followed; samples on
-    //     one at most; samples at most.
+    // step
+    //     px of a step.
+    // color_scale, max_color_cost, color_cost
+    //     difference of colors that costs `color_cost`, and times that its square costs at most.
+    // max_score
+    //     score beyond which more says nothing.
+    // same_turn
+    //     radians below which an earlier strand is followed.
     //
     // Returns
     // -------
     // (P, 5) x, y, direction, running mean of the width, and score less the cost of the color, NaN where the strand is not seen; the
     // last sample is seen.
     m.def("follow_ribbon", &follow_ribbon, "score"_a.noconvert(), "width"_a.noconvert(), "color"_a.noconvert(), "taken"_a.noconvert(),
-          "angles"_a.noconvert(), "start"_a.noconvert(), "widths"_a.noconvert(), "turns"_a.noconvert(), "shifts"_a.noconvert(),
-          "limits"_a.noconvert());
+          "angles"_a.noconvert(), "start"_a.noconvert(), "widths"_a.noconvert(), nb::kw_only(), "step"_a, "color_scale"_a,
+          "max_color_cost"_a, "color_cost"_a, "max_score"_a, "same_turn"_a);
 }

@@ -13,6 +13,9 @@ void project(const double* camera, const double* point, double* pixel) {
     for (Index d = 0; d < 2; ++d) pixel[d] = camera[d] * point[d] / point[2] + camera[2 + d];
 }
 
+constexpr double PROJECTION_STEP = 1e-4;  // m along an axis, whose projection tells its direction and scale in the image
+constexpr double MIN_SCALE = 1e-6;        // px per m; a lateral axis along the ray has no scale in the image
+
 // A step along an axis tells its direction and its scale in the image.
 Projected project_samples(const SilhouetteSamples& samples) {
     const Index count = samples.count;
@@ -21,8 +24,8 @@ Projected project_samples(const SilhouetteSamples& samples) {
         const double* position = samples.positions + 3 * s;
         double ahead[3], beside[3], along[2], moved[2];
         for (Index d = 0; d < 3; ++d) {
-            ahead[d] = position[d] + samples.step * samples.tangents[3 * s + d];
-            beside[d] = position[d] + samples.step * samples.lateral[3 * s + d];
+            ahead[d] = position[d] + PROJECTION_STEP * samples.tangents[3 * s + d];
+            beside[d] = position[d] + PROJECTION_STEP * samples.lateral[3 * s + d];
         }
         double *pixel = seen.pixels.data() + 2 * s, *across = seen.across.data() + 2 * s;
         project(samples.camera, position, pixel);
@@ -34,8 +37,8 @@ Projected project_samples(const SilhouetteSamples& samples) {
         const double norm = square > 0 ? std::sqrt(square) : 1.0;
         across[0] = -(along[1] / norm);
         across[1] = along[0] / norm;
-        const double scale = ((moved[0] - pixel[0]) * across[0] + (moved[1] - pixel[1]) * across[1]) / samples.step;
-        seen.scale[s] = std::fabs(scale) > samples.min_scale ? scale : samples.min_scale;
+        const double scale = ((moved[0] - pixel[0]) * across[0] + (moved[1] - pixel[1]) * across[1]) / PROJECTION_STEP;
+        seen.scale[s] = std::fabs(scale) > MIN_SCALE ? scale : MIN_SCALE;
     }
     return seen;
 }
@@ -52,21 +55,21 @@ std::vector<double> image_lengths(const std::vector<double>& pixels, const Value
 }
 
 auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double> lateral, Vector<Index> path, Matrix<double> pixels,
-                double share, Vector<double> camera, Vector<double> reach, Index half, double step, double min_scale) {
+                double share, Vector<double> camera, Vector<double> reach, Index half) {
     const Index count = positions.shape(0), dim = positions.shape(1);
     const bool planar = camera.shape(0) == 0;
     require(dim == (planar ? 2 : 3) && (planar || camera.shape(0) == 4), "positions are not (S, 3) with a camera (4,), nor (S, 2) without");
     require(tangents.shape(0) == positions.shape(0) && Index(tangents.shape(1)) == dim, "tangents are not as positions");
     require(lateral.shape(0) == positions.shape(0) && Index(lateral.shape(1)) == dim, "lateral are not as positions");
     require(Index(path.shape(0)) == count && Index(reach.shape(0)) == count, "path and reach are not one per position");
-    require(pixels.shape(1) == 2 && half >= 0 && step > 0, "pixels are not (N, 2), or half or step are out of bounds");
+    require(pixels.shape(1) == 2 && half >= 0, "pixels are not (N, 2), or half is negative");
     const std::vector<double> intrinsics = dense(camera);
     Silhouette found;
     NearestOfPoints sorted(pixels.data(), pixels.shape(0), 2);
     {
         nb::gil_scoped_release released;
         const double* known = planar ? nullptr : intrinsics.data();
-        found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), known, step, min_scale}, path,
+        found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), known}, path,
                                    {sorted, share}, reach, half);
     }
     return std::make_tuple(to_numpy(std::move(found.offset)), to_numpy(std::move(found.radius)));
@@ -136,13 +139,11 @@ void bind_silhouette(Module& m) {
     //     (S,) float64 m (px without a camera); pixels that are not nearer than this to their sample are left out
     // half
     //     number of samples on either side, on the same path, whose pixels are pooled with those of a sample
-    // step, min_scale
-    //     m along an axis whose projection tells the axis's direction and scale in the image; px per m of an axis at least
     //
     // Returns
     // -------
     // offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
     // radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
     m.def("silhouette", &silhouette, "positions"_a.noconvert(), "tangents"_a.noconvert(), "lateral"_a.noconvert(), "path"_a.noconvert(),
-          "pixels"_a.noconvert(), "share"_a, "camera"_a.noconvert(), "reach"_a.noconvert(), "half"_a, "step"_a, "min_scale"_a);
+          "pixels"_a.noconvert(), "share"_a, "camera"_a.noconvert(), "reach"_a.noconvert(), "half"_a);
 }

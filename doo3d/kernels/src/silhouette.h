@@ -8,7 +8,6 @@ struct SilhouetteSamples {
     Index count, dim;
     const double *positions, *tangents, *lateral;
     const double* camera;  // fx, fy, cx, cy
-    double step, min_scale;  // along the axes, to project them; px per unit of length at least
 };
 
 // Pixels (u, v) of a mask, and how many pixels each stands for.

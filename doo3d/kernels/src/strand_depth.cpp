@@ -14,6 +14,7 @@
 // it and what lies behind, where only the strand can be. The ends of the chain are level. Then the smoother starts from that chain.
 //
 // What the median starts is done as NumPy and SciPy do it, so that a curve is the same in its last bit.
+#include "medians.h"
 #include "whittaker.h"
 
 #include <algorithm>
@@ -24,15 +25,24 @@ namespace {
 
 using Values = std::vector<double>;
 
-// What the smoothing needs to know; lengths in radii unless another unit is said.
+// Radii on either side over which the first curve is a median: longer than the stretches in which depth is torn.
+constexpr double MEDIAN_RADII = 12.0;
+// Radii behind the strand from which on a reading is of something else.
+constexpr double TORN_RADII = 2.5;
+// Times a curve is smoothed, each time without what the last curve says are outliers.
+constexpr Index SMOOTHINGS = 4;
+// Weight of the first curve beside 1 of a reading: where there are none.
+constexpr double FIRST_WEIGHT = 1e-3;
+// Costs of a reading of what lies behind a strand, of another one off the strand, and of a stretch of either, beside the square of the
+// slope at which the strand goes on beyond them.
+constexpr double BEHIND_COST = 0.3, UNUSUAL_COST = 0.8, STRETCH_COST = 5.0;
+
+// What differs from frame to frame, or is not this kernel's alone.
 struct Settings {
     double radius, focal;  // m, px
-    double median_radii, deviations, torn_radii, smoothing_radii, noise_radii, first_weight, mad_to_deviation;
-    double max_in_front;               // share of the samples
-    double max_slope;                  // m along the line of sight per m across it
-    double behind_cost, unusual_cost;  // of a reading off the strand, beside the square of a slope: at what lies behind, elsewhere
-    double stretch_cost;               // of each stretch with such readings
-    Index smoothings;
+    double smoothing_radii, deviations, noise_radii;
+    double max_in_front;  // share of the samples
+    double max_slope;     // m along the line of sight per m across it
 };
 
 double median(Values values) {
@@ -42,9 +52,9 @@ double median(Values values) {
 }
 
 // Return the standard deviation that the median of the absolute values tells.
-double deviation(Values values, const Settings& settings) {
+double deviation(Values values) {
     for (double& value : values) value = std::fabs(value);
-    return settings.mad_to_deviation * median(std::move(values));
+    return MAD_TO_DEVIATION * median(std::move(values));
 }
 
 // Return the values at `known` positions, and straight lines between; level before the first and after the last.
@@ -107,14 +117,14 @@ Values running_mean(const Values& values, Index half) {
 
 // One more curve: through the values that lie near the last one, with the first curve where there are none.
 Values smoothed(const Values& filled, const std::vector<Byte>& measured, const Values& first, const Values& last, const Values& cut,
-                double strength, const Settings& settings) {
+                double strength) {
     const Index count = Index(filled.size());
     Values target(count), weight(count);
     for (Index i = 0; i < count; ++i) {
         const double off = (filled[i] - last[i]) / cut[i], rest = std::max(0.0, 1 - off * off);
         const double inlier = rest * rest * double(measured[i]);
-        weight[i] = inlier + settings.first_weight;
-        target[i] = (inlier * filled[i] + settings.first_weight * first[i]) / weight[i];
+        weight[i] = inlier + FIRST_WEIGHT;
+        target[i] = (inlier * filled[i] + FIRST_WEIGHT * first[i]) / weight[i];
     }
     return whittaker(target.data(), weight.data(), count, 1, strength, 2);
 }
@@ -161,19 +171,19 @@ struct Runs {
     double slope(Index from, Index to) const { return std::fabs(height[to] - height[from]) * radius_px / double(known[to] - known[from]); }
 
     // Return the cost of readings that lie off the straight line that rises from a height at a sample, or `limit` if that is less.
-    double off_line(Index first, Index end, double at, double rise, Index from, bool is_inside, double limit, const Settings& settings) const {
+    double off_line(Index first, Index end, double at, double rise, Index from, bool is_inside, double limit) const {
         double cost = 0;
         bool is_behind = false, is_unusual = false;
         Index k = first;
         for (; k < end && cost < limit; ++k) {
             const double line = at + rise * double(known[k] - from), off = height[k] - line;
-            if (std::fabs(off) <= settings.torn_radii) continue;
+            if (std::fabs(off) <= TORN_RADII) continue;
             if (off < 0 && 2 * height[k] < line + surface[k]) {
-                cost += settings.behind_cost + (is_behind ? 0 : settings.stretch_cost);
+                cost += BEHIND_COST + (is_behind ? 0 : STRETCH_COST);
                 is_behind = true;
             } else {
                 const bool is_rim = off > 0 && !is_inside;  // at an end of the strand, of what it goes under
-                cost += settings.unusual_cost + (is_unusual || is_rim ? 0 : settings.stretch_cost);
+                cost += UNUSUAL_COST + (is_unusual || is_rim ? 0 : STRETCH_COST);
                 is_unusual = is_unusual || !is_rim;
             }
         }
@@ -182,13 +192,13 @@ struct Runs {
     }
 };
 
-Runs runs_of(const Strand& strand, const std::vector<Index>& known, double per_radius, const Settings& settings) {
+Runs runs_of(const Strand& strand, const std::vector<Index>& known, double per_radius, double max_slope) {
     Runs runs{known, chosen(strand.filled, known), chosen(strand.surface, known), strand.radius_px, {0}};
     for (Values* values : {&runs.height, &runs.surface}) {
         for (double& value : *values) value /= per_radius;
     }
     for (Index k = 1; k < Index(known.size()); ++k) {
-        if (runs.slope(k - 1, k) > settings.max_slope) runs.start.push_back(k);
+        if (runs.slope(k - 1, k) > max_slope) runs.start.push_back(k);
     }
     runs.start.push_back(Index(known.size()));
     return runs;
@@ -199,7 +209,7 @@ Runs runs_of(const Strand& strand, const std::vector<Index>& known, double per_r
 constexpr Index MAX_RUNS_BETWEEN = 128;
 
 // Return the samples with readings of the chain of runs that costs least.
-std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
+std::vector<Index> strand_samples(const Runs& runs) {
     const Index count = runs.count(), readings = Index(runs.known.size());
     std::vector<double> cost(count);
     std::vector<Index> before(count, -1);
@@ -208,19 +218,19 @@ std::vector<Index> strand_samples(const Runs& runs, const Settings& settings) {
     for (Index run = 0; run < count; ++run) {
         const Index first = runs.start[run], last = runs.last(run);
         const double height = runs.height[first];
-        cost[run] = runs.off_line(0, first, height, 0, 0, false, least, settings);
+        cost[run] = runs.off_line(0, first, height, 0, 0, false, least);
         for (Index other = run - 1; other >= std::max<Index>(0, run - MAX_RUNS_BETWEEN); --other) {
             const Index end = runs.last(other), from = runs.known[end];
             const double slope = runs.slope(end, first), rise = (height - runs.height[end]) / double(runs.known[first] - from);
             const double limit = cost[run] - cost[other] - slope * slope;
             if (limit <= 0) continue;
-            const double between = runs.off_line(end + 1, first, runs.height[end], rise, from, true, limit, settings);
+            const double between = runs.off_line(end + 1, first, runs.height[end], rise, from, true, limit);
             if (between < limit) {
                 cost[run] = cost[other] + slope * slope + between;
                 before[run] = other;
             }
         }
-        const double rest = runs.off_line(last + 1, readings, runs.height[last], 0, 0, false, least, settings);
+        const double rest = runs.off_line(last + 1, readings, runs.height[last], 0, 0, false, least);
         if (cost[run] + rest < least) {
             least = cost[run] + rest;
             best = run;
@@ -243,22 +253,22 @@ Curve curve_from(const Values& first, const Strand& strand, const std::vector<By
     const double per_meter = std::pow(median(first), 2.0);  // of depth, in inverse depth
     Values smooth = first, cut(count), residual(count);
     double least_deviation = std::numeric_limits<double>::infinity();
-    for (Index round = 0; round < settings.smoothings; ++round) {
+    for (Index round = 0; round < SMOOTHINGS; ++round) {
         for (Index i = 0; i < count; ++i) residual[i] = filled[i] - smooth[i];
-        least_deviation = std::min(least_deviation, deviation(chosen(residual, known), settings));  // too smooth a curve looks noisy
+        least_deviation = std::min(least_deviation, deviation(chosen(residual, known)));  // too smooth a curve looks noisy
         for (Index i = 0; i < count; ++i) {
-            cut[i] = std::max(settings.deviations * least_deviation, settings.torn_radii * settings.radius * (smooth[i] * smooth[i]));
+            cut[i] = std::max(settings.deviations * least_deviation, TORN_RADII * settings.radius * (smooth[i] * smooth[i]));
         }
         const double noise = std::max(least_deviation / per_meter / settings.radius, settings.noise_radii);
         const double length = settings.smoothing_radii * strand.radius_px * std::sqrt(noise / settings.noise_radii);
-        smooth = smoothed(filled, counted, first, smooth, cut, std::pow(length, 4.0), settings);
+        smooth = smoothed(filled, counted, first, smooth, cut, std::pow(length, 4.0));
     }
     Curve curve{Values(count), 0, 0, 0};
     Values behind(count);
     Index in_front = 0, torn = 0;
     for (Index i = 0; i < count; ++i) {
         curve.depth[i] = 1 / smooth[i];
-        if (strand.measured[i]) torn += 1 / filled[i] - curve.depth[i] > settings.torn_radii * settings.radius;
+        if (strand.measured[i]) torn += 1 / filled[i] - curve.depth[i] > TORN_RADII * settings.radius;
         if (!counted[i]) continue;
         behind[i] = 1 / filled[i] - curve.depth[i];
         in_front += filled[i] - smooth[i] > cut[i];
@@ -266,17 +276,17 @@ Curve curve_from(const Values& first, const Strand& strand, const std::vector<By
     curve.in_front = double(in_front) / double(count);
     curve.torn = double(torn) / double(count);
     const Index half = std::max<Index>(1, Index(std::min(std::nearbyint(strand.radius_px), 1e9)));
-    curve.waves = deviation(chosen(running_mean(behind, half), known), settings);
+    curve.waves = deviation(chosen(running_mean(behind, half), known));
     return curve;
 }
 
 // Lay a smooth curve from the runs of readings that are the strand.
 Curve curve_of_runs(const Strand& strand, const std::vector<Index>& known, const Settings& settings) {
     const double middle = median(chosen(strand.filled, known)), per_radius = settings.radius * (middle * middle);
-    const std::vector<Index> samples = strand_samples(runs_of(strand, known, per_radius, settings), settings);
+    const std::vector<Index> samples = strand_samples(runs_of(strand, known, per_radius, settings.max_slope));
     const Index count = Index(strand.filled.size());
     const Values first = interpolated([&](Index i) { return strand.filled[i]; }, count, samples);
-    const double reach = settings.torn_radii * settings.radius * std::pow(median(first), 2.0);
+    const double reach = TORN_RADII * settings.radius * std::pow(median(first), 2.0);
     std::vector<Byte> counted(count);
     for (Index i = 0; i < count; ++i) counted[i] = strand.measured[i] && std::fabs(strand.filled[i] - first[i]) < reach;
     return curve_from(first, strand, counted, settings);
@@ -288,15 +298,15 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
     for (Index i = 0; i < count; ++i) strand.measured.push_back(is_measured(i));
     const std::vector<Index> known = samples_of(strand.measured);
     require(known.size() > 0, "nothing is measured");
-    count_visits((settings.smoothings + 2) * count);
+    count_visits((SMOOTHINGS + 2) * count);
     require(count >= 4, "there are fewer than four samples");
     strand.filled = interpolated(inverse, count, known);
     for (Index i = 0; i < count; ++i) strand.surface.push_back(surface.shape(0) ? surface(i) : std::numeric_limits<double>::infinity());
     strand.radius_px = settings.radius * settings.focal * median(chosen(strand.filled, known));
-    const double wanted = std::min(std::nearbyint(settings.median_radii * strand.radius_px), 1e9);
+    const double wanted = std::min(std::nearbyint(MEDIAN_RADII * strand.radius_px), 1e9);
     const Values first = running_median(strand.filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
     const Curve curve = curve_from(first, strand, strand.measured, settings);
-    const bool is_wrong = curve.in_front > settings.max_in_front || curve.waves > settings.torn_radii * settings.radius;
+    const bool is_wrong = curve.in_front > settings.max_in_front || curve.waves > TORN_RADII * settings.radius;
     return is_wrong ? curve_of_runs(strand, known, settings) : curve;
 }
 
@@ -360,7 +370,7 @@ Values medians_beside(const Sides& sides, const Vector<double>& reach, const Vec
 }
 
 auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double> beyond, Matrix<bool> mask, Matrix<float> depth,
-                         double strength, double mad_to_deviation, Index smoothings) {
+                         double strength) {
     const Index count = line.shape(0);
     require(count >= 2 && line.shape(1) == 2, "line is not (S, 2) with at least two samples");
     require(Index(reach.shape(0)) == count, "reach is not one per sample");
@@ -368,7 +378,7 @@ auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double
     Values smooth;
     {
         nb::gil_scoped_release released;
-        count_visits(count * (2 * Index(beyond.shape(0)) + smoothings));
+        count_visits(count * (2 * Index(beyond.shape(0)) + SMOOTHINGS));
         const Values medians = medians_beside({line, mask, depth}, reach, beyond);
         std::vector<Index> known;
         for (Index i = 0; i < count; ++i) {
@@ -377,10 +387,10 @@ auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double
         if (!known.empty() && 2 * Index(known.size()) >= count) {
             const Values surface = interpolated([&](Index i) { return medians[i]; }, count, known);
             Values weight(count, 1.0), residual(count);
-            for (Index round = 0; round < smoothings; ++round) {
+            for (Index round = 0; round < SMOOTHINGS; ++round) {
                 smooth = whittaker(surface.data(), weight.data(), count, 1, strength, 2);
                 for (Index i = 0; i < count; ++i) residual[i] = std::fabs(surface[i] - smooth[i]);
-                const double cut = std::max(2 * (mad_to_deviation * median(residual)), 1e-6);
+                const double cut = std::max(2 * (MAD_TO_DEVIATION * median(residual)), 1e-6);
                 for (Index i = 0; i < count; ++i) weight[i] = 1 / (1 + (residual[i] / cut) * (residual[i] / cut));
             }
         }
@@ -389,13 +399,11 @@ auto smooth_depth_beside(Matrix<Index> line, Vector<double> reach, Vector<double
 }
 
 auto smooth_strand_depth(Vector<double> inverse, Vector<bool> measured, Vector<double> surface, double radius, double focal,
-                         Vector<double> numbers, Index smoothings) {
+                         double smoothing_radii, double deviations, double noise_radii, double max_in_front, double max_slope) {
     require(inverse.shape(0) == measured.shape(0), "inverse and measured have different lengths");
     require(surface.shape(0) == 0 || surface.shape(0) == inverse.shape(0), "surface has another length than inverse");
-    require(numbers.shape(0) == 12, "numbers are not twelve");
     require(radius > 0 && focal > 0, "radius or focal is not positive");
-    const Settings settings{radius,     focal,      numbers(0), numbers(1), numbers(2), numbers(3),  numbers(4), numbers(5),
-                            numbers(6), numbers(7), numbers(8), numbers(9), numbers(10), numbers(11), smoothings};
+    const Settings settings{radius, focal, smoothing_radii, deviations, noise_radii, max_in_front, max_slope};
     Curve curve;
     {
         nb::gil_scoped_release released;
@@ -423,15 +431,15 @@ void bind_strand_depth(Module& m) {
     //     m, radius of the strand
     // focal
     //     px
-    // numbers
-    //     (12,): radii on either side of the running median; standard deviations, and radii, by which a reading contradicts the
-    //     curve; radii over which noise of so many radii, the next number, is smoothed; weight of the first curve beside 1 of a
-    //     reading; standard deviation per median absolute deviation; share of samples in front of the curve beyond which the
-    //     strand is looked for among the runs of readings, as it is where its waves are so large that they contradict the curve;
-    //     slope, m per m, from which on a step between two readings is a jump; costs of a reading of what lies behind the chain
-    //     of runs, of another one off the chain, and of a stretch of either
-    // smoothings
-    //     times the curve is smoothed, each time without what the last curve says are outliers
+    // smoothing_radii, noise_radii
+    //     radii over which noise of so many radii is smoothed
+    // deviations
+    //     standard deviations by which a reading contradicts the curve
+    // max_in_front
+    //     share of samples in front of the curve beyond which the strand is looked for among the runs of readings, as it is where
+    //     its waves are so large that they contradict the curve
+    // max_slope
+    //     m per m, from which on a step between two readings is a jump
     //
     // Returns
     // -------
@@ -444,7 +452,8 @@ void bind_strand_depth(Module& m) {
     // ------
     // ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
     m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_a.noconvert(), "measured"_a.noconvert(), "surface"_a.noconvert(), "radius"_a,
-          "focal"_a, "numbers"_a.noconvert(), "smoothings"_a);
+          "focal"_a, "smoothing_radii"_a, nb::kw_only(), "deviations"_a, "noise_radii"_a, "max_in_front"_a,
+          "max_slope"_a);
     // Return the smooth depth of what is seen on both sides of a strand: the medians across it, then a robust Whittaker smoother.
     //
     // Parameters
@@ -461,14 +470,10 @@ void bind_strand_depth(Module& m) {
     //     (H, W) float32 m, 0 = no reading
     // strength
     //     weight of smoothness, as of `whittaker_smooth`
-    // mad_to_deviation
-    //     standard deviation per median absolute deviation
-    // smoothings
-    //     times the depth is smoothed, each time with less weight for what is far from the last result
     //
     // Returns
     // -------
     // (S,) m; (0,) if less than half of the samples have a reading beside them.
     m.def("smooth_depth_beside", &smooth_depth_beside, "line"_a.noconvert(), "reach"_a.noconvert(), "beyond"_a.noconvert(),
-          "mask"_a.noconvert(), "depth"_a.noconvert(), "strength"_a, "mad_to_deviation"_a, "smoothings"_a);
+          "mask"_a.noconvert(), "depth"_a.noconvert(), "strength"_a);
 }

@@ -6,12 +6,16 @@
 namespace {
 
 constexpr Index BLOCK = 8;  // starts that are tried at once
+constexpr double MAX_OVERLAP_SHARE = 0.2;  // of a strand that may overlap a strand placed earlier
+// Cost, in squared standard deviations, of a strand that is placed: 3 of them. One that costs more has lost its depth, or joins parts that
+// do not belong together, and would bend the object where it is hidden.
+constexpr double MAX_COST = 9.0;
 
 // The object: its samples, one array per coordinate, in which the first and the last one are repeated before and after.
 struct Object {
     std::vector<double> coordinates[3];
     Index samples;
-    double step, length, tolerance, overhang, shift_tolerances, overlap_share, most_of_tip, most_cost;
+    double step, length, tolerance, overhang, shift_tolerances, most_of_tip;
 
     double most_starts() const { return (length + 2 * overhang) / step + 2; }
 };
@@ -57,7 +61,7 @@ WITH_AVX2 Sums offsets(const Strand& strand, const std::vector<Index>& rows, con
 class Reach {
 public:
     Reach(const Strand& strand, bool backwards, const std::vector<const Strand*>& placed, const Object& object)
-        : length_(strand.length), margin_(object.overlap_share * strand.length) {
+        : length_(strand.length), margin_(MAX_OVERLAP_SHARE * strand.length) {
         const double slack = 3 * object.step + margin_ / 4;
         for (const Strand* other : placed) {
             const double after = std::sqrt(squared_distance(strand.end(backwards), other->end(!other->backwards), 3));
@@ -116,11 +120,11 @@ void search(Strand& strand, bool backwards, const std::vector<const Strand*>& pl
 }
 
 // Return the samples of an object, `steps` to a segment.
-Object sampled(const StridedMatrix<double>& expected, double length, double tolerance, const Vector<double>& settings) {
+Object sampled(const StridedMatrix<double>& expected, double length, double tolerance, double steps, double overhang,
+               double shift_tolerances, double max_tip_cost) {
     const Index segments = Index(expected.shape(0)) - 1;
-    const double step = length / double(segments) / settings(0), overhang = settings(1) * length;
-    Object object{{}, Index(std::nearbyint(length / step)) + 1, step, length, tolerance, overhang, settings(2), settings(3),
-                  settings(4), settings(5)};
+    const double step = length / double(segments) / steps;
+    Object object{{}, Index(std::nearbyint(length / step)) + 1, step, length, tolerance, overhang, shift_tolerances, max_tip_cost};
     const std::vector<double> joints = finite_points(expected), along = arc_lengths(joints, 3);
     const Index samples = object.samples, size = 3 * samples + Index(object.most_starts()) + BLOCK;
     for (std::vector<double>& values : object.coordinates) values.resize(size);
@@ -139,7 +143,8 @@ Object sampled(const StridedMatrix<double>& expected, double length, double tole
 }
 
 auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMatrix<double> sights, Vector<Index> bounds,
-                   Vector<double> lengths, Matrix<double> tips, StridedMatrix<double> expected, double length, double tolerance, Vector<double> settings) {
+                   Vector<double> lengths, Matrix<double> tips, StridedMatrix<double> expected, double length, double tolerance,
+                   double steps, double length_error, double shift_tolerances, double max_tip_cost) {
     const Index count = points.shape(0), strands = lengths.shape(0);
     check_bounds(bounds, count);
     require(points.shape(1) == 3 && sights.shape(1) == 3 && expected.shape(1) == 3, "points do not have three coordinates");
@@ -147,10 +152,9 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
     require(Index(bounds.shape(0)) == strands + 1 && Index(tips.shape(0)) == strands && tips.shape(1) == 2,
             "bounds, lengths and tips do not fit each other");
     require(expected.shape(0) >= 2 && std::isfinite(length) && length > 0, "the object has no length");
-    require(settings.shape(0) == 6, "settings are not six");
-    require(settings(0) >= 1 && settings(0) <= 100 && settings(1) > 0 && settings(1) <= 1, "steps or the error of lengths are out of bounds");
+    require(steps >= 1 && steps <= 100 && length_error > 0 && length_error <= 1, "steps or the error of lengths are out of bounds");
     ReleasedGil released;
-    const Object object = sampled(expected, length, tolerance, settings);
+    const Object object = sampled(expected, length, tolerance, steps, length_error * length, shift_tolerances, max_tip_cost);
     const std::vector<double> places = dense(points), directions = dense(sights);
     std::vector<Strand> all(strands);
     for (Index c = 0; c < strands; ++c) {
@@ -175,7 +179,7 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
         Strand& strand = all[c];
         if (strand.arcs.empty() || strand.length > length + 2 * object.overhang) continue;
         for (const bool backwards : {false, true}) search(strand, backwards, placed, object, visits);
-        if (strand.cost < object.most_cost) {
+        if (strand.cost < MAX_COST) {
             placed.push_back(&strand);
         } else {
             strand.start = std::nan("");
@@ -215,9 +219,10 @@ void bind_strand_places(Module& m) {
     //     (J, 3) float64 m, J >= 2 joints of the object
     // length, tolerance
     //     m, of the object, and largest root mean square of the offsets less their mean
-    // settings
-    //     (6,) float64: steps per segment; error of lengths, a share of the length; shares of the mean offset, which may be as many
-    //     tolerances; share of a strand that may overlap another one; largest cost of a tip, and of a strand that is placed
+    // steps, length_error
+    //     steps per segment; error of lengths, a share of the length
+    // shift_tolerances, max_tip_cost
+    //     shares of the mean offset, which may be as many tolerances; largest cost of a tip
     //
     // Returns
     // -------
@@ -226,5 +231,5 @@ void bind_strand_places(Module& m) {
     // backwards : (C,) bool, True for a strand that begins with its last point
     m.def("strand_places", &strand_places, "points"_a.noconvert(), "arcs"_a.noconvert(), "sights"_a.noconvert(),
           "bounds"_a.noconvert(), "lengths"_a.noconvert(), "tips"_a.noconvert(), "expected"_a.noconvert(), "length"_a, "tolerance"_a,
-          "settings"_a.noconvert());
+          nb::kw_only(), "steps"_a, "length_error"_a, "shift_tolerances"_a, "max_tip_cost"_a);
 }

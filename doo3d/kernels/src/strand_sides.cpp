@@ -6,9 +6,18 @@
 
 namespace {
 
-struct SideLimits {
-    double margin, min_reach, window, rise, max_noise, per_median, low_share;
-};
+constexpr double SIDE_MARGIN_PX = 2.0;  // px by which a side is farther away: a stereo camera's foreground is wider
+// Radius in the view below which depth does not show whether a strand rises: the windows of a stereo camera are wider.
+constexpr double MIN_FLAT_REACH_PX = 2.0;
+// Radii by which the strand is nearer than both sides at least. A cable on a table rises by two, and is seen at 0.65 of its height at
+// worst; a flat mark, or the edge of a step, by none on one side at least.
+constexpr double FLAT_RISE_RADII = 0.4;
+// Samples, each half a radius long, over whose median the rise is taken, and the standard deviation of these medians in radii above
+// which depth does not tell a flat strand from one that rises: a cable on a table rises by 1.3 to 2 radii.
+constexpr Index FLAT_WINDOW_SAMPLES = 16;
+constexpr double MAX_RISE_NOISE_RADII = 1.0;
+// Share of the samples whose contrast may be lower than the one returned.
+constexpr double LOW_CONTRAST_SHARE = 0.2;
 
 double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::min(a, b); }
 
@@ -35,7 +44,6 @@ struct Lateral {
 // The pixels across each sample of a strand, at multiples of its radius there.
 struct Across : Lateral {
     const Vector<double>& reach;
-    SideLimits limits;
 
     Index samples() const { return Index(reach.shape(0)); }
     // Call `visit` with the row-major index of each pixel at some radii to a side of a sample, within the image; with a side of 0
@@ -43,7 +51,7 @@ struct Across : Lateral {
     template <class Visit>
     void for_each(Index sample, const Vector<double>& radii, double side, Visit visit) const {
         for (std::size_t i = 0; i < radii.shape(0); ++i) {
-            const double offset = side == 0 ? reach(sample) * radii(i) : side * (reach(sample) * radii(i) + limits.margin);
+            const double offset = side == 0 ? reach(sample) * radii(i) : side * (reach(sample) * radii(i) + SIDE_MARGIN_PX);
             const Index at = pixel(sample, offset);
             if (side == 0 ? at >= 0 : beside(at)) visit(at);
         }
@@ -64,14 +72,14 @@ double middle_reading(const Across& strand, const Matrix<float>& depth, Index sa
 double flat_share(const Across& strand, const Matrix<float>& depth, const Vector<double>& core, const Vector<double>& sides, double radius) {
     std::vector<double> reach(strand.samples()), rise;
     for (Index i = 0; i < strand.samples(); ++i) reach[i] = strand.reach(i);
-    if (median(reach) < strand.limits.min_reach) return 0.0;
+    if (median(reach) < MIN_FLAT_REACH_PX) return 0.0;
     for (Index i = 0; i < strand.samples(); ++i) {
         const double beside = smaller(middle_reading(strand, depth, i, sides, -1), middle_reading(strand, depth, i, sides, 1));
         const double height = beside - middle_reading(strand, depth, i, core, 0);
         if (std::isfinite(height)) rise.push_back(height);
     }
     if (rise.empty()) return 0.0;
-    const Index count = Index(rise.size()), parts = std::max<Index>(1, count / std::max<Index>(1, Index(strand.limits.window)));
+    const Index count = Index(rise.size()), parts = std::max<Index>(1, count / FLAT_WINDOW_SAMPLES);
     std::vector<double> of_window, away;
     for (Index part = 0, first = 0; part < parts; ++part) {
         const Index last = first + count / parts + (part < count % parts);
@@ -80,11 +88,11 @@ double flat_share(const Across& strand, const Matrix<float>& depth, const Vector
         first = last;
     }
     Index low = 0;
-    for (const double height : of_window) low += height < strand.limits.rise * radius;
+    for (const double height : of_window) low += height < FLAT_RISE_RADII * radius;
     const double share = double(low) / double(parts), middle = median(of_window);
     for (const double height : of_window) away.push_back(std::fabs(height - middle));
-    const double noise = strand.limits.per_median * median(away);
-    return noise < strand.limits.max_noise * radius ? std::max(0.0, 2 * share - 1) : 0.0;
+    const double noise = MAD_TO_DEVIATION * median(away);
+    return noise < MAX_RISE_NOISE_RADII * radius ? std::max(0.0, 2 * share - 1) : 0.0;
 }
 
 struct Color {
@@ -119,21 +127,19 @@ double low_contrast(const Across& strand, const Volume<Byte>& color, const Vecto
         if (std::isfinite(contrast)) contrasts.push_back(contrast);
     }
     if (contrasts.empty()) return INFINITY;
-    const auto low = contrasts.begin() + std::ptrdiff_t(strand.limits.low_share * double(contrasts.size() - 1));
+    const auto low = contrasts.begin() + std::ptrdiff_t(LOW_CONTRAST_SHARE * double(contrasts.size() - 1));
     std::nth_element(contrasts.begin(), low, contrasts.end());
     return *low;
 }
 
 auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vector<double> reach, double radius, Matrix<float> depth,
-                  Volume<Byte> color, Matrix<bool> mask, Vector<double> core, Vector<double> sides, Vector<double> color_sides,
-                  Vector<double> limits) {
+                  Volume<Byte> color, Matrix<bool> mask, Vector<double> core, Vector<double> sides, Vector<double> color_sides) {
     const std::size_t samples = reach.shape(0), height = mask.shape(0), width = mask.shape(1);
     require(depth.shape(0) * depth.shape(1) == 0 || (depth.shape(0) == height && depth.shape(1) == width), "depth and mask differ in size");
     const bool colored = color.shape(0) * color.shape(1) > 0;
     require(!colored || (color.shape(0) == height && color.shape(1) == width && color.shape(2) == CHANNELS), "color is not (H, W, 3)");
-    require(samples > 0 && limits.shape(0) == 7, "there are no samples, or limits are not (7,)");
-    const Across strand{{view, across, mask, samples}, reach,
-                        {limits(0), limits(1), limits(2), limits(3), limits(4), limits(5), limits(6)}};
+    require(samples > 0, "there are no samples");
+    const Across strand{{view, across, mask, samples}, reach};
     count_visits(Index(samples * (core.shape(0) + 2 * sides.shape(0) + 2 * color_sides.shape(0))));
     nb::gil_scoped_release released;
     const double flat = depth.shape(0) * depth.shape(1) > 0 ? flat_share(strand, depth, core, sides, radius) : 0.0;
@@ -159,18 +165,14 @@ void bind_strand_sides(Module& m) {
     //     (H, W) bool; its pixels are no sides.
     // core, sides, color_sides
     //     radii from the axis at which the strand itself is looked at, and the depth and the color of a side.
-    // limits
-    //     (7,) px by which a side is farther away; px of the median reach below which depth tells nothing; samples of a window;
-    //     radii by which a strand rises at least; standard deviation in radii above which depth tells nothing; standard deviations
-    //     per median absolute deviation; share of the samples whose contrast is lower than the one returned.
     //
     // Returns
     // -------
     // flat : by how much more than half of the windows the strand does not rise from both sides, 0 to 1. The rise is the median in a
     //     window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
-    // contrast : difference of the strand's color to the more similar side at the sample below which `limits` has the share of
-    //     samples, in 8-bit CIELAB; infinite without color.
+    // contrast : difference of the strand's color to the more similar side at a sample that few are below, in 8-bit CIELAB;
+    //     infinite without color.
     m.def("strand_sides", &strand_sides, "view"_a.noconvert(), "across"_a.noconvert(), "reach"_a.noconvert(), "radius"_a,
           "depth"_a.noconvert(), "color"_a.noconvert(), "mask"_a.noconvert(), "core"_a.noconvert(), "sides"_a.noconvert(),
-          "color_sides"_a.noconvert(), "limits"_a.noconvert());
+          "color_sides"_a.noconvert());
 }

@@ -31,12 +31,15 @@ struct Image {
     }
 };
 
-struct Limits {
-    double max_rise, window, min_readings, min_ratio, to_deviation;
-};
+// Radii behind a joint up to which a reading beside it counts as the supporting surface. Farther back is another surface.
+constexpr double MAX_RISE_RADII = 8.0;
+// Length of chain over which the rise at an end is measured.
+constexpr double RISE_WINDOW_RADII = 20.0;
+// Least ratio of the rise to the noise of single readings: half the rise, the threshold, is then one standard deviation.
+constexpr double MIN_RISE_NOISE_RATIO = 2.0;
 
 // The rise at an end of a chain, and the noise of single readings.
-void add_rise(const double* behind, Index count, const Limits& limits, std::vector<double>& rises, std::vector<double>& noises) {
+void add_rise(const double* behind, Index count, std::size_t min_readings, std::vector<double>& rises, std::vector<double>& noises) {
     std::vector<double> part;
     count_visits(count);
     for (Index i = 0; i < count; ++i) {
@@ -47,9 +50,9 @@ void add_rise(const double* behind, Index count, const Limits& limits, std::vect
     if (known) {
         rise = median(part);
         for (double& value : part) value = std::fabs(value - rise);
-        noise = limits.to_deviation * median(part);
+        noise = MAD_TO_DEVIATION * median(part);
     }
-    rises.push_back(double(known) >= limits.min_readings && rise > limits.min_ratio * noise ? rise : NONE);
+    rises.push_back(known >= min_readings && rise > MIN_RISE_NOISE_RATIO * noise ? rise : NONE);
     noises.push_back(noise);
 }
 
@@ -61,14 +64,13 @@ std::pair<Index, Index> near_end(const double* joints, Index first, Index last, 
 }
 
 auto surface_beside(Matrix<double> joints, Vector<Index> bounds, Vector<double> camera, double radius, Vector<double> lateral,
-                    Matrix<bool> mask, Matrix<float> depth, Vector<double> limits) {
+                    Matrix<bool> mask, Matrix<float> depth, std::size_t min_readings) {
     const Index count = joints.shape(0), sides = lateral.shape(0);
     check_bounds(bounds, count);
-    require(joints.shape(1) == 3 && camera.shape(0) == 4 && limits.shape(0) == 5, "joints, camera or limits are not (N, 3), (4,), (5,)");
+    require(joints.shape(1) == 3 && camera.shape(0) == 4, "joints or camera are not (N, 3), (4,)");
     require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask differ in size");
     for (std::size_t c = 0; c + 1 < bounds.shape(0); ++c) require(bounds(c + 1) > bounds(c), "a chain has no joints");
     const Image image{mask, depth, camera(0), camera(1), camera(2), camera(3)};
-    const Limits limit{limits(0), limits(1), limits(2), limits(3), limits(4)};
     std::vector<double> seen, behind(count * sides, NONE), rise, noise;
     image.project(joints.data(), count, seen);
     const std::vector<std::uint8_t> open(bounds.shape(0) - 1);
@@ -85,12 +87,12 @@ auto surface_beside(Matrix<double> joints, Vector<Index> bounds, Vector<double> 
             if (pixel < 0 || bytes_of(mask)[pixel]) continue;
             beside.push_back(pixel);
             const double back = depth.data()[pixel] > 0 ? double(depth.data()[pixel]) - z : NONE;
-            if (std::fabs(back) <= limit.max_rise) behind[i * sides + k] = back;
+            if (std::fabs(back) <= MAX_RISE_RADII * radius) behind[i * sides + k] = back;
         }
     }
     for (std::size_t end = 0; end + 2 < 2 * bounds.shape(0); ++end) {
-        const auto [first, last] = near_end(joints.data(), bounds(end / 2), bounds(end / 2 + 1), end % 2 == 1, limit.window);
-        add_rise(behind.data() + first * sides, (last - first) * sides, limit, rise, noise);
+        const auto [first, last] = near_end(joints.data(), bounds(end / 2), bounds(end / 2 + 1), end % 2 == 1, RISE_WINDOW_RADII * radius);
+        add_rise(behind.data() + first * sides, (last - first) * sides, min_readings, rise, noise);
     }
     return std::make_tuple(to_numpy(std::move(on)), to_numpy(std::move(beside)), to_numpy(std::move(rise)), to_numpy(std::move(noise)));
 }
@@ -146,9 +148,8 @@ void bind_surface_beside(Module& m) {
     //     (S,) float64 radii, offsets across the chain in the image at which the surface is read
     // mask, depth
     //     (H, W) bool, the object, and (H, W) float32 m, 0 = no reading
-    // limits
-    //     (5,) float64: m behind a joint up to which a reading counts; m of chain near an end; readings at least; the ratio of the
-    //     rise to its noise that is exceeded; standard deviations per median absolute deviation
+    // min_readings
+    //     readings beside an end from which a rise and its noise are measured at least
     //
     // Returns
     // -------
@@ -157,7 +158,7 @@ void bind_surface_beside(Module& m) {
     // rise : (2 C,) float64 m, at the first and the last joint of each chain; NaN where it is not told from zero
     // noise : (2 C,) float64 m, the standard deviation of single readings there; NaN without any
     m.def("surface_beside", &surface_beside, "joints"_a.noconvert(), "bounds"_a.noconvert(), "camera"_a.noconvert(), "radius"_a,
-          "lateral"_a.noconvert(), "mask"_a.noconvert(), "depth"_a.noconvert(), "limits"_a.noconvert());
+          "lateral"_a.noconvert(), "mask"_a.noconvert(), "depth"_a.noconvert(), "min_readings"_a);
     // Return the log-odds, by depth, that readings are of the surface beside an object, and not of the object at positions.
     //
     // They are the distance by which the reading is farther than the position and half the rise at the nearest end, in standard

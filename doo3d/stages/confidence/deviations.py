@@ -28,8 +28,8 @@ docs/fit_deviations.py, so that 90 % of the errors of right chains are within 1.
 CLOUD_WEIGHTS = {"pitch": (0.477, 1.75), "bulge": (1.3, 0.15), "roughness": (0.24, 0.215), "hidden": (0.128, 0.0)}
 """The same for a cloud, whose pitch is the spacing of its points; fitted by the same script to the points of the frames."""
 
-MAX_RESIDUAL_RADII, MAX_OFFSET_RADII = 3.0, 1.0
-"""Radii of a segment's residual, and of the offset of its readings, that count at most, and where they are unknown."""
+MAX_RESIDUAL_RADII = 3.0
+"""Radii of a segment's residual that count at most, and where it is unknown."""
 
 IN_FRAME, IN_CLOUD = (
     np.array([weights.get(term, (0.0, 0.0)) for term in FRAME_WEIGHTS]) for weights in (FRAME_WEIGHTS, CLOUD_WEIGHTS)
@@ -71,8 +71,11 @@ def deviations_of(
         share,
         residual,
         offset,
-        np.array((spacing, 0.0 if camera is None else 1 / camera.fx, noise, MAX_RESIDUAL_RADII, MAX_OFFSET_RADII)),
         weights,
+        pitch=spacing,
+        pitch_per_m=0.0 if camera is None else 1 / camera.fx,
+        noise=noise,
+        max_residual=MAX_RESIDUAL_RADII,
     )
     if camera is None and foreground.viewpoint is None:
         deviations[:] = deviations.max(axis=1, keepdims=True)

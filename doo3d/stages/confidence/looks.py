@@ -15,7 +15,6 @@ import cv2
 import numpy as np
 from scipy.special import logit
 
-from ...geometry.noise import MAD_TO_DEVIATION
 from ...geometry.polyline import unit
 from ...geometry.radii import CORE_OFFSETS
 from ...kernels import percentiles, strand_sides
@@ -28,38 +27,17 @@ UNEVEN_PERCENTILES, MAX_UNEVEN = np.array((15.0, 50.0, 85.0)), 0.5
 """Percentiles of the radii along a chain: the difference of the outer two over the median tells how uneven it is. And the most
 that counts."""
 
-SIDE_RADII, SIDE_MARGIN_PX = np.array((1.6, 2.2, 2.8, 3.4)), 2.0
-"""Radii to the side at which the depth beside the strand is taken, the color at the first two, and px more, since a stereo
-camera's foreground is wider."""
+SIDE_RADII = np.array((1.6, 2.2, 2.8, 3.4))
+"""Radii to the side at which the depth beside the strand is taken, the color at the first two."""
 
-FLAT_RISE_RADII = 0.4
-"""Radii by which the strand is nearer than both sides at least. A cable on a table rises by two, and is seen at 0.65 of its
-height at worst; a flat mark, or the edge of a step, by none on one side at least."""
-
-FLAT_WINDOW_SAMPLES, MAX_RISE_NOISE_RADII = 16, 1.0
-"""Samples, each half a radius long, over whose median the rise is taken, and the standard deviation of these medians in radii
-above which depth does not tell a flat strand from one that rises: a cable on a table rises by 1.3 to 2 radii."""
-
-MIN_FLAT_REACH_PX = 2.0
-"""Radius in the view, px, below which depth does not show whether a strand rises: the windows of a stereo camera are wider."""
-
-CLEAR_CONTRAST, MIN_CONTRAST, LOW_CONTRAST_SHARE = 40.0, 2.0, 0.2
-"""Difference in 8-bit CIELAB between a strand and its more similar side from which on it stands out clearly, the least that
-counts, and the share of the samples whose contrast may be lower: half of the right chains in photographs have about as much, half
-of the clutter a third of it."""
+CLEAR_CONTRAST, MIN_CONTRAST = 40.0, 2.0
+"""Difference in 8-bit CIELAB between a strand and its more similar side from which on it stands out clearly, and the least that
+counts: half of the right chains in photographs have about as much, half of the clutter a third of it."""
 
 SURE_ODDS, DOUBTFUL_ODDS, CLEAR_ODDS = logit((0.95, 0.5, 0.995)).tolist()
 """Logarithms of the odds of pixels. Of the mean over an axis: above which a network is sure, and below which it cannot doubt
 more, so that a network alone leaves out no strand that has nothing else against it. Of one pixel: beyond which more says nothing.
 Chosen on rendered scenes without a cable and on photographs."""
-
-SIDE_LIMITS = np.array(
-    (
-        *(SIDE_MARGIN_PX, MIN_FLAT_REACH_PX, FLAT_WINDOW_SAMPLES, FLAT_RISE_RADII),
-        *(MAX_RISE_NOISE_RADII, MAD_TO_DEVIATION, LOW_CONTRAST_SHARE),
-    )
-)
-"""The numbers above in the order in which the kernel takes them."""
 
 
 class Looks(NamedTuple):
@@ -122,7 +100,6 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
         CORE_OFFSETS,
         SIDE_RADII,
         SIDE_RADII[:2],
-        SIDE_LIMITS,
     )
     faint = math.log(CLEAR_CONTRAST / min(max(contrast, MIN_CONTRAST), CLEAR_CONTRAST))
     doubted = 0.0 if foreground.probability is None else _doubted(view, foreground.probability)

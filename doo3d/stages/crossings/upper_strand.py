@@ -25,33 +25,11 @@ OVERLAP_MARGIN = 1.2
 MIN_ANGLE = 0.3
 """rad; strands that cross at less are taken to cross at this, or their overlap would have no end."""
 
-MIN_MEASURED = 4
-"""Samples on both sides of a crossing together that must have been measured, to extrapolate a strand's surface."""
-
-DEPTH_DEVIATION = 0.5
-"""Thicknesses; standard deviation of a difference in depth. Strands that touch are 1 apart."""
-
-SURFACE_WEIGHT = 0.75
-"""Weight of the measured surfaces beside that of the chains: the chain of the lower strand is filled in at the crossing."""
-
-MAX_DEPTH_DIFFERENCE = 1.5
-"""Thicknesses up to which a difference in depth counts."""
-
 NEAREST_POINTS = 8
 """Points of a cloud of which the nearest to the sensor is taken for the surface."""
 
 PROFILE_OFFSETS = np.linspace(-0.75, 0.75, 7)
 """Lateral offsets, in half-widths, of the colors across a strand."""
-
-INDEPENDENT_COLORS = 6.0
-"""Number of independent colors in a profile: its offsets are closer than the blur of a camera, and its channels vary together."""
-
-MAX_LOG_RATIO, MIN_LOG_RATIO = 2.0, 0.35
-"""Logarithms of a ratio of squared errors: beyond the first, more says nothing; the second comes from light and texture."""
-
-DEPTH_SETTINGS = np.array((DEVIATIONS, MIN_MEASURED, DEPTH_DEVIATION, SURFACE_WEIGHT, MAX_DEPTH_DIFFERENCE))
-COLOR_SETTINGS = np.array((MIN_MEASURED / 2, COLOR_NOISE, INDEPENDENT_COLORS, MIN_LOG_RATIO, MAX_LOG_RATIO))
-"""The numbers above in the order in which the kernels take them."""
 
 
 def upper_strand_log_odds(
@@ -99,12 +77,12 @@ def depth_log_odds(strands: CrossingStrands, half_width: Floats, foreground: For
     else:
         positions = strands.positions(CORE_OFFSETS).reshape(-1, 2)
         surface = _nearest_in_cloud(positions, foreground.points, view, 0.5 * float(half_width.max()))
-    return strands.depth_log_odds(surface, DEPTH_SETTINGS)
+    return strands.depth_log_odds(surface, DEVIATIONS)
 
 
 def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
     """Return the log odds (C,) that the first strand of each crossing is upper, by the colors (H, W, 3) uint8 in the overlap."""
-    return strands.color_log_odds(np.ascontiguousarray(image), PROFILE_OFFSETS, COLOR_SETTINGS)
+    return strands.color_log_odds(np.ascontiguousarray(image), PROFILE_OFFSETS, COLOR_NOISE)
 
 
 def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach: float) -> Floats:

@@ -27,7 +27,7 @@ from .cross_sections import (
     section_axes,
     thinned,
 )
-from .multiview import MIN_SCALE, PROJECTION_STEP, mask_sample, measure_in_view, median_radius
+from .multiview import mask_sample, measure_in_view, median_radius
 from .samples import Samples
 
 SMOOTHING_RADII = 1.2
@@ -163,6 +163,10 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
     """
     curves, camera, plane = samples.curves, foreground.camera, foreground.plane
     depth = np.zeros((0, 0)) if foreground.depth is None else foreground.depth
+    reach = {"touching_radii": TOUCHING_RADII, "own_radii": OWN_RADII, "sunk_radii": MAX_SUNK_RADII, "central_part": CENTRAL_PART}
+    smoothing = {"smoothing_radii": SMOOTHING_RADII, "max_strength": MAX_STRENGTH, "ring_overlap": RING_OVERLAP}
+    weights = {"path_weight": PATH_WEIGHT, "depth_weight": DEPTH_WEIGHT, "gap_weight": GAP_WEIGHT, "least_weight": LEAST_WEIGHT}
+    noise = {"radius_tolerance": RADIUS_TOLERANCE, "noise_radii": NOISE_RADII, "deviations": DEVIATIONS}
     positions, radius, radii = kernels.axes_in_mask(
         curves.points,
         curves.bounds,
@@ -177,22 +181,13 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         np.ascontiguousarray(mask) if depth.size else np.zeros((0, 0), dtype=bool),
         np.zeros(0) if plane is None or not depth.size else np.append(plane.normal, plane.height),
         BESIDE_PX,
-        numbers_in_mask(),
         iterations,
+        **reach,
+        **smoothing,
+        **weights,
+        **noise,
     )
     return replace(samples, curves=curves.with_points(positions), radius=radius, radii=radii)
-
-
-def numbers_in_mask() -> Floats:
-    """Return the numbers of this module as `kernels.axes_in_mask` takes them."""
-    return np.array(
-        (
-            *(TOUCHING_RADII, GAP_WEIGHT, RADIUS_TOLERANCE, PATH_WEIGHT),
-            *(SMOOTHING_RADII, MAX_STRENGTH, LEAST_WEIGHT, DEPTH_WEIGHT),
-            *(NOISE_RADII, CENTRAL_PART, DEVIATIONS * MAD_TO_DEVIATION, MAD_TO_DEVIATION, PROJECTION_STEP, MIN_SCALE),
-            *(OWN_RADII, MAX_SUNK_RADII, RING_OVERLAP),
-        )
-    )
 
 
 def _depth(samples: Samples, middle: Floats, axes: SectionAxes, points: Floats) -> tuple[Floats, Floats]:

@@ -16,12 +16,6 @@ from ...types import Camera, CameraView, Floats, Ints
 from .cross_sections import SectionAxes, section_axes
 from .samples import Samples
 
-PROJECTION_STEP = 1e-4
-"""m; step along an axis whose projection tells its direction and scale in the image."""
-
-MIN_SCALE = 1e-6
-"""px per m; a lateral axis along the ray has no scale in the image."""
-
 
 def mask_sample(facts: FrameFacts) -> tuple[Floats, float]:
     """Return about SURFACE_SAMPLES (20,000) pixels of a mask, evenly distributed, and how many pixels each stands for.
@@ -64,9 +58,9 @@ def measure_silhouette(
     (S,) m, from each sample to the middle of the mask, positive along the lateral axis, and (S,) m, half the width; both 0 if no
     mask is near the sample.
     """
-    intrinsics, limits = np.array((camera.fx, camera.fy, camera.cx, camera.cy)), (PROJECTION_STEP, MIN_SCALE)
+    intrinsics = np.array((camera.fx, camera.fy, camera.cx, camera.cy))
     sample = mask_sample(facts)
-    return kernels.silhouette(positions, axes.tangent, axes.lateral, path, *sample, intrinsics, reach, window_half, *limits)
+    return kernels.silhouette(positions, axes.tangent, axes.lateral, path, *sample, intrinsics, reach, window_half)
 
 
 @dataclass(frozen=True)

@@ -31,44 +31,21 @@ WINDOW_WIDTHS, MIN_WINDOW_PX = 2.2, 13
 STEP_PX = 2.0
 """px between the samples of a traced strand."""
 
-TURNS = np.radians((-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0))
-"""Turns per step that are tried: a strand bends with a radius of 16 px at least."""
+COLOR_SCALE, MAX_COLOR_COST, COLOR_COST = 8.0, 6.0, 0.5
+"""A color so far from the strand's, in CIELAB, costs COLOR_COST, and its square up to MAX_COLOR_COST times that."""
 
-SHIFTS_PX = np.array((-1.0, 0.0, 1.0))
-"""px sideways that are tried at each step."""
-
-SHIFT_COST, TURN_CHANGE_COST = 0.15, 0.6
-"""Cost of a px sideways, and of a change of the turn by the largest turn, in units of the score."""
-
-COLOR_SCALE, MAX_COLOR_COST, COLOR_COST, COLOR_MEMORY = 8.0, 6.0, 0.5, 0.93
-"""A color so far from the strand's, in CIELAB, costs COLOR_COST, and its square up to MAX_COLOR_COST times that; the strand's
-color is a running mean with that memory."""
-
-MAX_SCORE, MIN_SCORE, SEED_SCORE = 3.0, 0.9, 1.7
-"""Logarithms of the ratio of variances: beyond which more says nothing, below which no strand is seen, above which the mean over
-MIN_WINDOW_PX on either side lets a strand begin."""
+MAX_SCORE, SEED_SCORE = 3.0, 1.7
+"""Logarithms of the ratio of variances: beyond which more says nothing, above which the mean over MIN_WINDOW_PX on either side
+lets a strand begin."""
 
 BORDER_PX = round(float(WIDTHS_PX[0]))
 """px from the image border within which no strand begins, since the pixels beyond are made up: the width of the narrowest."""
 
-MAX_GAP_WIDTHS, MAX_GAP_PX = 4.0, 8.0
-"""Widths plus px that a strand is carried on unseen, below another one or in a highlight."""
-
 SAME_TURN = np.radians(25.0)
 """Angle below which a strand that meets an earlier one follows it, and ends; a crossing is steeper."""
 
-MAX_SHARED_SAMPLES, MIN_SAMPLES, MAX_SAMPLES, MAX_STRANDS = 8, 15, 2000, 120
-"""Samples on an earlier strand after which one ends; samples of a strand at least and at most; strands traced at most."""
-
-
-FOLLOWING = np.array(
-    (
-        *(STEP_PX, SHIFT_COST, TURN_CHANGE_COST, COLOR_SCALE, MAX_COLOR_COST, COLOR_COST, COLOR_MEMORY),
-        *(MAX_SCORE, MIN_SCORE, MAX_GAP_WIDTHS, MAX_GAP_PX, SAME_TURN, MAX_SHARED_SAMPLES, MAX_SAMPLES),
-    ),
-    dtype=float,
-)
-"""The numbers above in the order in which the kernel that follows a strand takes them."""
+MIN_SAMPLES, MAX_STRANDS = 15, 120
+"""Samples of a strand at least; strands traced at most."""
 
 
 class TracedStrand(NamedTuple):
@@ -136,6 +113,8 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
     """
     shape = ribbons.color.shape[:2]
     taken, angles = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
+    costs = {"color_scale": COLOR_SCALE, "max_color_cost": MAX_COLOR_COST, "color_cost": COLOR_COST}
+    limits = {"step": STEP_PX, "max_score": MAX_SCORE, "same_turn": SAME_TURN}
     strands = list[TracedStrand]()
     tries = 0
     for row, column, angle in zip(*_seeds(ribbons), strict=True):
@@ -145,7 +124,7 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
         if tries > MAX_STRANDS:
             break
         ahead, back = (
-            follow_ribbon(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX, TURNS, SHIFTS_PX, FOLLOWING)
+            follow_ribbon(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX, **costs, **limits)
             for turn in (0.0, np.pi)
         )
         best = round(angle / np.pi * DIRECTIONS), row, column

@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter1d
 
 from ...evidence.support import BESIDE_PX
 from ...facts.frame_facts import FrameFacts
-from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, NOISE_RADII
+from ...geometry.noise import DEVIATIONS, NOISE_RADII
 from ...kernels import nearest, smooth_depth_beside, smooth_strand_depth, upper_of_groups
 from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
@@ -28,9 +28,6 @@ FIRST_REACH_PX = 3.0
 MIN_BRANCH_PX = 12
 """Pixels with readings of a branch at least; shorter ones do not tell what is smooth."""
 
-MEDIAN_RADII = 12.0
-"""Radii on either side over which the first estimate is a median: longer than the stretches in which depth is torn."""
-
 SLOPE_SHARE = 0.5
 """Share of a step that a neighboring step in the same direction may have, if the step is a jump and not part of a slope."""
 
@@ -41,18 +38,12 @@ sound depth has less, also along coils that bend away from the camera; torn dept
 MAX_WAVES_RADII = 0.35
 """Radii; depth whose waves are smaller is left as it is."""
 
-TORN_RADII, MAX_TORN_SHARE = 2.5, 0.05
-"""Radii behind the strand from which on a reading is of something else, and their share up to which depth is left alone."""
+MAX_TORN_SHARE = 0.05
+"""Share of readings of something else behind the strand up to which depth is left alone."""
 
 MAX_IN_FRONT_SHARE = 0.1
 """Share of readings as far in front of the curve from which on the curve is not believed, but that of the runs of readings: what
 is torn lies behind."""
-
-SMOOTHINGS = 4
-"""Times the curve is smoothed, each time without what the last curve says are outliers."""
-
-FIRST_WEIGHT = 1e-3
-"""Weight of the first estimate beside 1 of a reading: where there are none."""
 
 SURFACE_SMOOTHING_PX = 60.0
 """px along a strand over which the surface beside it is smoothed."""
@@ -60,11 +51,9 @@ SURFACE_SMOOTHING_PX = 60.0
 SEEN_HEIGHT_RADII = 1.6
 """Radii above a surface at which a stereo camera sees the top of a strand that lies on it: less than 2, since it flattens."""
 
-MAX_SLOPE, BEHIND_COST, UNUSUAL_COST, STRETCH_COST = 8.0, 0.3, 0.8, 5.0
+MAX_SLOPE = 8.0
 """Slope, m along the line of sight per m across it, from which on a step between readings is a jump: strands that point at the
-camera have 5. Costs of a reading of what lies behind a strand, of another one off the strand, and of a stretch of either, beside
-the square of the slope at which the strand goes on beyond them. Of nine moving cables before stereo cameras 48 % of the frames
-are right, and 43 % without the runs of readings."""
+camera have 5. Of nine moving cables before stereo cameras 48 % of the frames are right, and 43 % without the runs of readings."""
 
 
 def filter_along_strands(
@@ -129,10 +118,9 @@ def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, fr
     smooth = np.zeros(len(line))
     measured = np.concatenate(([0], np.cumsum(count > 0)))
     reach = np.full(len(line), radius * frame.camera.fx / np.median(given))
-    numbers = SURFACE_SMOOTHING_PX**4, MAD_TO_DEVIATION, SMOOTHINGS
     for k in np.flatnonzero(np.diff(measured[bounds]) >= MIN_BRANCH_PX).tolist():  # of noise most branches are short
         part = slice(int(bounds[k]), int(bounds[k + 1]))
-        surface = smooth_depth_beside(line[part], reach[part], BESIDE_PX, facts.mask, frame.depth, *numbers)
+        surface = smooth_depth_beside(line[part], reach[part], BESIDE_PX, facts.mask, frame.depth, SURFACE_SMOOTHING_PX**4)
         depth, waves = _smooth(value[part], count[part] > 0, 1 / surface, radius, frame.camera.fx, smoothing)
         lies = waves > MAX_WAVES_RADII * radius and len(surface)
         smooth[part] = _drawn_to_surface(depth, waves, surface, radius) if lies else depth
@@ -178,11 +166,8 @@ def _smooth(value: Floats, known: Bools, surface: Floats, radius: float, focal: 
     value : (S,) 1/m, inverse depth where known (S,). surface : (S,) 1/m, that of what is seen beside the branch; (0,) if that
     is not known.
     """
-    numbers = (
-        *(MEDIAN_RADII, DEVIATIONS, TORN_RADII, smoothing, NOISE_RADII, FIRST_WEIGHT, MAD_TO_DEVIATION),
-        *(MAX_IN_FRONT_SHARE, MAX_SLOPE, BEHIND_COST, UNUSUAL_COST, STRETCH_COST),
-    )
-    depth, waves, in_front, torn = smooth_strand_depth(value, known, surface, radius, focal, np.array(numbers), SMOOTHINGS)
+    limits = {"deviations": DEVIATIONS, "noise_radii": NOISE_RADII, "max_in_front": MAX_IN_FRONT_SHARE, "max_slope": MAX_SLOPE}
+    depth, waves, in_front, torn = smooth_strand_depth(value, known, surface, radius, focal, smoothing, **limits)
     is_sound = waves <= MAX_WAVES_RADII * radius and torn <= MAX_TORN_SHARE
     return (np.zeros(len(value)), 0.0) if is_sound or in_front > MAX_IN_FRONT_SHARE else (depth, waves)
 

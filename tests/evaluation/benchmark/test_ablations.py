@@ -93,10 +93,10 @@ def test_without_what_is_beside_a_strand_its_depth_is_as_where_that_is_not_known
     depth = np.repeat(1.65 + np.random.default_rng(0).normal(scale=0.08, size=50), 10)
     for first, length in ((40, 14), (120, 14), (235, 14), (320, 40), (460, 14)):
         depth[first : first + length] = strand[first : first + length]
-    numbers = np.array([12, 3, 2.5, 1.7, 0.15, 1e-3, 1.4826, 0.1, 8, 0.3, 0.8, 5])
+    limits = {"deviations": 3, "noise_radii": 0.15, "max_in_front": 0.1, "max_slope": 8}
 
     def smooth(surface):
-        return strand_filter.smooth_strand_depth(1 / depth, np.ones(500, bool), surface, 0.004, 600.0, numbers, 4)[0]
+        return strand_filter.smooth_strand_depth(1 / depth, np.ones(500, bool), surface, 0.004, 600.0, 1.7, **limits)[0]
 
     beside = np.full(500, 1 / 1.65)
     unknown = smooth(np.zeros(0))
