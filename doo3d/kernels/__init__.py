@@ -2,7 +2,6 @@
 
 from ._loading import load_native
 
-_native = load_native()
-__doc__ = _native.__doc__
-__all__ = sorted(name for name in vars(_native) if not name.startswith("_"))
-globals().update({name: getattr(_native, name) for name in __all__})
+load_native()
+
+from ._native import *  # noqa: E402, F403

@@ -136,7 +136,7 @@ def _counted_kernels() -> Iterator[list[int]]:
 
         return call
 
-    natives = {name: getattr(kernels, name) for name in kernels.__all__}
+    natives = {name: kernel for name, kernel in vars(kernels._native).items() if not name.startswith("_")}
     functions = [native for native in natives.values() if not isinstance(native, type)]
     wrappers = {id(kernel): counted(kernel) for kernel in functions}
     places: list[tuple[Any, str, Any]] = [

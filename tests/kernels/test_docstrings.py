@@ -1,4 +1,4 @@
-"""The comments above the bindings of the kernels are their docstrings, and the stub is made of the built module."""
+"""The comments above the bindings of the kernels are their docstrings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from builders.paths import ROOT
 from doo3d import kernels
 
 SHAPE = re.compile(r"\([A-Z1-9][\w ,+*/.]*,[^)]*\)")
-KERNELS = {name: getattr(kernels, name) for name in kernels.__all__}
+KERNELS = {name: kernel for name, kernel in vars(kernels._native).items() if not name.startswith("_")}
 MEMBERS = {
     f"{name}.{member}": vars(kernel)[member]
     for name, kernel in KERNELS.items()
@@ -33,14 +33,9 @@ def tool(name: str) -> ModuleType:
     return module
 
 
-def test_the_stub_is_made_of_the_built_module():
-    stub = tool("stub")
-    assert stub.STUB.read_text(encoding="utf-8") == stub.stub_of(kernels._native), "cmake --build build --target stub makes it"
-
-
 def test_the_docstrings_are_the_comments_above_the_bindings():
     comments = tool("docstrings").read_docstrings(ROOT / "doo3d" / "kernels" / "src")
-    assert comments.pop("") == kernels.__doc__
+    assert comments.pop("") == kernels._native.__doc__
     assert set(comments) == set(DOCUMENTED)
     for name, comment in comments.items():
         assert DOCUMENTED[name].__doc__.endswith(comment), name
@@ -49,7 +44,7 @@ def test_the_docstrings_are_the_comments_above_the_bindings():
 def test_the_letters_of_shapes_are_defined_once():
     sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "doo3d" / "kernels" / "src").iterdir())
     assert sources.count("P points of a polyline,") == 1
-    assert "P points of a polyline," in kernels.__doc__
+    assert "P points of a polyline," in kernels._native.__doc__
 
 
 @pytest.mark.parametrize("name", DOCUMENTED)

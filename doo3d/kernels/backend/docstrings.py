@@ -1,14 +1,16 @@
-"""Makes a C++ table of docstrings from the comments above the bindings of the kernels.
+"""Makes a C++ table of docstrings from the comments above the bindings of the kernels, and the digest of their sources.
 
     python docstrings.py TABLE.cpp
 
 The docstring of a function, a class, a method or a property is the comment immediately above its binding: `m.def("name", ...)`,
 `Class<...>(m, "Name")`, or `.def...("name", ...)` of a class. That of the module is the comment above `NB_MODULE` and the one at
-the head of `arrays.h`, which defines the letters of shapes. `documented.h` passes them to nanobind.
+the head of `arrays.h`, which defines the letters of shapes. `documented.h` passes them to nanobind. By the digest
+`_loading.py` tells whether the built module is that of the sources.
 """
 
 import re
 import sys
+from hashlib import sha256
 from pathlib import Path
 
 SOURCES = Path(__file__).resolve().parents[1] / "src"
@@ -16,6 +18,8 @@ BINDING = re.compile(r'\s*(?:NB_MODULE\(|m\.def\("(?P<name>\w+)"|Class<\w+>\(m, 
 TABLE = """// Made by docstrings.py of the comments in the sources.
 #include <string>
 #include <unordered_map>
+
+const char* sources_digest() {{ return "{digest}"; }}
 
 const char* docstring(const std::string& name) {{
     static const std::unordered_map<std::string, const char*> docstrings{{
@@ -70,4 +74,5 @@ def literal(text: str) -> str:
 
 if __name__ == "__main__":
     rows = "\n".join(f'        {{"{name}",\n         {literal(text)}}},' for name, text in read_docstrings().items())
-    Path(sys.argv[1]).write_text(TABLE.format(rows=rows), encoding="utf-8")
+    digest = sha256(b"".join(path.read_bytes() for path in sorted(SOURCES.glob("*.*")))).hexdigest()
+    Path(sys.argv[1]).write_text(TABLE.format(digest=digest, rows=rows), encoding="utf-8")

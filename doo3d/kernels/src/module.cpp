@@ -1,5 +1,8 @@
 #include "arrays.h"
 
+// Return the digest of the sources of all kernels: `backend/docstrings.py` makes it.
+const char* sources_digest();
+
 void bind_appearance(Module&);
 void bind_axes_in_mask(Module&);
 void bind_cloud_facts(Module&);
@@ -62,6 +65,7 @@ void bind_zhang_suen(Module&);
 // Hot loops on plain arrays, native. Every function is checked in a test against a slow plain reference.
 NB_MODULE(_native, native) {
     Module m(native);
+    m.attr("__sources__") = sources_digest();
     bind_appearance(m);
     bind_axes_in_mask(m);
     bind_cloud_facts(m);
