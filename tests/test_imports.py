@@ -39,7 +39,7 @@ INPUTS = "inputs"  # stands beside the method: whoever reads frames may import i
 INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config", "plausibility"}
 # imported by name, upwards, once asked for: results draw themselves in a prompt and in a notebook
 UPWARDS_BY_NAME = {("types.display", "viz.figure"), ("types.display", "viz.notebook")}
-HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "scipy", "pydantic", "rich.progress", "dask"]
+HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "rustworkx", "scipy", "pydantic", "rich.progress", "dask"]
 
 
 def modules() -> dict[str, Path]:

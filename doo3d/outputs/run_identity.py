@@ -20,7 +20,7 @@ from . import CONFIG, MANIFEST
 from .atomic import PREFIX
 
 SCHEMA = "doo3d/manifest/1"
-PACKAGES = ("numpy", "scipy", "opencv-python-headless", "trimesh", "python-fcl", "open3d", "open3d-cpu")
+PACKAGES = ("numpy", "scipy", "opencv-python-headless", "trimesh", "python-fcl", "rustworkx", "open3d", "open3d-cpu")
 """Packages whose versions the manifest records: results may depend on them."""
 
 _MAX_NAMES = 4  # of changed settings in a note

@@ -8,10 +8,10 @@ from typing import TypeAlias
 import numpy as np
 
 from ...config import MergeConfig
-from ...kernels import match_by_blossoms
 from ...types import Bools, Floats, Ints
 from .candidates import FORCED_COST_FACTOR, End, Link
 from .greedy import ChainGroups, CheapestFirst, GapCosts, greedy, with_gap
+from .matching import find_rings, heaviest_matching
 
 StraightGaps: TypeAlias = "Callable[[Floats], Floats] | None"
 """Function from costs (E, E) without gap paths to costs with straight gaps; or None."""
@@ -68,42 +68,34 @@ def _global(cost: Floats, gap_costs: GapCosts, config: MergeConfig, with_straigh
     """Choose the connections with the largest total of (max_cost - cost): a maximum-weight matching of the ends.
 
     Only the gap paths of pairs that a matching chose are made, and the matching then made again: as they only add to a cost,
-    nothing better is missed. After MAX_GAP_PATHS of them all other gaps are taken as straight. A matching that closes a ring is
-    made again without the costliest of the ring's connections, unless rings are allowed. If a number of chains is wanted and
+    nothing better is missed. After MAX_GAP_PATHS of them all other gaps are taken as straight. A matching that closes rings is
+    made again without the costliest connection of each, unless rings are allowed. If a number of chains is wanted and
     fewer are left, the costliest connections are undone.
     """
-    total = np.minimum(cost, cost.T)
+    total = cost.copy()
     limit = config.max_cost if np.isfinite(config.max_cost) else 2 * float(total[np.isfinite(total)].max(initial=0.0)) + 1
     complete = np.zeros(total.shape, dtype=bool)
-    matched: Ints = np.zeros(0, dtype=np.int64)
-    all_complete = False
-
-    def lowered(partner: Ints) -> tuple[Ints, Floats]:
-        nonlocal all_complete, matched
-        matched = partner
-        first = np.flatnonzero(np.arange(len(partner)) < partner)
-        changed = np.column_stack((first, partner[first]))
-        changed = changed[:0] if all_complete else changed[~complete[changed[:, 0], changed[:, 1]]]
-        if len(changed) and with_straight_gaps is not None and np.count_nonzero(complete) + len(changed) > MAX_GAP_PATHS:
-            all_complete = True
-            rows = _take_straight_gaps(total, cost, with_straight_gaps(cost), complete)
-            return rows, np.maximum(limit - total[rows[:, 0], rows[:, 1]], 0.0)
-        complete[changed[:, 0], changed[:, 1]] = True
-        if not _add_gap_costs(total, changed, gap_costs):
-            ring = None if config.allow_closed_chains else find_ring(partner.tolist())
-            if ring is None:
-                return np.zeros((0, 2), dtype=np.int64), np.zeros(0)
-            a, b = max(ring, key=lambda rows: float(total[rows]))
-            total[a, b] = total[b, a] = np.inf
-            changed = np.array([(a, b)])
-        return changed, np.maximum(limit - total[changed[:, 0], changed[:, 1]], 0.0)
-
-    match_by_blossoms(np.maximum(limit - total, 0.0), lowered)
-    links = sorted(Link(float(total[a, b]), _end(a), _end(b)) for a, b in enumerate(matched.tolist()) if a < b)
+    while True:
+        pairs = heaviest_matching(limit - total)
+        missing = [pair for pair in pairs if not complete[pair]]
+        if missing and with_straight_gaps is not None and np.count_nonzero(complete) + len(missing) > MAX_GAP_PATHS:
+            others = np.isfinite(total) & ~complete
+            total[others] += with_straight_gaps(cost)[others] - cost[others]
+            complete[:] = True
+            continue
+        added = gap_costs([(_end(a), _end(b)) for a, b in missing])
+        for pair, gap_cost in zip(missing, added, strict=True):
+            complete[pair] = True
+            total[pair] += gap_cost
+        rings = [] if config.allow_closed_chains or any(added) else find_rings(pairs)
+        for ring in rings:
+            total[max(ring, key=lambda pair: float(total[pair]))] = np.inf
+        if not (any(added) or rings):
+            break
+    links = sorted(Link(float(total[a, b]), _end(a), _end(b)) for a, b in pairs)
     if config.chains is None:
         return links
-    rings = 0 if find_ring(matched.tolist()) is None else 1
-    surplus = len(links) - rings - (len(cost) // 2 - config.chains)
+    surplus = len(links) - len(find_rings(pairs)) - (len(cost) // 2 - config.chains)
     return links[: len(links) - max(0, surplus)]
 
 
@@ -176,46 +168,3 @@ def _cheapest(candidates: Iterable[Link], gap_costs: GapCosts, limit: float) -> 
         if complete.cost < limit and (best is None or complete < best):
             best = complete
     return best
-
-
-def find_ring(partner: Sequence[int]) -> list[tuple[int, int]] | None:
-    """Return the connections that together close a ring of chains (the first ring found); None if there is no ring.
-
-    Parameters
-    ----------
-    partner
-        row of the end that each of E ends is connected to, the lower of both rows first in a connection; -1 for none.
-    """
-    visited = [False] * len(partner)
-    for start, other in enumerate(partner):
-        if other < start or visited[start]:
-            continue
-        end = start
-        while partner[end] >= 0 and not visited[end]:
-            visited[end] = True
-            end = partner[end] ^ 1  # the other end of the same chain
-        if end != start:
-            continue
-        ring = [(start, other)]
-        while (end := partner[end] ^ 1) != start:
-            ring.append((min(end, partner[end]), max(end, partner[end])))
-        return ring
-    return None
-
-
-def _take_straight_gaps(total: Floats, cost: Floats, straight: Floats, complete: Bools) -> Ints:
-    """Add to `total` (E, E) what a straight gap adds to the cost of each pair without a gap path; return these pairs, (K, 2)."""
-    rows = np.argwhere(np.isfinite(cost) & np.isfinite(total) & ~complete)
-    first, second = rows.T
-    total[first, second] += straight[first, second] - cost[first, second]
-    total[second, first] = total[first, second]
-    return rows
-
-
-def _add_gap_costs(total: Floats, rows: Ints, gap_costs: GapCosts) -> bool:
-    """Add the costs of the gap paths of pairs (K, 2), the lower row first, to `total` (E, E); tell whether any is above zero."""
-    added = gap_costs([(_end(a), _end(b)) for a, b in rows.tolist()])
-    first, second = rows.T
-    total[first, second] += added
-    total[second, first] = total[first, second]
-    return any(added)
