@@ -20,9 +20,6 @@ MIN_RISE_READINGS = 6
 BESIDE_PX = np.linspace(4.0, 14.0, 6)
 """px beyond a strand's sides at which the surface beside it is read: a stereo camera shows the strand 6 to 8 px too wide."""
 
-NEAR_ENDS = 0.1
-"""m within which the nearest end is found quickly: gaps are wider by little."""
-
 
 @dataclass(frozen=True)
 class Support:
@@ -99,7 +96,7 @@ class Support:
         if self.plane is not None:
             camera, plane = _intrinsics(self.plane[1]), np.array((*self.plane[0].normal, self.plane[0].height, self.plane[2]))
         rises = self.ends, self.rise, self.rise_noise
-        by_depth = surface_log_odds(points, pixels, readings, noise, *rises, NEAR_ENDS, camera, plane)
+        by_depth = surface_log_odds(points, pixels, readings, noise, *rises, camera, plane)
         return np.asarray(by_depth if self.colors is None else by_depth - self.colors.log_odds_at(pixels))
 
     def has_object_color(self, pixels: Ints) -> Bools:

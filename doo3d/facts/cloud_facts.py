@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
-from ..kernels import CloudFacts, neighborhood_spreads, values_at_ranks
+from ..geometry.cells import box_shape, cell_keys
 from ..types import Floats, Foreground, Ints
 from .frame_facts import facts_of
 
@@ -19,23 +23,95 @@ STRAND_SPACINGS = 3.0
 MIN_STRAND_FRACTION, MIN_LARGE_FRACTION = 0.05, 0.8
 """Fraction of the points that a strand has at least, and that all such strands have together, to be looked at one by one."""
 
+SMALL_CELL = 0.05
+"""Edge of the cells in which one point stands for all, as a fraction of the distance between strands."""
 
-def cloud_facts(points: Floats) -> CloudFacts:
-    """Return the facts of a cloud of N points, (N, D) m; in 2-D they lie in the plane z = 0."""
-    points = points if points.shape[1] == 3 else np.pad(points, ((0, 0), (0, 1)))
-    return CloudFacts(
-        np.ascontiguousarray(points), SAMPLE_POINTS, SAMPLE_SEEDS, STRAND_SPACINGS, MIN_STRAND_FRACTION, MIN_LARGE_FRACTION
-    )
+
+class CloudFacts:
+    """What the stages ask of the points of a cloud, measured on a sample of them when it is first asked for.
+
+    points : (N, D) m.
+    """
+
+    def __init__(self, points: Floats) -> None:
+        self.sample = sampled(points)
+        self.density = len(points) / max(len(self.sample), 1)
+
+    @cached_property
+    def spacing(self) -> float:
+        """Typical distance between neighboring points of a surface in m, at least 1e-6; 1 mm for fewer than two points.
+
+        It follows from the radius of the disc that holds a point's eight nearest neighbors.
+        """
+        nearest = min(8, len(self.sample) - 1)
+        if nearest < 1:
+            return 1e-3
+        distance = cKDTree(self.sample).query(seeds_of(self.sample), k=[nearest + 1])[0]
+        return max(float(np.median(distance)) * math.sqrt(math.pi / nearest) / math.sqrt(self.density), 1e-6)
+
+    @cached_property
+    def strands(self) -> Ints:
+        """The number, from 0, of the strand of each point of the sample, (S,); -1 in a small part; empty if all touch.
+
+        Strands are the large parts that lie STRAND_SPACINGS apart. There are none if many points are in small parts.
+        """
+        part = _parts(self.sample, self.apart)
+        size = np.bincount(part)
+        large = np.flatnonzero(size >= MIN_STRAND_FRACTION * len(part))
+        if len(large) < 2 or size[large].sum() < MIN_LARGE_FRACTION * len(part):
+            return np.zeros(0, dtype=np.int64)
+        return np.where(np.isin(part, large), np.searchsorted(large, part), -1)
+
+    @property
+    def apart(self) -> float:
+        """Distance in m beyond which parts of the sample are strands of their own."""
+        return STRAND_SPACINGS * self.spacing * math.sqrt(self.density)
+
+    def strands_nearer(self, distance: float) -> bool:
+        """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
+        if not len(self.strands) or distance <= self.apart:
+            return False
+        own = [self.sample[self.strands == k] for k in range(int(self.strands.max()) + 1)]
+        trees = [cKDTree(points) for points in own]
+        return any(trees[i].count_neighbors(trees[j], distance) > 0 for i in range(len(own)) for j in range(i))
+
+    def strand_of(self, points: Floats) -> Ints:
+        """Return the number of the strand that each of the points of the cloud, moved as it may be, is nearest to, (N,).
+
+        points : (N, D) m, in the order of the points of the cloud. The strands lie where the points of the sample were moved to.
+        If all touch, the number is 0.
+        """
+        if not len(self.strands):
+            return np.zeros(len(points), dtype=np.int64)
+        known = self.strands >= 0
+        return np.asarray(self.strands[known][cKDTree(sampled(points)[known]).query(points)[1]])
+
+
+def _parts(points: Floats, apart: float) -> Ints:
+    """Return the number of the part of each of S points, (S,); parts are farther than `apart` from each other.
+
+    Of points in one of many small cells the first stands for all: pairs of repeated points would fill the memory.
+    """
+    if not len(points):
+        return np.zeros(0, dtype=np.int64)
+    origin, edge = points.min(axis=0), SMALL_CELL * apart
+    shape, _ = box_shape(points, origin, edge, 0)
+    if not shape:
+        return np.zeros(len(points), dtype=np.int64)
+    _, first, cell = np.unique(cell_keys(points, origin, edge, shape), return_index=True, return_inverse=True)
+    pairs = cKDTree(points[first]).query_pairs(apart, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(first), len(first)))
+    return np.asarray(connected_components(graph, directed=False)[1][cell])
 
 
 def sampled(points: Floats) -> Floats:
     """Return every k-th of N points, (N, 3), on which the density of a cloud is measured; between 8,000 and 16,000 of more."""
-    return np.ascontiguousarray(points[:: max(1, len(points) // SAMPLE_POINTS)])
+    return points[:: max(1, len(points) // SAMPLE_POINTS)]
 
 
 def seeds_of(sample: Floats) -> Floats:
     """Return every k-th of the sampled points, (S, 3), around which the density of a cloud is measured."""
-    return np.ascontiguousarray(sample[:: max(1, len(sample) // SAMPLE_SEEDS)])
+    return sample[:: max(1, len(sample) // SAMPLE_SEEDS)]
 
 
 def point_spacing(foreground: Foreground) -> float:
@@ -48,7 +124,7 @@ def point_spacing(foreground: Foreground) -> float:
     """
     if foreground.camera is not None:
         return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
-    facts = foreground.cloud_facts or cloud_facts(foreground.points)
+    facts = foreground.cloud_facts or CloudFacts(foreground.points)
     return float(facts.spacing)
 
 
@@ -81,7 +157,7 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
     since together they are wider than each; `number` is that of the strand of each sampled point, empty if all touch.
     """
     sample = sampled(points)
-    extent = float(np.linalg.norm(np.diff(values_at_ranks(np.ascontiguousarray(points), np.array([0, len(points) - 1])), axis=0)))
+    extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     radii: list[float] = []
     sample_apart = apart * math.sqrt(len(points) / len(sample))
     strands = [(sample, seeds_of(sample))]
@@ -89,14 +165,35 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
         own = number[:: max(1, len(sample) // SAMPLE_SEEDS)]
         strands = [(sample[number == k], seeds_of(sample)[own == k]) for k in range(int(number.max()) + 1)]
     for strand, seeds in strands:
-        reach = 3 * sample_apart
+        tree, reach = cKDTree(strand), 3 * sample_apart
         while len(seeds) and reach < extent:
-            counts, _, covariances = neighborhood_spreads(strand, seeds, reach)
-            thin, wide, length = np.linalg.eigvalsh(covariances.reshape(-1, 3, 3)).T
+            counts, _, covariances = spreads(neighbors_within(tree, seeds, reach), strand)
+            thin, wide, length = np.linalg.eigvalsh(covariances).T
             long = (counts > 8) & (wide < length / 9)
             if long.any():
                 thin, wide = thin[long], np.maximum(wide[long], 1e-18)
                 radii += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
-                seeds = np.ascontiguousarray(seeds[~long])
+                seeds = seeds[~long]
             reach *= 1.3
     return float(np.median(radii)) if radii else extent / 6
+
+
+def neighbors_within(tree: cKDTree, centers: Floats, reach: float) -> csr_matrix:
+    """Return a matrix (S, N) that is 1 where a point of the tree is within `reach` of a center, (S, 3), and 0 elsewhere."""
+    near = cKDTree(centers).sparse_distance_matrix(tree, reach, output_type="coo_matrix").tocsr()
+    near.data[:] = 1.0
+    return near
+
+
+def spreads(near: csr_matrix, points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return the number of the points near each of S centers, (S,), their mean, (S, 3), and their covariance, (S, 3, 3).
+
+    near : (S, N), as `neighbors_within` returns it for the points (N, 3). Without points near the covariance is 0.
+    """
+    middle = points.mean(axis=0)
+    offset = points - middle
+    squares = (offset[:, :, None] * offset[:, None]).reshape(-1, 9)
+    sums = near @ np.concatenate((np.ones((len(points), 1)), offset, squares), axis=1)
+    sums[:, 1:] /= np.maximum(sums[:, :1], 1)
+    mean = sums[:, 1:4]
+    return sums[:, 0], middle + mean, sums[:, 4:].reshape(-1, 3, 3) - mean[:, :, None] * mean[:, None]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from ..kernels import polyline_crossings
 from ..types import Floats, Ints
 from .curves import Curves
 
@@ -52,4 +52,39 @@ def find_intersections(curves: Curves) -> Intersections:
     The intersections, each once; `Intersections` with C = 0 if there are none. They are sorted by the first segment (in the
     order of the curves and along them), then by the second.
     """
-    return Intersections(*polyline_crossings(np.ascontiguousarray(curves.points[:, :2]), curves.bounds, curves.closed))
+    points = curves.points[:, :2]
+    is_seen = np.isfinite(points).all(axis=1)
+    shown = curves.segments[is_seen[curves.segments] & is_seen[curves.segments + 1]]
+    start, step, chain = points[shown], points[shown + 1] - points[shown], curves.owner[shown]
+    first, second = _near_pairs(start + step / 2, 1.000001 * float(np.linalg.norm(step, axis=1).max(initial=0.0)))
+    apart = shown[second] - shown[first]
+    ring = curves.closed[chain[first]] & (apart == curves.counts[chain[first]] - 2)
+    may_meet = (chain[first] != chain[second]) | ((apart > 1) & ~ring)
+    sine = _cross(step[first], step[second])
+    first, second, sine = (values[may_meet & (sine != 0)] for values in (first, second, sine))
+    offset = start[second] - start[first]
+    t = np.column_stack((_cross(offset, step[second]), _cross(offset, step[first]))) / sine[:, None]
+    found = ((t >= 0) & (t < 1)).all(axis=1)
+    both, t = np.column_stack((first, second))[found], t[found]
+    length = np.linalg.norm(step[both], axis=2).prod(axis=1)
+    return Intersections(
+        chain[both],
+        shown[both] - curves.bounds[chain[both]],
+        t,
+        np.arcsin(np.minimum(np.abs(sine[found]) / length, 1.0)),
+        start[both[:, 0]] + t[:, :1] * step[both[:, 0]],
+    )
+
+
+def _near_pairs(middles: Floats, reach: float) -> tuple[Ints, Ints]:
+    """Return the pairs of segments, in order, whose middles (N, 2) are no farther apart than the longest is long."""
+    if not len(middles):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    first, second = cKDTree(middles).query_pairs(reach, output_type="ndarray").T
+    order = np.lexsort((second, first))
+    return first[order], second[order]
+
+
+def _cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross product of each two vectors (N, 2)."""
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]

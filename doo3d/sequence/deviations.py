@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -53,8 +54,7 @@ def deviation_terms(
     the joint was seen, or until it is, with a radius. Along the ray, all joints of a frame without any depth are hidden.
     """
     seen = np.array([np.zeros(item.segments + 1, dtype=bool) if shape is None else shape.seen for shape in shapes])
-    reach = item.segment_length
-    own = [_own(shape, observation, reach) for shape, observation in zip(shapes, observations, strict=True)]
+    own = [_own(shape, observation) for shape, observation in zip(shapes, observations, strict=True)]
     known = [each for each in own if each is not None]
     if not known:
         return None
@@ -73,16 +73,13 @@ def deviation_terms(
     return np.stack((base, away), axis=2)
 
 
-def _own(shape: Shape | None, observation: Observation, reach: float) -> Floats | None:
-    """Return for the seen joints of a shape the deviations that the frame itself gives to the nearest joint; None without any.
-
-    reach : m, distance within which most are found; it only sets the time taken.
-    """
+def _own(shape: Shape | None, observation: Observation) -> Floats | None:
+    """Return for the seen joints of a shape the deviations that the frame itself gives to the nearest joint; None without any."""
     chains = [chain for chain in observation.detection.chains if chain.deviations is not None]
     if shape is None or not chains or not shape.seen.any():
         return None
     points = np.concatenate([chain.joints for chain in chains])
-    index = nearest(shape.joints[shape.seen], points, reach, False)[1]
+    index = nearest(shape.joints[shape.seen], points, math.inf)[1]
     return np.asarray(np.concatenate([chain.deviations for chain in chains])[index])
 
 

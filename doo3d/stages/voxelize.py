@@ -12,9 +12,9 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
+from ..geometry.cells import box_shape, cell_coords, cell_keys, close_cells, components, neighbors_of
 from ..geometry.limits import KEY_LIMIT, MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
-from ..kernels import VoxelCells
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -80,8 +80,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
     if dim == 2 and foreground.mask is not None:
         return _pixel_grid(foreground, foreground.mask, config)
     if not len(foreground.points):
-        zero = np.zeros((0, dim))
-        return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
+        return _no_voxels(dim)
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
     finer = 1.0 if foreground.camera is None else VIEW_EDGE
@@ -93,6 +92,8 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
         radius = config.radius or max(sampling.scatter, SPARSE_RADIUS_OVER_SPACING * spacing)
         size = config.size or size_over_radius * radius
     kept = _points_to_voxelize(foreground, config, radius, radius / spacing)
+    if not len(kept):
+        return _no_voxels(dim)
     if foreground.camera is None:
         fineness = min(1.0, size_over_radius * radius / size)
         min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
@@ -225,19 +226,51 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
 
 def _closed_grid(points: Floats, size: float, radius: float, foreground: Foreground, min_voxels: int) -> VoxelGrid:
     """Return the voxels that points (N, D) occupy, and those that closing adds, without components of less than `min_voxels`."""
-    cells = VoxelCells(np.ascontiguousarray(points), size, CLOSING_ITERATIONS + 1, KEY_LIMIT)
-    if cells.total > KEY_LIMIT:
-        raise _too_large(cells.total, KEY_LIMIT, size)
-    if len(cells.keys) > MAX_CELLS:
-        raise _too_large(len(cells.keys), MAX_CELLS, size)
-    part = np.zeros(0, dtype=np.int64)
+    margin = CLOSING_ITERATIONS + 1
+    origin = (np.floor(points.min(axis=0) / size) - margin) * size
+    shape, total = box_shape(points, origin, size, margin)
+    if not shape:
+        raise _too_large(total, KEY_LIMIT, size)
+    of_point = cell_keys(points, origin, size, shape)
+    occupied, cell = np.unique(of_point, return_inverse=True)
+    if len(occupied) > MAX_CELLS:
+        raise _too_large(len(occupied), MAX_CELLS, size)
+    keys = close_cells(occupied, shape, CLOSING_ITERATIONS)
     if foreground.cloud_facts is not None and foreground.cloud_facts.strands_nearer(MAX_CLOSED_GAP * size):
-        part = foreground.cloud_facts.strand_of(points)
-    keys = cells.closed(CLOSING_ITERATIONS, part)
+        strand = foreground.cloud_facts.strand_of(points)
+        parts = (np.unique(of_point[strand == k]) for k in range(int(strand.max()) + 1))
+        keys = np.unique(np.concatenate([close_cells(part, shape, CLOSING_ITERATIONS) for part in parts]))
     if len(keys) > MAX_CELLS:
         raise _too_large(len(keys), MAX_CELLS, size)
-    coords, centroids, counts, neighbors = cells.voxels(keys, min_voxels)
-    return VoxelGrid(coords, centroids, counts, size, cells.origin, radius, neighbors)
+    coords, table = cell_coords(keys, shape), neighbors_of(cell_coords(keys, shape))
+    centroids, counts = _means_in_voxels(points, np.searchsorted(keys, occupied)[cell], table, origin + (coords + 0.5) * size)
+    label = components(table)
+    kept = np.bincount(label)[label] >= min_voxels
+    row = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1).astype(np.int32)  # the last entry is that of no neighbor
+    return VoxelGrid(coords[kept], centroids[kept], counts[kept], size, origin, radius, row[table[kept]])
+
+
+def _means_in_voxels(points: Floats, voxel: Ints, table: Ints, centers: Floats) -> tuple[Floats, Ints]:
+    """Return the mean of the points (N, D) in each voxel, (M, D), and their number, (M,).
+
+    A voxel without points has the mean of its neighbors that hold points, or its center where none does. voxel : (N,), the voxel
+    of each point. table : (M, 26), the neighbors of each voxel. centers : (M, D).
+    """
+    counts = np.bincount(voxel, minlength=len(centers))
+    holds = np.append(counts > 0, False)
+    sums = np.column_stack([np.bincount(voxel, weights=axis, minlength=len(centers)) for axis in points.T])
+    means = np.where(holds[:-1, None], sums / np.maximum(counts, 1)[:, None], centers)
+    holes = np.flatnonzero(counts == 0)
+    near = np.where(holds[table[holes]], table[holes], -1)
+    number = np.count_nonzero(near >= 0, axis=1)[:, None]
+    around = np.concatenate((means, np.zeros_like(means[:1])))[near].sum(axis=1)
+    means[holes] = np.where(number > 0, around / np.maximum(number, 1), means[holes])
+    return means, counts
+
+
+def _no_voxels(dim: int) -> VoxelGrid:
+    zero = np.zeros((0, dim))
+    return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
 
 
 def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> VoxelGrid:

@@ -86,8 +86,8 @@ class Foreground:
     facts
         what follows from the mask and the depth in it (`facts.frame_facts.FrameFacts`), made once; None for a cloud.
     cloud_facts
-        what follows from the points of a cloud (`kernels.CloudFacts`), made once; None for a frame or an image, and where
-        points are sparse.
+        what follows from the points of a cloud (`facts.cloud_facts.CloudFacts`), made once; None for a frame or an image, and
+        where points are sparse.
     """
 
     points: Floats

@@ -43,7 +43,7 @@ def slow_raised(points, lateral, behind, target, radius, depth, mask):
 
 
 def slow_depth(curves, moved, lateral, away, surface, filled, radius):
-    distance, near = nearest(surface, moved, TOUCHING * radius.max(), True)
+    distance, near = nearest(surface, moved, TOUCHING * radius.max())
     sections = section_offsets(surface, distance, near, moved, lateral, away, TOUCHING * radius)
     depth, count = axis_depth(*sections, curves.owner, radius, HALF, CENTRAL, OUTLIER)
     usual = np.median(count[count > 0])
@@ -107,7 +107,7 @@ def scene():
     curves, rng = Curves.of(lines, [False, True]), np.random.default_rng(0)
     v, u = np.indices((120, 160))
     every = np.column_stack((u.ravel(), v.ravel())).astype(float)
-    distance, near = nearest(every, project(curves.points) + np.array((1.0, -1.0)), 1e3, False)
+    distance, near = nearest(every, project(curves.points) + np.array((1.0, -1.0)), np.inf)
     mask = (distance < 4.0) & (near != 7) & ~((near > 48) & (near < 60))
     z = np.where(mask, curves.points[near, 2] - 0.004, 0.507 + 0.06 * (every[:, 1] - 60) / 600) + rng.normal(0, 0.0008, len(mask))
     z[rng.random(len(z)) < 0.1] = 0

@@ -26,7 +26,7 @@ def test_offsets_are_along_both_axes_of_the_nearest_sample():
     points, positions = rng.normal(size=(200, 3)), rng.normal(size=(9, 3))
     lateral, depth = rng.normal(size=(2, 9, 3))
     reach = rng.uniform(0.3, 1.5, 9)
-    distance, index = nearest(points, positions, 1.5, True)
+    distance, index = nearest(points, positions, 1.5)
     kept = [n for n in range(200) if distance[n] < reach[index[n]]]
     assert 20 < len(kept) < 180
     sample, u, w = section_offsets(points, distance, index, positions, lateral, depth, reach)

@@ -80,7 +80,7 @@ def test_log_odds_are_those_of_a_plain_computation(plane):
     pixels, readings = rng.integers(0, 40, (300, 2)), rng.normal(0.65, 0.05, 300)
     rise = np.where(rng.random(8) < 0.5, np.nan, 0.02)
     rise_noise = np.where(rng.random(8) < 0.2, np.nan, 0.003)
-    found = surface_log_odds(points, pixels, readings, 0.01, ends, rise, rise_noise, 0.05, INTRINSICS, plane)
+    found = surface_log_odds(points, pixels, readings, 0.01, ends, rise, rise_noise, INTRINSICS, plane)
     np.testing.assert_allclose(found, slow_log_odds(points, pixels, readings, 0.01, ends, rise, rise_noise, plane), rtol=1e-9)
 
 

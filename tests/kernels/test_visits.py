@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 
-from doo3d.kernels import FrameFacts, mask_pixels, nearest, visits
+from doo3d.kernels import FrameFacts, mask_pixels, visits
 
 
 def counted(kernel, *arguments) -> int:
@@ -44,8 +44,3 @@ def test_a_window_counts_its_pixels():
     facts = FrameFacts(mask, depth)
     counts = [counted(facts.agreeing_readings, 0.5, 1.5, half_width, 0.1, 1, 1) for half_width in (1, 2)]
     assert counts[1] - counts[0] >= 25 * (25 - 9)
-
-
-def test_a_search_among_all_targets_counts_them():
-    points, targets = np.array([[9.0, 9.0]]), np.random.default_rng(0).random((50, 2))
-    assert counted(nearest, points, targets, 0.1, False) - counted(nearest, points, targets, 0.1, True) == len(targets)

@@ -16,7 +16,7 @@ struct Settings {
 // What is seen of the strands; without a camera the mask alone.
 struct Seen {
     MaskPixels mask;
-    NearestOfPoints& surface;
+    const Matrix<double>& surface;
     const double* camera;    // fx, fy, cx, cy
     const PlaneView* plane;  // if there is one
 };
@@ -109,17 +109,17 @@ PooledMeans depth_behind(const Samples& samples, const std::vector<double>& posi
     double most = 0.0;
     for (const double radius : samples.radius) most = std::max(most, settings.touching_radii * radius);
     for (const double value : positions) require(std::isfinite(value), "a target is not finite");
-    const Index count = seen.surface.count;
-    const double* surface = seen.surface.points;
+    const Index count = seen.surface.shape(0);
+    const double* surface = seen.surface.data();
     Index kept = 0;
-    std::vector<double> distance(count, INFINITY), behind(count);
-    std::vector<Index> index(count), sample(count);
-    seen.surface.find({positions.data(), samples.size(), 3, distance.data(), index.data()}, most, true);
+    std::vector<double> behind(count);
+    std::vector<Index> sample(count);
+    const NearestOfPoints nearest(surface, count, positions.data(), samples.size(), 3, most);
     count_visits(count);
     for (Index n = 0; n < count; ++n) {
-        const Index s = index[n];
+        const Index s = nearest.index[n];
         const double radius = samples.radius[s];
-        if (!(distance[n] < settings.touching_radii * radius)) continue;
+        if (!(nearest.distance[n] < settings.touching_radii * radius)) continue;
         double u = 0.0, w = 0.0;
         for (Index d = 0; d < 3; ++d) {
             const double offset = surface[3 * n + d] - positions[3 * s + d];
@@ -267,8 +267,7 @@ auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> clos
         nb::gil_scoped_release released;
         const Values<double> off(beside);
         const PlaneView view{depth, mask, intrinsics.data(), normal.data(), off, own_radii, sunk_radii};
-        NearestOfPoints in_mask(pixels.data(), pixels.shape(0), 2), on_surface(surface.data(), surface.shape(0), 3);
-        const Seen seen{{in_mask, share}, on_surface,
+        const Seen seen{{pixels.data(), Index(pixels.shape(0)), share}, surface,
                         intrinsics.empty() ? nullptr : intrinsics.data(), normal.empty() ? nullptr : &view};
         count_visits(samples.size());
         for (Index k = 0; k < iterations; ++k) iterate(samples, seen, known);

@@ -1,5 +1,5 @@
 // Gaps between chain ends along which the object is seen: two ends follow each other on one line of the mask's skeleton.
-#include "find_nearest.h"
+#include "nearest.h"
 #include "polyline.h"
 
 namespace {
@@ -19,13 +19,11 @@ struct Camera {
 
 // The nearest target of each point within reach; -1 without one.
 std::vector<Index> nearest_within(const double* points, Index count, const std::vector<double>& targets, double reach) {
-    std::vector<double> distance(count, INFINITY);
-    std::vector<Index> index(count, 0);
-    find_nearest({targets.data(), Index(targets.size()) / 2, 2, distance.data(), index.data()}, points, count, reach, true);
+    NearestOfPoints found(points, count, targets.data(), Index(targets.size()) / 2, 2, reach);
     for (Index i = 0; i < count; ++i) {
-        if (!std::isfinite(distance[i])) index[i] = -1;
+        if (!std::isfinite(found.distance[i])) found.index[i] = -1;
     }
-    return index;
+    return found.index;
 }
 
 // Samples along chains in the image, at most half the reach apart, and the chain of each.

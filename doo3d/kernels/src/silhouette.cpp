@@ -65,12 +65,11 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
     require(pixels.shape(1) == 2 && half >= 0, "pixels are not (N, 2), or half is negative");
     const std::vector<double> intrinsics = dense(camera);
     Silhouette found;
-    NearestOfPoints sorted(pixels.data(), pixels.shape(0), 2);
     {
         nb::gil_scoped_release released;
         const double* known = planar ? nullptr : intrinsics.data();
         found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), known}, path,
-                                   {sorted, share}, reach, half);
+                                   {pixels.data(), Index(pixels.shape(0)), share}, reach, half);
     }
     return std::make_tuple(to_numpy(std::move(found.offset)), to_numpy(std::move(found.radius)));
 }
@@ -79,8 +78,8 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
 
 Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Index>& path, const MaskPixels& mask,
                               const Values<double>& reach, Index half) {
-    const Index count = samples.count, size = mask.pixels.count;
-    const double* pixels = mask.pixels.points;
+    const Index count = samples.count, size = mask.count;
+    const double* pixels = mask.pixels;
     count_visits(count + size);
     const Projected seen = samples.camera ? project_samples(samples)
                                           : Projected{{samples.positions, samples.positions + 2 * count},
@@ -94,12 +93,10 @@ Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Ind
         require(limit[s] > 0 && std::isfinite(limit[s]), "reach is not positive and finite");
         most = std::max(most, limit[s]);
     }
-    std::vector<double> distance(size, INFINITY);
-    std::vector<Index> owner(size);
-    mask.pixels.find({seen.pixels.data(), count, 2, distance.data(), owner.data()}, most, true);
+    const NearestOfPoints nearest(pixels, size, seen.pixels.data(), count, 2, most);
     for (Index n = 0; n < size; ++n) {
-        const Index s = owner[n];
-        if (count == 0 || !(distance[n] < limit[s])) continue;
+        const Index s = nearest.index[n];
+        if (count == 0 || !(nearest.distance[n] < limit[s])) continue;
         const double *across = &seen.across[2 * s], *pixel = &seen.pixels[2 * s];
         counts[s] += 1;
         totals[s] += (pixels[2 * n] - pixel[0]) * across[0] + (pixels[2 * n + 1] - pixel[1]) * across[1];

@@ -1,7 +1,7 @@
 // The middle and the width of a mask across paths.
 #pragma once
 
-#include "find_nearest.h"
+#include "nearest.h"
 
 // Samples along paths, with the unit axes along and across each: (count, dim) in space, or in the image where there is no camera.
 struct SilhouetteSamples {
@@ -10,9 +10,10 @@ struct SilhouetteSamples {
     const double* camera;  // fx, fy, cx, cy
 };
 
-// Pixels (u, v) of a mask, and how many pixels each stands for.
+// Pixels (u, v) of a mask, (count, 2), and how many pixels each stands for.
 struct MaskPixels {
-    NearestOfPoints& pixels;
+    const double* pixels;
+    Index count;
     double share;
 };
 

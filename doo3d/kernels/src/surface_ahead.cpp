@@ -1,13 +1,9 @@
-#include "cells.h"
+#include "nearest.h"
 
 namespace {
 
 // Factor by which cells are looked up farther than needed, against rounding of coordinates far from the origin.
 constexpr double MARGIN = 1.001;
-
-// Cells of samples per reach of an end: points are within a quarter of the reach of the line at an end, and the cells around a point up
-// to its nearest sample hold few others.
-const double SAMPLE_CELLS_PER_REACH = 8 * CELLS_PER_REACH;
 
 // Square cells, along the first two axes, each with the ends whose boxes reach into it. A point is compared with the ends of its
 // cell alone, so that the points need no order. The edge of the cells is doubled until their number is in proportion to the points.
@@ -79,22 +75,6 @@ bool is_near_line(const double* point, const double* tip, const double* tangent,
     return ahead.square < max_offset * max_offset;
 }
 
-// Return the sample nearest to a point, of equally near ones the first; `known` is one that is probably near.
-template <int D>
-Index nearest_sample(const Cells& cells, const double* samples, const double* point, Index known) {
-    Index owner = known;
-    double best = squared_distance(point, samples + known * D, D);
-    cells.for_each_around(point, MARGIN * std::sqrt(best), [&](Index k) {
-        const Index s = cells.order[k];
-        const double between = squared_distance(point, samples + s * D, D);
-        if (between < best || (between == best && s < owner)) {
-            best = between;
-            owner = s;
-        }
-    });
-    return owner;
-}
-
 // What is searched: arrays as the kernel gets them.
 struct Search {
     const Matrix<double>&points, &samples;
@@ -129,7 +109,7 @@ std::vector<std::vector<Ahead>> near_lines(const Search& search) {
 // one before, or the end, is near each, and only samples that are nearer than it are looked for. None are where that
 // sample is nearer than all near the end: of a path that is as thick as its surroundings most points are such.
 template <int D>
-void keep_own(const Search& search, const Cells& cells, Index e, std::vector<Ahead>& near) {
+void keep_own(const Search& search, const NearestTarget& nearest, Index e, std::vector<Ahead>& near) {
     const Index end = search.ends(e);
     const Index first = std::max<Index>(end - search.window, 0), last = std::min(end + search.window, Index(search.samples.shape(0)) - 1);
     const double *samples = search.samples.data(), *points = search.points.data();
@@ -144,7 +124,7 @@ void keep_own(const Search& search, const Cells& cells, Index e, std::vector<Ahe
             visits.count += own - first;
             if (own > last) return true;
         }
-        owner = nearest_sample<D>(cells, samples, point, to_end < known ? end : owner);
+        owner = nearest.find(point, to_end < known ? NearestTarget::Near{to_end, end} : NearestTarget::Near{known, owner}).index;
         return owner < first || owner > last;
     };
     near.erase(std::remove_if(near.begin(), near.end(), is_foreign), near.end());
@@ -163,21 +143,19 @@ auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> 
                 Index(max_gap.shape(0)) == count, "tangents, reach, max_offset and max_gap are not one per end");
     require(window >= 0, "window is negative");
     for (Index k = 0; k < size * dim; ++k) require(std::isfinite(samples.data()[k]), "a sample is not finite");
-    double least = INFINITY;
     for (Index e = 0; e < count; ++e) {
         require(ends(e) >= 0 && ends(e) < size, "an end lies outside the samples");
         require(reach(e) > 0 && std::isfinite(reach(e)), "reach is not positive and finite");
-        least = std::min(least, reach(e));
     }
     std::vector<double> axial, lateral;
     std::vector<Index> bounds(count + 1);
     if (count > 0) {
         nb::gil_scoped_release released;
         const Search search{points, samples, ends, tangents, reach, max_offset, max_gap, window};
-        const Cells cells(samples.data(), size, dim, least / SAMPLE_CELLS_PER_REACH);
+        const NearestTarget nearest(samples.data(), size, dim);
         std::vector<std::vector<Ahead>> near = dim == 2 ? near_lines<2>(search) : near_lines<3>(search);
         for (Index e = 0; e < count; ++e) {
-            dim == 2 ? keep_own<2>(search, cells, e, near[e]) : keep_own<3>(search, cells, e, near[e]);
+            dim == 2 ? keep_own<2>(search, nearest, e, near[e]) : keep_own<3>(search, nearest, e, near[e]);
             for (const Ahead& ahead : near[e]) {
                 axial.push_back(ahead.axial);
                 lateral.push_back(std::sqrt(ahead.square));

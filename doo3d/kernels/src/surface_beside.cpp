@@ -1,6 +1,6 @@
 // The surface beside chains in a depth image: its pixels, how far behind the chains it lies, and whether positions lie over it.
-#include "find_nearest.h"
 #include "medians.h"
+#include "nearest.h"
 #include "polyline.h"
 
 #include <limits>
@@ -104,17 +104,15 @@ double in_deviations(double difference, double deviation) {
 }
 
 auto surface_log_odds(Matrix<double> points, Matrix<Index> pixels, Vector<double> readings, double noise, Matrix<double> ends,
-                    Vector<double> rise, Vector<double> rise_noise, double reach, Vector<double> camera, Vector<double> plane) {
+                    Vector<double> rise, Vector<double> rise_noise, Vector<double> camera, Vector<double> plane) {
     const Index count = points.shape(0), number = ends.shape(0);
     require(points.shape(1) == 3 && pixels.shape(1) == 2 && ends.shape(1) == 3, "points, pixels or ends are not (N, 3), (N, 2), (E, 3)");
     require(Index(pixels.shape(0)) == count && Index(readings.shape(0)) == count, "pixels and readings are not one per point");
     require(number > 0 && Index(rise.shape(0)) == number && Index(rise_noise.shape(0)) == number, "rises are not one per end");
     require(plane.shape(0) == 0 || (plane.shape(0) == 5 && camera.shape(0) == 4), "plane or camera are not (5,), (4,)");
-    require(reach > 0, "reach is not positive");
     for (std::size_t k = 0; k < ends.size(); ++k) require(std::isfinite(ends.data()[k]), "an end is not finite");
-    std::vector<double> distance(count, INFINITY), odds(count);
-    std::vector<Index> end(count);
-    find_nearest({ends.data(), number, 3, distance.data(), end.data()}, points.data(), count, reach, false);
+    std::vector<double> odds(count);
+    const std::vector<Index> end = NearestOfPoints(points.data(), count, ends.data(), number, 3, INFINITY).index;
     count_visits(count);
     for (Index n = 0; n < count; ++n) {
         const double z = points(n, 2), reading = readings(n), deviation = std::hypot(noise * reading * z, rise_noise(end[n]));
@@ -173,8 +171,6 @@ void bind_surface_beside(Module& m) {
     //     1/m, standard deviation of readings in inverse depth
     // ends, rise, rise_noise
     //     (E, 3) float64 m, E > 0 ends of chains, and (E,) float64 m, as `surface_beside` measures them there
-    // reach
-    //     m within which the nearest end is found quickly
     // camera, plane
     //     (4,) float64 intrinsics fx, fy, cx, cy in px, and (5,) float64: normal and height of the plane, and half the height of the
     //     object over it, m; (0,) each without a plane
@@ -183,5 +179,5 @@ void bind_surface_beside(Module& m) {
     // -------
     // (N,) float64 nat; 0 where it is not known
     m.def("surface_log_odds", &surface_log_odds, "points"_a.noconvert(), "pixels"_a.noconvert(), "readings"_a.noconvert(), "noise"_a,
-          "ends"_a.noconvert(), "rise"_a.noconvert(), "rise_noise"_a.noconvert(), "reach"_a, "camera"_a.noconvert(), "plane"_a.noconvert());
+          "ends"_a.noconvert(), "rise"_a.noconvert(), "rise_noise"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert());
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -210,8 +211,8 @@ def chain_of(joints: Floats, strands: Sequence[SampledChain], joins: Sequence[tu
     chains = [strand.chain for strand in strands]
     length = chains[0].segment_length
     middles, own = _middles(joints), np.concatenate([_middles(chain.joints) for chain in chains])
-    at_joint = nearest(joints, np.concatenate([strand.points for strand in strands]), length, False)[1]
-    apart, at = nearest(middles, own, length, False)
+    at_joint = nearest(joints, np.concatenate([strand.points for strand in strands]), math.inf)[1]
+    apart, at = nearest(middles, own, math.inf)
     radii = np.concatenate([strand.radii for strand in strands])[at_joint]
     margin = min(round(ARM_RADII[0] * strands[0].radius / length), len(middles) // 2)
     places = [(_middles(chain.joints)[each.segment], each.confidence) for chain in chains for each in chain.connections]

@@ -6,14 +6,14 @@ Letters: C crossings, two strands each; S samples along a strand; A samples acro
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...geometry.curves import Curves
 from ...geometry.intersections import Intersections
-from ...geometry.limits import AT_ONCE
 from ...geometry.noise import COLOR_NOISE, DEVIATIONS
 from ...geometry.projection import Projection
 from ...geometry.radii import CORE_OFFSETS
-from ...kernels import CrossingStrands, least_near, points_around
+from ...kernels import CrossingStrands
 from ...types import Array, Floats, Foreground
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
@@ -87,13 +87,11 @@ def color_log_odds(strands: CrossingStrands, image: Array) -> Floats:
 
 def _nearest_in_cloud(positions: Floats, points: Floats, view: Projection, reach: float) -> Floats:
     """Return the distance of the surface of a cloud (N, 3) m at positions (P, 2) in the view, (P,); NaN for none."""
-    is_known = np.isfinite(positions).all(axis=1)
-    surface, known = np.full(len(positions), np.nan), np.ascontiguousarray(positions[is_known])
-    rows = [np.zeros((0, 3))]
-    for first in range(0, len(points), AT_ONCE):
-        part = points[first : first + AT_ONCE]
-        shown = view.project(part)
-        near = points_around(shown, known, reach)
-        rows.append(np.column_stack((shown[near], view.distance(part[near]))))
-    surface[is_known] = least_near(np.concatenate(rows), known, reach, NEAREST_POINTS)
+    known = np.isfinite(positions).all(axis=1)
+    surface, positions = np.full(len(positions), np.nan), positions[known]
+    if len(positions):
+        shown = view.project(points)
+        around = ((shown > positions.min(axis=0) - reach) & (shown < positions.max(axis=0) + reach)).all(axis=1)
+        near = cKDTree(shown[around]).query(positions, k=NEAREST_POINTS, distance_upper_bound=reach)[1]
+        surface[known] = np.fmin.reduce(np.append(view.distance(points[around]), np.nan)[near], axis=1)
     return surface

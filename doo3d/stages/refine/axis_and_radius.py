@@ -262,7 +262,7 @@ def _from_circles(samples: Samples, foreground: Foreground) -> _Estimate:
 def _from_lines(samples: Samples, foreground: Foreground) -> _Estimate:
     """Keep the axis, along which sparse points were moved, and take the radius of each path from how far its points lie off."""
     reach = TOUCHING_RADII * float(samples.radius.max())
-    distance, near = nearest(thinned(foreground.points), samples.curves.points, reach, True)
+    distance, near = nearest(thinned(foreground.points), samples.curves.points, reach)
     there = np.isfinite(distance)
     least = 0.0 if foreground.sampling is None else MIN_SCATTER_SHARE * foreground.sampling.spacing
     radius = samples.radius.copy()

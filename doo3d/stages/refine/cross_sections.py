@@ -123,7 +123,7 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
     -------
     The points that are near enough, in the order given, as sample index and offsets.
     """
-    distance, near = nearest(points, positions, float(reach.max()), True)
+    distance, near = nearest(points, positions, float(reach.max()))
     return CrossSections(*section_offsets(points, distance, near, positions, axes.lateral, axes.depth, reach))
 
 

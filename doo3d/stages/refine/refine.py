@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,8 +15,8 @@ from ...geometry.depth_support import depth_support
 from ...geometry.equal_segments import chains_along
 from ...geometry.polyline import arc_length
 from ...geometry.radii import OWN_RADII
-from ...kernels import nearest, nearest_of_own
-from ...types import Bools, Chain, Connection, Foreground, Ints, Path
+from ...kernels import nearest
+from ...types import Bools, Chain, Connection, Floats, Foreground, Ints, Path
 from .. import FrameContext
 from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
 from .cross_sections import thinned
@@ -169,23 +171,31 @@ def _strip_end(ahead: SurfaceAhead, radius: float) -> float:
     return count / (2 * radius) - back if count else 0.0
 
 
+def _nearest_of_own(points: Floats, bounds: Ints, curves: Curves) -> Ints:
+    """Return the sample nearest to each of N points, (N,); points[bounds[c]:bounds[c + 1]] are compared with those of curve c."""
+    index = np.zeros(len(points), dtype=np.int64)
+    for own, (first, last) in zip(curves.parts, itertools.pairwise(bounds.tolist()), strict=True):
+        index[first:last] = own.start + nearest(points[first:last], curves.points[own], math.inf)[1]
+    return index
+
+
 def _seen_along(joints: Curves, samples: Samples, context: FrameContext, config: RefineConfig) -> tuple[Ints, Ints, Bools]:
     """Return the sample nearest to each joint and to the middle of each segment, and which segments are occluded.
 
     joints : of each path, those of the chain laid along it; none for a path without a chain. Occluded is a segment by Keipour et
     al. (RA-L 2022), section III-H.
     """
-    curves, length = samples.curves, context.segment_length
+    curves = samples.curves
     middle = (joints.points[joints.segments] + joints.points[joints.segments + 1]) / 2
-    at_joint = nearest_of_own(joints.points, joints.bounds, curves.points, curves.bounds, length)
-    at_middle = nearest_of_own(middle, joints.segment_bounds, curves.points, curves.bounds, length)
+    at_joint = _nearest_of_own(joints.points, joints.bounds, curves)
+    at_middle = _nearest_of_own(middle, joints.segment_bounds, curves)
     occluded = np.ones(len(middle), dtype=bool)
     if config.occluded != "from_depth":
         occluded = samples.filled[at_middle]
     if config.occluded != "from_gaps" and occluded.any():
         reach = OWN_RADII * samples.radius[at_middle[occluded]] + context.voxel
         surface = thinned(context.grid.centroids)
-        unseen = ~(nearest(middle[occluded], surface, float(reach.max()), True)[0] <= reach)
+        unseen = ~(nearest(middle[occluded], surface, float(reach.max()))[0] <= reach)
         if context.visibility is not None:
             unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
         occluded[occluded] = unseen

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...config import SegmentConfig
-from ...facts.cloud_facts import cloud_facts, sampled, seeds_of
-from ...kernels import fill_cells, neighborhood_spreads, wide_readings
+from ...facts.cloud_facts import CloudFacts, neighbors_within, sampled, seeds_of, spreads
+from ...kernels import wide_readings
 from ...types import Cloud, Frame
 from .point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from .sparse_strands import is_sparse
@@ -39,16 +40,18 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         wide, readings = wide_readings(data.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)
         return wide > MIN_BROAD_FRACTION * readings
     points = sampled(data.points)
-    seeds = seeds_of(points)
-    size = NEIGHBORHOOD_CELL_SPACINGS * cloud_facts(points).spacing
+    size = NEIGHBORHOOD_CELL_SPACINGS * CloudFacts(points).spacing
     radius = max(config.max_width, MIN_DISC_CELLS * size)
     filled = MIN_DISC_OCCUPANCY * np.pi * radius**2 / size**2
-    counts, means, covariances = neighborhood_spreads(points, seeds, radius)
+    near = neighbors_within(cKDTree(points), seeds_of(points), radius)
+    counts, means, covariances = spreads(near, points)
     some = counts > 8
     # as many cells are occupied as there are points, at most
     if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
         return False
-    axes = np.ascontiguousarray(np.linalg.eigh(covariances.reshape(-1, 3, 3))[1][:, :, 1:].transpose(0, 2, 1)).reshape(-1, 6)
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    is_filled = fill_cells(points, seeds, radius, counts, means, axes, size, filled)[some]
+    axes, pairs = np.linalg.eigh(covariances)[1][:, :, 1:], near.tocoo()
+    flat = np.einsum("kd,kda->ak", points[pairs.col] - means[pairs.row], axes[pairs.row])
+    cells = np.column_stack((pairs.row, *np.floor(flat / size).astype(np.int64)))
+    is_filled = np.bincount(np.unique(cells, axis=0)[:, 0], minlength=len(counts))[some] > filled
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)

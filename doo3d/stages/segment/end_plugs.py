@@ -66,9 +66,9 @@ def remove_plugs(facts: FrameFacts, color: Array) -> FrameFacts:
         return facts
     pixels = facts.pixels
     reach = 2 * float(half_width[is_plug].max())
-    near = ~np.isinf(nearest(pixels.astype(float), lines.points[is_plug], reach, True)[0])
+    near = ~np.isinf(nearest(pixels.astype(float), lines.points[is_plug], reach)[0])
     around = pixels[near]
-    removed = around[is_plug[nearest(around.astype(float), lines.points, reach, True)[1]]]
+    removed = around[is_plug[nearest(around.astype(float), lines.points, reach)[1]]]
     mask = facts.mask.copy()
     mask[removed[:, 1], removed[:, 0]] = False
     return FrameFacts(mask, facts.depth)

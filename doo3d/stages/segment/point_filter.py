@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from ...facts.cloud_facts import cloud_facts
-from ...kernels import CloudFacts, values_at_ranks
+from ...facts.cloud_facts import CloudFacts
+from ...geometry.cells import box_shape, cell_coords, cell_keys, neighbors_of
 from ...types import Bools, Floats
 
 NEIGHBORHOOD_CELL_SPACINGS = 2.0
@@ -57,9 +55,29 @@ def filter_points(points: Floats, spread: Floats | None = None) -> tuple[CloudFa
     """
     far = far_outliers(points, spread)
     near = points[~far] if far.any() else points
-    facts = cloud_facts(near)
-    kept, means = facts.without_outliers(NEIGHBORHOOD_CELL_SPACINGS, MIN_NEIGHBORS_RATIO)
-    return facts if kept is near else cloud_facts(kept), kept, means
+    facts = CloudFacts(near)
+    kept, means = _averaged(near, NEIGHBORHOOD_CELL_SPACINGS * facts.spacing)
+    return (facts, near, means) if kept.all() else (CloudFacts(near[kept]), near[kept], means)
+
+
+def _averaged(points: Floats, edge: float) -> tuple[Bools, Floats]:
+    """Tell which of N points have enough neighbors, (N,) bool, and return the mean of the neighbors of each of these, (K, 3)."""
+    everything = np.ones(len(points), dtype=bool), points
+    if not len(points):
+        return everything
+    origin = points.min(axis=0) - edge
+    shape, _ = box_shape(points, origin, edge, 1)
+    if not shape:
+        return everything
+    keys, cell = np.unique(cell_keys(points, origin, edge, shape), return_inverse=True)
+    columns = np.concatenate((points, np.ones((len(points), 1))), axis=1).T
+    own = np.column_stack([np.bincount(cell, weights=column) for column in columns])
+    sums, own = own, np.concatenate((own, np.zeros((1, 4))))
+    for beside in neighbors_of(cell_coords(keys, shape)).T:  # -1, for none, is the row of zeros
+        sums = sums + own[beside]
+    neighbors = sums[:, 3][cell]
+    kept = neighbors >= MIN_NEIGHBORS_RATIO * np.median(neighbors)
+    return kept, (sums[:, :3] / sums[:, 3:])[cell[kept]]
 
 
 def far_outliers(points: Floats, spread: Floats | None = None) -> Bools:
@@ -70,20 +88,8 @@ def far_outliers(points: Floats, spread: Floats | None = None) -> Bools:
     """
     if not len(points):
         return np.zeros(0, dtype=bool)
-    least, low, _, _, high, largest = quantiles(points, SPREAD) if spread is None else spread
+    least, low, _, _, high, largest = np.quantile(points, SPREAD, axis=0) if spread is None else spread
     margin = FAR_OUTLIER_BOX_SIZES * np.linalg.norm(high - low)
     if (least >= low - margin).all() and (largest <= high + margin).all():
         return np.zeros(len(points), dtype=bool)
     return np.asarray(((points < low - margin) | (points > high + margin)).any(axis=1))
-
-
-def quantiles(points: Floats, fractions: Sequence[float]) -> Floats:
-    """Return quantiles of the coordinates of N >= 1 points (N, D) along each axis, (Q, D), as np.quantile interpolates them.
-
-    fractions : Q fractions of the points that lie below, 0 to 1.
-    """
-    at = np.asarray(fractions) * (len(points) - 1)
-    below = np.floor(at).astype(np.int64)
-    low, high = np.split(values_at_ranks(points, np.append(below, np.minimum(below + 1, len(points) - 1))), 2)
-    part = (at - below)[:, None]
-    return np.asarray(np.where(part < 0.5, low + (high - low) * part, high - (high - low) * (1 - part)))

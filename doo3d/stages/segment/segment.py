@@ -21,7 +21,7 @@ from .mask_image import inversion_note, object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
 from .methods.selected import Selected
-from .point_filter import SPREAD, draw_points, filter_points, quantiles
+from .point_filter import SPREAD, draw_points, filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
 from .split_strands import SplitMask, split_strands
@@ -224,7 +224,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
-    spread = quantiles(cloud.points, SPREAD) if len(cloud.points) else np.zeros((len(SPREAD), 3))
+    spread = np.quantile(cloud.points, SPREAD, axis=0) if len(cloud.points) else np.zeros((len(SPREAD), 3))
     _check_extent(spread, len(cloud.points), config, bool(cloud.views))
     method, made = _select(cloud, config, mask, seed, (len(cloud.points),))
     selected, note, plane = made[:3]

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ...geometry.polyline import perpendicular
-from ...kernels import fit_lines, nearest_points
+from ...kernels import fit_lines
 from ...types import Bools, CloudSampling, Floats, Ints
 
 MAX_SPARSE_POINTS = 50_000
@@ -131,11 +131,9 @@ def find_sparse_strands(points: Floats) -> SparseStrands | None:
     """
     if len(points) < 2 * MIN_LINE_POINTS:
         return None
-    lines = _seed_lines(points)
-    if lines is None:
-        return None
     tree = cKDTree(points, balanced_tree=False, compact_nodes=False)
-    if _is_lined_surface(tree, points, lines):
+    lines = _seed_lines(tree, points)
+    if lines is None or _is_lined_surface(tree, points, lines):
         return None
     every = -(-len(points) // MAX_SPARSE_POINTS)
     if every == 1:
@@ -151,13 +149,13 @@ def find_sparse_strands(points: Floats) -> SparseStrands | None:
 
 def is_sparse(points: Floats) -> bool:
     """Tell whether the points (N, 3) m of a cloud lie one behind the other along thin strands."""
-    return len(points) >= 2 * MIN_LINE_POINTS and _seed_lines(points) is not None
+    return len(points) >= 2 * MIN_LINE_POINTS and _seed_lines(cKDTree(points), points) is not None
 
 
-def _seed_lines(points: Floats) -> _Lines | None:
+def _seed_lines(tree: cKDTree, points: Floats) -> _Lines | None:
     """Return the lines through some of the points that have one, if most have, and if their points show no surface."""
     seeds = np.ascontiguousarray(points[:: max(1, len(points) // MAX_SEEDS)])
-    near = nearest_points(points, seeds, min(len(points), MAX_NEIGHBORS))
+    near = tree.query(seeds, k=min(len(points), MAX_NEIGHBORS))
     nearest = float(np.median(near[0][:, 1]))
     if nearest <= 0:
         return None

@@ -9,6 +9,8 @@ those of what lies behind is told by what is seen beside the strand.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
@@ -21,9 +23,6 @@ from .depth_filter import Readings
 
 NEARER_SHARE = 0.35
 """Share of the readings across a strand that are nearer than the one taken for the strand: what is wrong mostly lies behind."""
-
-FIRST_REACH_PX = 3.0
-"""px within which the skeleton is looked for first: half of a thin strand. In noise a larger reach holds thousands of pixels."""
 
 MIN_BRANCH_PX = 12
 """Pixels with readings of a branch at least; shorter ones do not tell what is smooth."""
@@ -90,7 +89,7 @@ def filter_along_strands(
     width = facts.mask.shape[1]
     keys = np.flatnonzero(facts.mask)
     pixels = np.column_stack((keys % width, keys // width))
-    near = _nearest_samples(pixels.astype(float), facts.skeleton[0].astype(float))
+    near = nearest(pixels.astype(float), facts.skeleton[0].astype(float), math.inf)[1]
     at = np.searchsorted(keys, readings.pixels @ (1, width))
     own = _smooth_line(readings.depth, near[at], facts, radius, frame, smoothing)[near]
     given = np.zeros((2, len(keys)))
@@ -125,16 +124,6 @@ def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, fr
         lies = waves > MAX_WAVES_RADII * radius and len(surface)
         smooth[part] = _drawn_to_surface(depth, waves, surface, radius) if lies else depth
     return smooth
-
-
-def _nearest_samples(pixels: Floats, line: Floats) -> Ints:
-    """Return the nearest sample (S, 2) of each pixel (N, 2), (N,): within FIRST_REACH_PX, or twice that, and so on."""
-    reach = FIRST_REACH_PX
-    distance, near = nearest(pixels, line, reach, True)
-    while len(far := np.flatnonzero(np.isinf(distance))):
-        reach *= 2
-        distance[far], near[far] = nearest(pixels[far], line, reach, True)
-    return near
 
 
 def _is_torn(readings: Readings, facts: FrameFacts, radius: float) -> bool:

@@ -1,0 +1,86 @@
+"""Sparse grids: the cells that points occupy, their neighbors and connected components, and morphological closing.
+
+A cell of a box has a key, its row-major index; letters: N points, M cells, D in {2, 3} axes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..kernels import neighbor_table
+from ..types import Floats, Ints
+from .limits import KEY_LIMIT
+
+Shape = tuple[int, ...]
+
+
+def box_shape(points: Floats, origin: Floats, size: float, margin: int) -> tuple[Shape, float]:
+    """Return the number of cells along each axis of a box around N >= 1 points, and that of all its cells.
+
+    Parameters
+    ----------
+    points
+        (N, D), none below the origin.
+    origin
+        (D,), lower corner of the box, in the unit of the points.
+    size
+        edge of a cell.
+    margin
+        number of empty cells beyond the last point along each axis.
+
+    Returns
+    -------
+    shape : D numbers; empty if the box has more cells than KEY_LIMIT.
+    total : number of cells of the box.
+    """
+    sides = (np.floor((points.max(axis=0) - origin) / size) + (margin + 1)).tolist()
+    total = math.prod(sides)
+    return (tuple(int(side) for side in sides) if total <= KEY_LIMIT else ()), total
+
+
+def cell_keys(points: Floats, origin: Floats, size: float, shape: Shape) -> Ints:
+    """Return the key of the cell of each of N points, (N,) int64; the arguments are as for `box_shape`."""
+    return np.ravel_multi_index(tuple(((points - origin) / size).astype(np.int64).T), shape)
+
+
+def cell_coords(keys: Ints, shape: Shape) -> Ints:
+    """Return the indices along each axis of the cells with the given keys, (M, D) int64."""
+    return np.column_stack(np.unravel_index(keys, shape))
+
+
+def neighbors_of(coords: Ints) -> Ints:
+    """Return the table (M, 26) int32 of the neighbors of cells (M, D), in lexicographic order; in 2-D all are in one layer."""
+    return neighbor_table(coords if coords.shape[1] == 3 else np.pad(coords, ((0, 0), (0, 1)), constant_values=1))
+
+
+def components(table: Ints) -> Ints:
+    """Return the number of the connected component of each cell, (M,), from the table of neighbors (M, 26), -1 for none."""
+    linked = table >= 0
+    starts = np.concatenate(([0], np.cumsum(linked.sum(axis=1))))
+    graph = csr_matrix((np.ones(starts[-1]), table[linked], starts), shape=(len(table), len(table)))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def close_cells(keys: Ints, shape: Shape, iterations: int) -> Ints:
+    """Return the keys of the cells that are occupied after closing with a cube of 2 `iterations` + 1 cells, ascending.
+
+    keys : (M,), ascending, those of the occupied cells; they stay occupied. At every face of the box more layers of cells than
+    `iterations` are empty.
+    """
+    closed = keys
+    strides = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))] * iterations
+    for stride in strides:
+        closed = _on_three(closed, stride)[0]
+    for stride in strides:
+        found, count = _on_three(closed, stride)
+        closed = found[count == 3]
+    return np.union1d(closed, keys)
+
+
+def _on_three(keys: Ints, stride: int) -> tuple[Ints, Ints]:
+    """Return the keys that are given or a stride away from one that is, and how many of the three are given."""
+    return np.unique(np.concatenate((keys - stride, keys, keys + stride)), return_counts=True)
