@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from ..geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ..kernels import surface_color, upper_of_groups
+from ..kernels import surface_color
 from ..types import Array, Bools, Floats, Ints
 
 MEDIAN_PX = 15
@@ -49,7 +49,8 @@ def median_hues(color: Array, pixels: Ints, sizes: Ints) -> Floats:
 
     color : (H, W, 3) uint8 RGB. pixels : (N,) row-major indices, group by group. sizes : (K,) number of pixels of each group.
     """
-    hues = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:].astype(float)
-    group = np.repeat(np.arange(len(sizes)), sizes)
-    axes = (np.ascontiguousarray(axis) for axis in hues.T)
-    return np.column_stack([upper_of_groups(axis, group, len(sizes), 0.5)[0] for axis in axes])
+    hues = to_lab(color.reshape(-1, 3)[pixels][None])[0, :, 1:]
+    group = np.repeat(np.arange(len(sizes)), sizes) << 8
+    ranked = np.sort(group[:, None] + hues, axis=0) & 255
+    middle = np.cumsum(sizes) - sizes + sizes // 2
+    return np.where(sizes[:, None] > 0, np.append(ranked, [[0, 0]], axis=0)[middle], 0).astype(float)

@@ -1,1 +1,1 @@
-"""Facts that are made once from what was measured, natively, and read by all stages."""
+"""Facts that are made once from what was measured, and read by all stages."""

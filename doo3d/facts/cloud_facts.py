@@ -6,25 +6,21 @@ import math
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
-from ..geometry.cells import box_shape, cell_keys
+from ..geometry.cells import box_shape, cell_coords, cell_keys, components, neighbors_of
 from ..types import Floats, Foreground, Ints
 from .frame_facts import facts_of
 
 SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
 """Points of a cloud, and seeds among them, on which its density is measured."""
 
-STRAND_SPACINGS = 3.0
-"""Point spacings; parts of a cloud that are farther apart are strands of their own when the first radius is measured."""
+STRAND_CELL_SPACINGS = 2.0
+"""Point spacings; edge of the cells of which those side by side are of one strand when the first radius is measured."""
 
 MIN_STRAND_FRACTION, MIN_LARGE_FRACTION = 0.05, 0.8
 """Fraction of the points that a strand has at least, and that all such strands have together, to be looked at one by one."""
-
-SMALL_CELL = 0.05
-"""Edge of the cells in which one point stands for all, as a fraction of the distance between strands."""
 
 
 class CloudFacts:
@@ -34,8 +30,7 @@ class CloudFacts:
     """
 
     def __init__(self, points: Floats) -> None:
-        self.sample = sampled(points)
-        self.density = len(points) / max(len(self.sample), 1)
+        self.sample, self.count = sampled(points), len(points)
 
     @cached_property
     def spacing(self) -> float:
@@ -47,15 +42,23 @@ class CloudFacts:
         if nearest < 1:
             return 1e-3
         distance = cKDTree(self.sample).query(seeds_of(self.sample), k=[nearest + 1])[0]
-        return max(float(np.median(distance)) * math.sqrt(math.pi / nearest) / math.sqrt(self.density), 1e-6)
+        in_sample = float(np.median(distance)) * math.sqrt(math.pi / nearest)
+        return max(in_sample * math.sqrt(len(self.sample) / self.count), 1e-6)
 
     @cached_property
     def strands(self) -> Ints:
         """The number, from 0, of the strand of each point of the sample, (S,); -1 in a small part; empty if all touch.
 
-        Strands are the large parts that lie STRAND_SPACINGS apart. There are none if many points are in small parts.
+        Strands are the large connected components of the occupied cells. There are none if many points are in small ones.
         """
-        part = _parts(self.sample, self.apart)
+        if not len(self.sample):
+            return np.zeros(0, dtype=np.int64)
+        origin, edge = self.sample.min(axis=0) - self.cell, self.cell
+        shape, _ = box_shape(self.sample, origin, edge, 1)
+        if not shape:
+            return np.zeros(0, dtype=np.int64)
+        keys, cell = np.unique(cell_keys(self.sample, origin, edge, shape), return_inverse=True)
+        part = components(neighbors_of(cell_coords(keys, shape)))[cell]
         size = np.bincount(part)
         large = np.flatnonzero(size >= MIN_STRAND_FRACTION * len(part))
         if len(large) < 2 or size[large].sum() < MIN_LARGE_FRACTION * len(part):
@@ -63,13 +66,13 @@ class CloudFacts:
         return np.where(np.isin(part, large), np.searchsorted(large, part), -1)
 
     @property
-    def apart(self) -> float:
-        """Distance in m beyond which parts of the sample are strands of their own."""
-        return STRAND_SPACINGS * self.spacing * math.sqrt(self.density)
+    def cell(self) -> float:
+        """Edge in m of the cells that connect the points of a strand."""
+        return STRAND_CELL_SPACINGS * self.spacing * math.sqrt(self.count / max(len(self.sample), 1))
 
     def strands_nearer(self, distance: float) -> bool:
         """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
-        if not len(self.strands) or distance <= self.apart:
+        if not len(self.strands):
             return False
         own = [self.sample[self.strands == k] for k in range(int(self.strands.max()) + 1)]
         trees = [cKDTree(points) for points in own]
@@ -85,23 +88,6 @@ class CloudFacts:
             return np.zeros(len(points), dtype=np.int64)
         known = self.strands >= 0
         return np.asarray(self.strands[known][cKDTree(sampled(points)[known]).query(points)[1]])
-
-
-def _parts(points: Floats, apart: float) -> Ints:
-    """Return the number of the part of each of S points, (S,); parts are farther than `apart` from each other.
-
-    Of points in one of many small cells the first stands for all: pairs of repeated points would fill the memory.
-    """
-    if not len(points):
-        return np.zeros(0, dtype=np.int64)
-    origin, edge = points.min(axis=0), SMALL_CELL * apart
-    shape, _ = box_shape(points, origin, edge, 0)
-    if not shape:
-        return np.zeros(len(points), dtype=np.int64)
-    _, first, cell = np.unique(cell_keys(points, origin, edge, shape), return_index=True, return_inverse=True)
-    pairs = cKDTree(points[first]).query_pairs(apart, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(first), len(first)))
-    return np.asarray(connected_components(graph, directed=False)[1][cell])
 
 
 def sampled(points: Floats) -> Floats:
@@ -165,9 +151,9 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
         own = number[:: max(1, len(sample) // SAMPLE_SEEDS)]
         strands = [(sample[number == k], seeds_of(sample)[own == k]) for k in range(int(number.max()) + 1)]
     for strand, seeds in strands:
-        tree, reach = cKDTree(strand), 3 * sample_apart
+        tree, values, reach = cKDTree(strand), moments(strand), 3 * sample_apart
         while len(seeds) and reach < extent:
-            counts, _, covariances = spreads(neighbors_within(tree, seeds, reach), strand)
+            counts, _, covariances = spreads(neighbors_within(tree, seeds, reach), values)
             thin, wide, length = np.linalg.eigvalsh(covariances).T
             long = (counts > 8) & (wide < length / 9)
             if long.any():
@@ -178,22 +164,26 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
     return float(np.median(radii)) if radii else extent / 6
 
 
-def neighbors_within(tree: cKDTree, centers: Floats, reach: float) -> csr_matrix:
+def neighbors_within(tree: cKDTree, centers: Floats, reach: float) -> coo_matrix:
     """Return a matrix (S, N) that is 1 where a point of the tree is within `reach` of a center, (S, 3), and 0 elsewhere."""
-    near = cKDTree(centers).sparse_distance_matrix(tree, reach, output_type="coo_matrix").tocsr()
+    near = cKDTree(centers).sparse_distance_matrix(tree, reach, output_type="coo_matrix")
     near.data[:] = 1.0
     return near
 
 
-def spreads(near: csr_matrix, points: Floats) -> tuple[Floats, Floats, Floats]:
+def moments(points: Floats) -> Floats:
+    """Return 1, the coordinates and their products for each of N points (N, 3), from their middle: (N, 13)."""
+    offset = points - points.mean(axis=0)
+    return np.concatenate((np.ones((len(points), 1)), offset, (offset[:, :, None] * offset[:, None]).reshape(-1, 9)), axis=1)
+
+
+def spreads(near: coo_matrix, values: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the number of the points near each of S centers, (S,), their mean, (S, 3), and their covariance, (S, 3, 3).
 
-    near : (S, N), as `neighbors_within` returns it for the points (N, 3). Without points near the covariance is 0.
+    near : (S, N), as `neighbors_within` returns it. values : (N, 13), the moments of the points, from whose middle the means are
+    measured. Without points near, all are 0.
     """
-    middle = points.mean(axis=0)
-    offset = points - middle
-    squares = (offset[:, :, None] * offset[:, None]).reshape(-1, 9)
-    sums = near @ np.concatenate((np.ones((len(points), 1)), offset, squares), axis=1)
+    sums = near @ values
     sums[:, 1:] /= np.maximum(sums[:, :1], 1)
     mean = sums[:, 1:4]
-    return sums[:, 0], middle + mean, sums[:, 4:].reshape(-1, 3, 3) - mean[:, :, None] * mean[:, None]
+    return sums[:, 0], mean, sums[:, 4:].reshape(-1, 3, 3) - mean[:, :, None] * mean[:, None]

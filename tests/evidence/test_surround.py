@@ -38,3 +38,16 @@ def test_the_hue_tells_red_from_green_in_any_light(color, sign):
     hues = [median_hues(image, np.arange(16), np.array([16]))[0] for image in (bright, dark)]
     assert sign * (hues[0][0] - 128) > 10
     assert np.linalg.norm(hues[0] - hues[1]) < 20
+
+
+def test_hues_of_groups_are_their_medians():
+    rng = np.random.default_rng(0)
+    image, pixels, sizes = (
+        rng.integers(0, 256, (9, 9, 3), dtype=np.uint8),
+        rng.permutation(81)[:40],
+        np.array([3, 0, 5, 31, 1, 0]),
+    )
+    hues = to_lab(image).reshape(-1, 3)[pixels, 1:]
+    parts = np.split(hues, np.cumsum(sizes)[:-1])
+    wanted = [np.median(part, axis=0) if len(part) else np.zeros(2) for part in parts]
+    np.testing.assert_array_equal(median_hues(image, pixels, sizes), wanted)

@@ -86,7 +86,5 @@ def test_log_odds_are_those_of_a_plain_computation(plane):
 
 def test_without_noise_the_log_odds_stay_finite():
     points, readings = np.array([(0.0, 0, 0.6)]), np.array([0.7])
-    found = surface_log_odds(
-        points, np.zeros((1, 2), int), readings, 0.0, points, np.zeros(1), np.zeros(1), 0.1, *np.zeros((2, 0))
-    )
+    found = surface_log_odds(points, np.zeros((1, 2), int), readings, 0.0, points, np.zeros(1), np.zeros(1), *np.zeros((2, 0)))
     assert found.tolist() == [np.finfo(float).max]

@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 
-from doo3d.kernels import FrameFacts, mask_pixels, visits
+from doo3d.kernels import FrameFacts, bounding_box, visits
 
 
 def counted(kernel, *arguments) -> int:
@@ -16,7 +16,7 @@ def counted(kernel, *arguments) -> int:
 
 
 def test_visits_start_at_0_after_they_are_read():
-    mask_pixels(np.ones((20, 20), bool))
+    bounding_box(np.ones((20, 20), bool))
     assert visits() > 0
     assert visits() == 0
 
@@ -24,7 +24,7 @@ def test_visits_start_at_0_after_they_are_read():
 def test_each_thread_has_visits_of_its_own():
     visits()
     other = []
-    thread = threading.Thread(target=lambda: other.append(counted(mask_pixels, np.ones((20, 20), bool))))
+    thread = threading.Thread(target=lambda: other.append(counted(bounding_box, np.ones((20, 20), bool))))
     thread.start()
     thread.join()
     assert other[0] > 0
@@ -35,7 +35,7 @@ def test_a_larger_frame_around_a_mask_adds_its_scan_only():
     small, large = np.zeros((80, 80), bool), np.zeros((160, 160), bool)
     small[10:30, 10:30] = large[10:30, 10:30] = True
     scans = 1  # into runs
-    assert counted(mask_pixels, large) - counted(mask_pixels, small) == scans * (large.size - small.size) // 8
+    assert counted(bounding_box, large) - counted(bounding_box, small) == scans * (large.size - small.size) // 8
 
 
 def test_a_window_counts_its_pixels():

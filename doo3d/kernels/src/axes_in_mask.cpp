@@ -1,5 +1,5 @@
 #include "cross_sections.h"
-#include "medians.h"
+#include "order_statistics.h"
 #include "plane_rise.h"
 #include "pooling.h"
 #include "polyline.h"
@@ -36,12 +36,6 @@ struct Samples {
 struct Measured {
     std::vector<double> target, lateral_weight, depth_weight;
 };
-
-double finite_median(std::vector<double>& values, double otherwise) {
-    values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }), values.end());
-    count_visits(Index(values.size()));
-    return values.empty() ? otherwise : median(values);
-}
 
 // Take the median of what was measured along each path for its radius, if anything usable was.
 void set_path_radius(Samples& samples, const std::vector<double>& measured) {

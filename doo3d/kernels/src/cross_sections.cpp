@@ -1,7 +1,7 @@
 // Surface points in the cross-sections of samples along center lines, and what is pooled from them.
 #include "cross_sections.h"
 
-#include "medians.h"
+#include "order_statistics.h"
 #include "pooling.h"
 
 #include <array>
@@ -327,8 +327,7 @@ PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double
         if (last || sample.empty()) break;
         std::vector<double> residual(sample.size());
         for (std::size_t k = 0; k < sample.size(); ++k) residual[k] = std::fabs(values[k] - means.mean[sample[k]]);
-        std::vector<double> sorted(residual);
-        const double limit = std::max(outlier_medians * median(sorted), 1e-9);
+        const double limit = std::max(outlier_medians * median(residual), 1e-9);
         std::size_t inside = 0;
         for (std::size_t k = 0; k < sample.size(); ++k) {
             if (!(residual[k] <= limit)) continue;

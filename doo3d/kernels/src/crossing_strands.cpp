@@ -1,10 +1,9 @@
 // Which of two strands that cross in the view is on top: by the depth of their surfaces, and by their colors.
-#include "medians.h"
+#include "order_statistics.h"
 #include "polyline.h"
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 
 namespace {
 
@@ -32,13 +31,6 @@ double clipped(double value, double limit) { return value < -limit ? -limit : va
 Pair normal_of(const Pair& step) {
     const double size = at_least(std::sqrt(step[0] * step[0] + step[1] * step[1]), 1e-12);
     return {-step[1] / size, step[0] / size};
-}
-
-// Return the median of the values that are finite; NaN where none is. `part` is space for them.
-double finite_median(const std::vector<double>& values, std::vector<double>& part) {
-    part.clear();
-    std::copy_if(values.begin(), values.end(), std::back_inserter(part), [](double value) { return std::isfinite(value); });
-    return part.empty() ? std::nan("") : median(part);
 }
 
 // Return the coefficients of the least-squares parabola through the values that count.
@@ -71,7 +63,7 @@ std::array<double, 3> fit_parabola(const std::vector<double>& at, const std::vec
 double parabola_at_crossing(const double* along, const std::vector<double>& values, double deviations, Index min_measured) {
     const std::size_t size = values.size();
     double most = 0.0, value = std::nan("");
-    std::vector<double> at(along, along + size), residual(size), part;
+    std::vector<double> at(along, along + size), residual(size);
     std::vector<Byte> good(size);
     for (const double each : at) most = std::max(most, std::fabs(each));
     for (std::size_t s = 0; s < size; ++s) at[s] /= most, good[s] = std::isfinite(values[s]);
@@ -81,7 +73,7 @@ double parabola_at_crossing(const double* along, const std::vector<double>& valu
         for (std::size_t s = 0; s < size; ++s) {
             residual[s] = good[s] ? std::fabs(fit[0] + at[s] * fit[1] + at[s] * at[s] * fit[2] - values[s]) : std::nan("");
         }
-        const double limit = deviations * at_least(finite_median(residual, part), 1e-9);
+        const double limit = deviations * at_least(finite_median(residual, NAN), 1e-9);
         for (std::size_t s = 0; s < size; ++s) good[s] = good[s] && residual[s] <= limit;
     }
     Index before = 0, after = 0;
@@ -238,13 +230,13 @@ class CrossingStrands {
     // Return the distance of a strand's surface at the crossing, from readings that do not differ by more than its thickness.
     double surface_at_crossing(Index strand, const Vector<double>& surface, double deviations) const {
         const Index offsets = Index(surface.shape(0)) / (2 * count_ * samples_), first = strand * samples_;
-        std::vector<double> measured(samples_), height(samples_), across(offsets), part;
+        std::vector<double> measured(samples_), height(samples_), across(offsets);
         for (Index s = 0; s < samples_; ++s) {
             for (Index a = 0; a < offsets; ++a) across[a] = surface((first + s) * offsets + a);
-            measured[s] = finite_median(across, part);
+            measured[s] = finite_median(across, NAN);
             height[s] = height_[first + s] - measured[s];
         }
-        const double middle = finite_median(height, part);
+        const double middle = finite_median(height, NAN);
         for (Index s = 0; s < samples_; ++s) {
             if (!(std::fabs(height[s] - middle) < 2 * radius_[strand])) measured[s] = std::nan("");
         }
@@ -253,7 +245,7 @@ class CrossingStrands {
 
     // Add half of the median colors across a strand on one side of a crossing, and return the number of samples in the image.
     Index add_profile(const Volume<Byte>& image, const double* places, double* profile, Index values) const {
-        std::vector<double> colors(samples_ / 2 * values), along(samples_ / 2), part;
+        std::vector<double> colors(samples_ / 2 * values), along(samples_ / 2);
         Index measured = 0;
         for (Index s = 0; s < samples_ / 2; ++s) {
             double* own = colors.data() + s * values;
@@ -262,7 +254,7 @@ class CrossingStrands {
         }
         for (Index k = 0; k < values; ++k) {
             for (Index s = 0; s < samples_ / 2; ++s) along[s] = colors[s * values + k];
-            profile[k] += finite_median(along, part) / 2;
+            profile[k] += finite_median(along, NAN) / 2;
         }
         return measured;
     }

@@ -1,6 +1,6 @@
 #include "depth_facts.h"
+#include "order_statistics.h"
 
-#include "medians.h"
 
 #include <cstdlib>
 #include <limits>
@@ -13,15 +13,15 @@ double mean_of_smaller(const std::vector<double>& values) {
     const auto kept = std::size_t(KEPT * double(values.size()));
     if (!kept) return 0.0;
     std::vector<double> ordered = values;
-    std::nth_element(ordered.begin(), ordered.begin() + kept, ordered.end());
+    const double limit = value_at(ordered, kept);
     double sum = 0.0;
     std::size_t below = 0;
     for (const double value : values) {  // in their own order, so that the sum is the same with every library
-        if (value >= ordered[kept]) continue;
+        if (value >= limit) continue;
         sum += value;
         ++below;
     }
-    return (sum + double(kept - below) * ordered[kept]) / double(kept);
+    return (sum + double(kept - below) * limit) / double(kept);
 }
 
 // Return the least float that is not less than a limit: a float is below the one exactly if it is below the other.
@@ -113,8 +113,9 @@ DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
             if (column > run.start && z[column - 1] > 0) steps.push_back(std::fabs(z[column] - z[column - 1]));
         }
     }
-    const auto middle = [](std::vector<float>& values) { return values.empty() ? 0.0f : median(values); };
-    return {Index(readings.size()), middle(readings), middle(steps)};
+    const auto middle = [](std::vector<float>& values) { return values.empty() ? 0.0f : median(std::move(values)); };
+    const Index count = Index(readings.size());
+    return {count, middle(readings), middle(steps)};
 }
 
 // Of independent errors, the first difference has twice and the second six times the variance of one; slopes raise the first, and
@@ -137,10 +138,9 @@ double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pi
         }
     }
     if (jumps.empty()) return 0.0;
-    const auto quartile = jumps.begin() + jumps.size() / 4;
-    std::nth_element(jumps.begin(), quartile, jumps.end());
+    const double quartile = value_at(jumps, jumps.size() / 4);
     const double noise = std::max(mean_of_smaller(steps) / std::sqrt(2.0), mean_of_smaller(bends) / std::sqrt(6.0));
-    return std::hypot(noise / KEPT_MEAN, *quartile / std::sqrt(12.0));
+    return std::hypot(noise / KEPT_MEAN, quartile / std::sqrt(12.0));
 }
 
 // Along the runs in blocks; the neighbors of a reading are added in row-major order.

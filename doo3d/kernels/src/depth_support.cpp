@@ -1,5 +1,5 @@
 #include "arrays.h"
-#include "medians.h"
+#include "order_statistics.h"
 
 namespace {
 

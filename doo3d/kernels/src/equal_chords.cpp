@@ -1,4 +1,5 @@
 // Chords of one length along polylines.
+#include "order_statistics.h"
 #include "polyline.h"
 
 #include <algorithm>
@@ -125,8 +126,7 @@ void compensate_sagitta(std::vector<double>& points, Index dim, double length, d
     for (Index i = 1; i < count; ++i) {
         steps.push_back(std::sqrt(squared_distance(points.data() + i * dim, points.data() + (i - 1) * dim, dim)));
     }
-    std::sort(steps.begin(), steps.end());
-    const double spacing = count < 3 ? 0.0 : (steps[(count - 2) / 2] + steps[(count - 1) / 2]) / 2;
+    const double spacing = count < 3 ? 0.0 : median(std::move(steps));
     if (!(spacing > 0)) return;
     const bool is_dense = !(length <= most_samples * spacing);
     const double quarter = std::nearbyint(length / spacing / 4), half = double((count - 1) / 2);

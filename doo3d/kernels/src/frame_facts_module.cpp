@@ -186,8 +186,6 @@ auto medial_axis(Matrix<bool> mask) {
 
 auto bounding_box(Matrix<bool> mask) { return box_tuple(FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), 0)); }
 
-auto mask_pixels(Matrix<bool> mask) { return pixels(FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), 0)); }
-
 }  // namespace
 
 void bind_frame_facts(Module& m) {
@@ -355,8 +353,4 @@ void bind_frame_facts(Module& m) {
     //
     // mask : (H, W) bool.
     m.def("bounding_box", &bounding_box, "mask"_a.noconvert());
-    // Return the True pixels of a mask as (u, v) = (column, row), sorted by u and then v.
-    //
-    // mask : (H, W) bool. Returns (K, 2) int64 for K True pixels.
-    m.def("mask_pixels", &mask_pixels, "mask"_a.noconvert());
 }

@@ -1,19 +1,10 @@
 // The parts of a mask and their half-widths, and the pixels near others.
 #include "mask_runs.h"
+#include "order_statistics.h"
 
 #include <limits>
 
 namespace {
-
-// Return the value at a share of sorted values, between neighbors as NumPy's percentile does.
-float percentile(std::vector<float>& values, double share) {
-    const double at = share * double(values.size() - 1);
-    const auto low = std::size_t(at);
-    std::nth_element(values.begin(), values.begin() + low, values.end());
-    const float first = values[low];
-    if (low + 1 == values.size()) return first;
-    return first + float(at - double(low)) * (*std::min_element(values.begin() + low + 1, values.end()) - first);
-}
 
 auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_pixels) {
     const Index height = mask.shape(0), width = mask.shape(1);
@@ -122,8 +113,7 @@ std::pair<double, double> HalfWidths::operator()(const Part& part) {
     pass(first, last, false);
     find_middle(first, last);
     if (middle.empty()) return {0.0, 0.0};
-    const double median = percentile(middle, 0.5);
-    return {median, percentile(middle, 0.85)};
+    return {quantile(middle, 0.5), quantile(middle, 0.85)};
 }
 
 MeasuredParts measure(const std::vector<Part>& parts, Index height, Index width, Index min_pixels, const BitImage& asked) {

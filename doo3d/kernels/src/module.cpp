@@ -27,7 +27,6 @@ void bind_line_fitting(Module&);
 void bind_mask_closing(Module&);
 void bind_mask_edge(Module&);
 void bind_mask_parts(Module&);
-void bind_medians(Module&);
 void bind_nearest(Module&);
 void bind_pinhole(Module&);
 void bind_plane(Module&);
@@ -84,7 +83,6 @@ NB_MODULE(_native, native) {
     bind_mask_closing(m);
     bind_mask_edge(m);
     bind_mask_parts(m);
-    bind_medians(m);
     bind_nearest(m);
     bind_pinhole(m);
     bind_plane(m);

@@ -23,10 +23,15 @@ public:
         Index index;
     };
 
-    // Return the target that is nearest to a position and no farther than a given one, of equally near ones the first.
-    Near find(const double* at, Near near) const {
-        dim_ == 2 ? search<2>(at, 0, Index(index_.size()), near) : search<3>(at, 0, Index(index_.size()), near);
+    // Return the wanted target that is nearest to a position and no farther than a given one, of equally near ones the first.
+    template <class IsWanted>
+    Near find(const double* at, Near near, IsWanted is_wanted) const {
+        const Index count = Index(index_.size());
+        dim_ == 2 ? search<2>(at, 0, count, near, is_wanted) : search<3>(at, 0, count, near, is_wanted);
         return near;
+    }
+    Near find(const double* at, Near near) const {
+        return find(at, near, [](Index) { return true; });
     }
 
 private:
@@ -50,23 +55,24 @@ private:
         split(targets, middle - index_.begin() + 1, last);
     }
 
-    template <Index D>
-    void compare(const double* at, Index k, Near& near) const {
+    template <Index D, class IsWanted>
+    void compare(const double* at, Index k, Near& near, IsWanted is_wanted) const {
         const double square = squared_distance(at, &position_[k * D], D);
-        if (square < near.square || (square == near.square && index_[k] < near.index)) near = {square, index_[k]};
+        const bool is_nearer = square < near.square || (square == near.square && index_[k] < near.index);
+        if (is_nearer && is_wanted(index_[k])) near = {square, index_[k]};
     }
 
-    template <Index D>
-    void search(const double* at, Index first, Index last, Near& near) const {
+    template <Index D, class IsWanted>
+    void search(const double* at, Index first, Index last, Near& near, IsWanted is_wanted) const {
         while (last - first > LEAF) {
             const Index middle = first + (last - first) / 2;
             const double beyond = at[axis_[middle]] - position_[middle * D + axis_[middle]];
-            compare<D>(at, middle, near);
-            beyond < 0 ? search<D>(at, first, middle, near) : search<D>(at, middle + 1, last, near);
+            compare<D>(at, middle, near, is_wanted);
+            beyond < 0 ? search<D>(at, first, middle, near, is_wanted) : search<D>(at, middle + 1, last, near, is_wanted);
             if (!(beyond * beyond <= near.square)) return;
             beyond < 0 ? first = middle + 1 : last = middle;
         }
-        for (Index k = first; k < last; ++k) compare<D>(at, k, near);
+        for (Index k = first; k < last; ++k) compare<D>(at, k, near, is_wanted);
     }
 
     Index dim_;

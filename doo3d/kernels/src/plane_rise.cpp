@@ -1,6 +1,6 @@
 #include "plane_rise.h"
+#include "order_statistics.h"
 
-#include "medians.h"
 
 namespace {
 
@@ -39,7 +39,7 @@ WITH_AVX2 void raise_to_plane(const SampleAxes& samples, const std::vector<doubl
             const double at[3] = {point[0] + offset * lateral[0], point[1] + offset * lateral[1], point[2] + offset * lateral[2]};
             add_height(view, at, heights);
         }
-        if (heights.empty() || !median_is_within(heights, view.near_radii * radius[s])) continue;
+        if (heights.empty() || !(std::fabs(median(heights)) < view.near_radii * radius[s])) continue;
         const double rise = std::min((radius[s] - low) / slope, (1 + view.sunk_radii) * radius[s]);
         for (Index d = 0; d < 3; ++d) target[3 * s + d] -= rise * away[d];
     }

@@ -1,5 +1,5 @@
 #include "branch_graph.h"
-#include "clearance.h"
+#include "nearest.h"
 #include "polyline.h"
 
 #include <algorithm>
@@ -35,6 +35,38 @@ Line moving_mean(const Line& line, Index dim, Index half_width, bool closed) {
         }
     }
     return means;
+}
+
+// Return, for each of L lines that leave one place, the index of its first point that is clear of all other lines; that of the last
+// point looked through if none is. L >= 1, every line has points.
+//
+// A point is clear if it is farther than `clearance` from the first points of every other line, as many as are looked through of its own
+// line, `counts`; `limits` are the numbers of points of each line that others are compared with at most.
+std::vector<Index> first_clear(const std::vector<double>& points, Index dim, const std::vector<Index>& bounds,
+                               const std::vector<Index>& counts, const std::vector<Index>& limits, double clearance) {
+    const Index lines = Index(counts.size());
+    std::vector<Index> line, number, first(lines);  // of the points that others are compared with
+    std::vector<double> targets;
+    for (Index e = 0; e < lines; ++e) {
+        for (Index i = 0; i < std::min(limits[e], bounds[e + 1] - bounds[e]); ++i) {
+            line.push_back(e);
+            number.push_back(i);
+            targets.insert(targets.end(), &points[(bounds[e] + i) * dim], &points[(bounds[e] + i) * dim] + dim);
+        }
+    }
+    const Index size = Index(line.size());
+    const NearestTarget tree(targets.data(), size, dim);
+    Visits visits{size};
+    for (Index e = 0; e < lines; ++e) {
+        const Index own = std::min(counts[e], bounds[e + 1] - bounds[e]);
+        const auto is_other = [&](Index k) { return line[k] != e && number[k] < counts[e]; };
+        const auto is_clear = [&](Index i) {
+            return tree.find(&points[(bounds[e] + i) * dim], {clearance * clearance, size}, is_other).index == size;
+        };
+        while (first[e] < own - 1 && !is_clear(first[e])) ++first[e];
+        visits.count += first[e] + 1;
+    }
+    return first;
 }
 
 // A branch that becomes a path.

@@ -14,7 +14,7 @@
 // it and what lies behind, where only the strand can be. The ends of the chain are level. Then the smoother starts from that chain.
 //
 // What the median starts is done as NumPy and SciPy do it, so that a curve is the same in its last bit.
-#include "medians.h"
+#include "order_statistics.h"
 #include "whittaker.h"
 
 #include <algorithm>
@@ -44,12 +44,6 @@ struct Settings {
     double max_in_front;  // share of the samples
     double max_slope;     // m along the line of sight per m across it
 };
-
-double median(Values values) {
-    const auto middle = values.begin() + Index(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return values.size() % 2 ? *middle : (*std::max_element(values.begin(), middle) + *middle) / 2;
-}
 
 // Return the standard deviation that the median of the absolute values tells.
 double deviation(Values values) {
@@ -362,9 +356,7 @@ Values medians_beside(const Sides& sides, const Vector<double>& reach, const Vec
                 if (!std::isnan(depth)) readings.push_back(depth);
             }
         }
-        std::sort(readings.begin(), readings.end());
-        const std::size_t found = readings.size();
-        if (found) medians[i] = double((readings[(found - 1) / 2] + readings[found / 2]) / 2);
+        if (!readings.empty()) medians[i] = double(median(readings));
     }
     return medians;
 }

@@ -1,6 +1,6 @@
 // A strand and what lies on both of its sides: whether the strand rises from these, and differs from them in color.
 #include "lab.h"
-#include "medians.h"
+#include "order_statistics.h"
 
 #include <algorithm>
 
@@ -64,8 +64,7 @@ double middle_reading(const Across& strand, const Matrix<float>& depth, Index sa
         if (depth.data()[pixel] > 0) readings.push_back(depth.data()[pixel]);
     });
     if (readings.empty()) return std::nan("");
-    std::sort(readings.begin(), readings.end());
-    return readings[(readings.size() - 1) / 2];
+    return value_at(readings, (readings.size() - 1) / 2);
 }
 
 // Return by how much more than half of a strand does not rise from both sides, 0 to 1.
@@ -127,9 +126,7 @@ double low_contrast(const Across& strand, const Volume<Byte>& color, const Vecto
         if (std::isfinite(contrast)) contrasts.push_back(contrast);
     }
     if (contrasts.empty()) return INFINITY;
-    const auto low = contrasts.begin() + std::ptrdiff_t(LOW_CONTRAST_SHARE * double(contrasts.size() - 1));
-    std::nth_element(contrasts.begin(), low, contrasts.end());
-    return *low;
+    return value_at(contrasts, std::size_t(LOW_CONTRAST_SHARE * double(contrasts.size() - 1)));
 }
 
 auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vector<double> reach, double radius, Matrix<float> depth,

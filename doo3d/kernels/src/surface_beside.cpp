@@ -1,6 +1,6 @@
 // The surface beside chains in a depth image: its pixels, how far behind the chains it lies, and whether positions lie over it.
-#include "medians.h"
 #include "nearest.h"
+#include "order_statistics.h"
 #include "polyline.h"
 
 #include <limits>

@@ -1,6 +1,6 @@
 // One step of direct RGB-D alignment of two small views: brightness and inverse depth, robustly weighted.
 #include "arrays.h"
-#include "medians.h"
+#include "order_statistics.h"
 
 #include <array>
 

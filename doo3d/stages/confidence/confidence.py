@@ -16,10 +16,10 @@ from ...facts.frame_facts import facts_of
 from ...geometry.curves import Curves
 from ...geometry.depth_support import DepthSupport, depth_support
 from ...geometry.limits import MAX_SAMPLES
+from ...geometry.order_statistics import finite_percentiles
 from ...geometry.polyline import unit
 from ...geometry.projection import Projection
 from ...geometry.radii import STEP_RADII
-from ...kernels import percentiles
 from ...types import Array, Chain, Floats, Foreground, Ints
 from .. import FrameContext
 from .deviations import deviations_of
@@ -187,7 +187,7 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport
             doubts.append((float(chain.occluded.mean()), 0.0))
             continue
         part = slice(bounds[i], bounds[i + 1])
-        residual = float(percentiles(support.residual[part], RESIDUAL_PERCENTILE)[0])
+        residual = float(finite_percentiles(support.residual[part], RESIDUAL_PERCENTILE)[0])
         unsupported = float(((support.share[part] < SUPPORTED_SHARE) | chain.occluded).mean())
         doubts.append((unsupported, min(MAX_RESIDUAL_RADII, residual)))
     return doubts

@@ -15,9 +15,10 @@ import cv2
 import numpy as np
 from scipy.special import logit
 
+from ...geometry.order_statistics import finite_percentiles
 from ...geometry.polyline import unit
 from ...geometry.radii import CORE_OFFSETS
-from ...kernels import percentiles, strand_sides
+from ...kernels import strand_sides
 from ...types import Array, Chain, Floats, Foreground
 
 CABLE_WIDTHS = 350.0
@@ -119,5 +120,5 @@ def _uneven(chain: Chain) -> float:
     seen = ~chain.occluded
     at_seen = np.concatenate((seen[:1], seen[1:] & seen[:-1], seen[-1:]))
     radii = chain.radii[at_seen] if at_seen.any() else chain.radii
-    low, middle, high = percentiles(radii, UNEVEN_PERCENTILES).tolist()
+    low, middle, high = finite_percentiles(radii, UNEVEN_PERCENTILES).tolist()
     return min((high - low) / middle, MAX_UNEVEN) if middle > 0 else 0.0

@@ -11,9 +11,10 @@ from ... import kernels
 from ...evidence.support import BESIDE_PX
 from ...facts.frame_facts import facts_of
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, NOISE_RADII
+from ...geometry.order_statistics import finite_median
 from ...geometry.polyline import LEAST_WEIGHT, steps, whittaker_smooth
 from ...geometry.radii import OWN_RADII, TOUCHING_RADII
-from ...kernels import nearest, part_medians, window_sum
+from ...kernels import nearest, window_sum
 from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     CENTRAL_PART,
@@ -133,7 +134,7 @@ def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
     """Return samples on the smoothed axes, with the estimated radii."""
     curves = samples.curves
     weight = estimate.weight + PATH_WEIGHT * np.eye(curves.points.shape[1])
-    spacing = part_medians(steps(curves.points), curves.bounds[:-1], curves.bounds[1:] - 1)[0].tolist()
+    spacing = [finite_median(steps(points)) for points in curves]
     positions = np.empty_like(curves.points)
     for part, closed, step in zip(curves.parts, curves.closed.tolist(), spacing, strict=True):
         strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(step, 1e-9)) ** 4
@@ -227,7 +228,7 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
     change = np.abs(np.einsum("ij,ij->i", second_difference, depth_axis[middle]))
     usable = measured[first] & measured[middle] & measured[last] & (samples.curves.owner[first] == samples.curves.owner[last])
     relative = (change / samples.radius[middle])[usable]
-    return MAD_TO_DEVIATION * _median(relative) / math.sqrt(6) if len(relative) else 0.0
+    return MAD_TO_DEVIATION * finite_median(relative) / math.sqrt(6) if len(relative) else 0.0
 
 
 def _from_half_shell(samples: Samples, foreground: Foreground) -> _Estimate:
@@ -318,11 +319,7 @@ def _count_weight(count: Floats) -> Floats:
 
 def _median_count(count: Floats) -> float:
     some = count[count > 0]
-    return _median(some) if len(some) else 1.0
-
-
-def _median(values: Floats) -> float:
-    return float(part_medians(values, np.zeros(1, dtype=np.int64), np.array([len(values)]))[0][0])
+    return finite_median(some) if len(some) else 1.0
 
 
 def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Samples, Floats]:
@@ -335,7 +332,8 @@ def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Sam
 def _path_radius(samples: Samples, measured: Floats, usable: Bools) -> Floats:
     """Return the median of what was measured along each path, (S,); the radius so far where nothing usable was."""
     curves = samples.curves
-    median = part_medians(np.where(usable, measured, np.nan), curves.bounds[:-1], curves.bounds[1:])[0][curves.owner]
+    known = np.where(usable, measured, np.nan)
+    median = np.array([finite_median(known[part]) for part in curves.parts])[curves.owner]
     return np.where(np.isnan(median), samples.radius, median)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...config import SegmentConfig
-from ...facts.cloud_facts import CloudFacts, neighbors_within, sampled, seeds_of, spreads
+from ...facts.cloud_facts import CloudFacts, moments, neighbors_within, sampled, seeds_of, spreads
 from ...kernels import wide_readings
 from ...types import Cloud, Frame
 from .point_filter import NEIGHBORHOOD_CELL_SPACINGS
@@ -44,14 +44,17 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     radius = max(config.max_width, MIN_DISC_CELLS * size)
     filled = MIN_DISC_OCCUPANCY * np.pi * radius**2 / size**2
     near = neighbors_within(cKDTree(points), seeds_of(points), radius)
-    counts, means, covariances = spreads(near, points)
+    values = moments(points)
+    counts, means, covariances = spreads(near, values)
     some = counts > 8
     # as many cells are occupied as there are points, at most
     if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
         return False
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    axes, pairs = np.linalg.eigh(covariances)[1][:, :, 1:], near.tocoo()
-    flat = np.einsum("kd,kda->ak", points[pairs.col] - means[pairs.row], axes[pairs.row])
-    cells = np.column_stack((pairs.row, *np.floor(flat / size).astype(np.int64)))
-    is_filled = np.bincount(np.unique(cells, axis=0)[:, 0], minlength=len(counts))[some] > filled
+    axes = np.linalg.eigh(covariances)[1][:, :, 1:]
+    flat = np.einsum("kd,kda->ak", values[near.col, 1:4] - means[near.row], axes[near.row])
+    cells = np.floor(flat / size).astype(np.int64)
+    cells -= cells.min(axis=1, keepdims=True)
+    keys = np.ravel_multi_index((near.row, *cells), (len(counts), *(cells.max(axis=1) + 1)))
+    is_filled = np.bincount(np.unique(keys) // np.prod(cells.max(axis=1) + 1), minlength=len(counts))[some] > filled
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-from ...kernels import middle_medians, percentiles
+from ...geometry.order_statistics import finite_percentiles
 from ...types import Array, Bools, Floats
 from .ribbons import BORDER_PX, STEP_PX, TracedStrand
 
@@ -124,7 +124,7 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array, rank: float) ->
         how much the strand counts.
     """
     seen = np.isfinite(strand.score)
-    width, length = _median(strand.width[seen]), len(strand.points) * STEP_PX
+    width, length = float(np.median(strand.width[seen])), len(strand.points) * STEP_PX
     score = float(np.mean(strand.score[seen]))
     fault = _fault_without_profile(strand, seen, score, width, length, color.shape)
     if fault:
@@ -137,7 +137,7 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array, rank: float) ->
     side_px = width / 2 + SIDE_GAP_PX + max(2.0, SIDE_WIDTHS * width)
     core, side = np.abs(offset) < CORE_WIDTHS * width, (np.abs(offset) > width / 2 + SIDE_GAP_PX) & (np.abs(offset) < side_px)
     line, between = _centered(strand, profile, offset, width, normal, seen)
-    edge_px = _edge_px(_medians(profile[seen][None])[0].astype(np.float32), offset, core, side)
+    edge_px = _edge_px(np.median(profile[seen].astype(float), axis=0).astype(np.float32), offset, core, side)
     if _is_shadow(_light_left(values, offset, core, side, seen), edge_px):
         fault = "shadow"
     elif edge_px > MAX_EDGE_PX:
@@ -148,7 +148,7 @@ def check_strand(strand: TracedStrand, color: Array, lab: Array, rank: float) ->
 def _rank(strand: TracedStrand) -> float:
     """Return how much a strand counts: by its mean score, its length and its width."""
     seen = np.isfinite(strand.score)
-    score, width = float(np.mean(strand.score[seen])), _median(strand.width[seen])
+    score, width = float(np.mean(strand.score[seen])), float(np.median(strand.width[seen]))
     return float((score - 1) * (len(strand.points) * STEP_PX) * np.sqrt(width))
 
 
@@ -159,9 +159,9 @@ def _fault_without_profile(
     if length < max(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width):
         return "short"
     border = np.min((*strand.points.T, *(np.array((shape[1] - 1, shape[0] - 1))[:, None] - strand.points.T)), axis=0)
-    if _median(border) < width / 2 + BORDER_PX:
+    if np.median(border) < width / 2 + BORDER_PX:
         return "border"
-    wide, narrow = percentiles(strand.width[seen], WIDTH_PERCENTILES)
+    wide, narrow = finite_percentiles(strand.width[seen], WIDTH_PERCENTILES)
     return "uneven" if score < MIN_MEAN_SCORE or seen.mean() < MIN_SEEN or wide > MAX_WIDTH_CHANGE * narrow else ""
 
 
@@ -176,7 +176,7 @@ def _centered(
         near = (sign * at > MIN_EDGE_WIDTHS * width) & (sign * at < MAX_EDGE_WIDTHS * width)
         edges.append(at[near][np.argmax(change[:, near], axis=1)])
     apart = edges[1] - edges[0]
-    between = _median(apart[seen])
+    between = float(np.median(apart[seen]))
     shift = np.where(np.abs(apart - between) < 0.3 * between, (edges[0] + edges[1]) / 2, 0.0)
     shift = uniform_filter1d(median_filter(shift, 15, mode="nearest"), 7, mode="nearest")
     return strand.points + shift[:, None] * normal, between
@@ -185,7 +185,7 @@ def _centered(
 def _edge_px(profile: Floats, offset: Floats, core: Bools, side: Bools) -> float:
     """Return over how many px the color changes from a strand to its softer side, from its profile (F, 3)."""
     slope = np.linalg.norm(np.diff(profile, axis=0), axis=1) / PROFILE_SPACING_PX
-    inside, outside = (_medians(profile[part][None])[0].astype(np.float32) for part in (core, side))
+    inside, outside = (np.median(profile[part].astype(float), axis=0).astype(np.float32) for part in (core, side))
     step = float(np.linalg.norm(inside - outside))
     return step / max(min(float(slope[offset[:-1] < 0].max()), float(slope[offset[:-1] > 0].max())), 1e-3)
 
@@ -195,20 +195,9 @@ def _light_left(values: Array, offset: Floats, core: Bools, side: Bools, seen: B
 
     values : (P, F, 3) uint8, the colors of its profile.
     """
-    before, after, own = (_medians(LIGHT[values[:, part]]) for part in (side & (offset < 0), side & (offset > 0), core))
+    before, after, own = (np.median(LIGHT[values[:, part]], axis=1) for part in (side & (offset < 0), side & (offset > 0), core))
     left = np.log((own + DARK) / ((before + after) / 2 + DARK))
-    return np.asarray(_medians(left[seen][None])[0])
-
-
-def _medians(values: Array) -> Floats:
-    """Return the medians (A, C...) of values (A, B, C...) over the second axis, float64."""
-    every = np.ascontiguousarray(values, dtype=float)
-    return middle_medians(every.reshape(*every.shape[:2], -1)).reshape(every.shape[0], *every.shape[2:])
-
-
-def _median(values: Array) -> float:
-    """Return the median of values (N,)."""
-    return float(_medians(values[None])[0])
+    return np.asarray(np.median(left[seen], axis=0))
 
 
 def _is_shadow(left: Floats, edge_px: float) -> bool:

@@ -17,7 +17,7 @@ from scipy.ndimage import uniform_filter1d
 from ...evidence.support import BESIDE_PX
 from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import DEVIATIONS, NOISE_RADII
-from ...kernels import nearest, smooth_depth_beside, smooth_strand_depth, upper_of_groups
+from ...kernels import nearest, smooth_depth_beside, smooth_strand_depth
 from ...types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
@@ -113,7 +113,7 @@ def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, fr
     given : (N,) m, readings. near : (N,) index of the pixel of the skeleton each is nearest to.
     """
     line, bounds = facts.skeleton
-    value, count = upper_of_groups(1 / given, near, len(line), NEARER_SHARE)
+    value, count = nearer_values(1 / given, near, len(line))
     smooth = np.zeros(len(line))
     measured = np.concatenate(([0], np.cumsum(count > 0)))
     reach = np.full(len(line), radius * frame.camera.fx / np.median(given))
@@ -124,6 +124,17 @@ def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, fr
         lies = waves > MAX_WAVES_RADII * radius and len(surface)
         smooth[part] = _drawn_to_surface(depth, waves, surface, radius) if lies else depth
     return smooth
+
+
+def nearer_values(values: Floats, group: Ints, groups: int) -> tuple[Floats, Ints]:
+    """Return the value of each group that the share NEARER_SHARE of its values is above, and their number: (groups,) each.
+
+    values, group : (N,), values and the group of each; the value of a group without values is 0.
+    """
+    count = np.bincount(group, minlength=groups)
+    rank = np.cumsum(count) - 1 - np.floor(NEARER_SHARE * (count - 1)).astype(np.int64)
+    ordered = np.append(values[np.lexsort((values, group))], 0.0)
+    return ordered[np.where(count > 0, rank, -1)], count
 
 
 def _is_torn(readings: Readings, facts: FrameFacts, radius: float) -> bool:

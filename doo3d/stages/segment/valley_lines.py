@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...kernels import line_ends, mask_parts, part_medians, thin_pixels
+from ...kernels import line_ends, mask_parts, thin_pixels
 from ...types import Array, Bools, Floats, Ints
 from .wide_stretches import Bundles, close_gaps
 
@@ -45,7 +45,8 @@ def find_valley_lines(valley: Array, bottom: Bools, bundles: Bundles) -> Bools:
     longest = np.argsort(-size, kind="stable")[:MAX_VALLEYS]
     longest = longest[size[longest] >= MIN_VALLEY_RADII * radius]
     inside, depth = (
-        part_medians(image.ravel()[pixels].astype(float), starts[longest], starts[longest + 1])[0] for image in (distance, valley)
+        np.array([np.median(image.ravel()[pixels[starts[k] : starts[k + 1]]].astype(float)) for k in longest])
+        for image in (distance, valley)
     )
     deep = np.sort(longest[(depth >= SURE_VALLEY) & (inside >= radius)])  # and room for a strand
     own = [pixels[starts[k] : starts[k + 1]] for k in deep]

@@ -12,6 +12,7 @@ from doo3d import Frame, load_config
 from doo3d.config import SegmentConfig
 from doo3d.pipeline import detect
 from doo3d.stages.segment import segment
+from doo3d.stages.segment.strand_filter import NEARER_SHARE, nearer_values
 
 AXIS = wave()
 TABLE = 0.6
@@ -122,3 +123,14 @@ def test_few_pixels(pixels):
     mask = np.zeros_like(SEEN)
     mask.ravel()[np.flatnonzero(SEEN)[:pixels]] = True
     assert len(record_of(np.where(SEEN, DEPTH, TABLE), mask).foreground.points) <= pixels
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_values_below_the_uppermost_share_of_each_group(seed):
+    rng = np.random.default_rng(seed)
+    group, values = rng.integers(0, 40, 200), np.round(rng.normal(size=200), 1)
+    found, count = nearer_values(values, group, 45)
+    for k in range(45):
+        own = np.sort(values[group == k])
+        assert count[k] == len(own)
+        assert found[k] == (own[len(own) - 1 - int(NEARER_SHARE * (len(own) - 1))] if len(own) else 0.0)

@@ -1,0 +1,21 @@
+"""Medians and percentiles of measurements, some of which may be missing: values that are not finite do not count."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..types import Floats
+
+
+def finite_median(values: Floats) -> float:
+    """Return the median of values (N,); NaN if none is finite."""
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else math.nan
+
+
+def finite_percentiles(values: Floats, percents: Floats) -> Floats:
+    """Return percentiles (Q,) of values (N,), 0 to 100; NaN if none is finite."""
+    known = values[np.isfinite(values)]
+    return np.percentile(known, percents) if len(known) else np.full(len(percents), np.nan)
