@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from ..geometry.noise import SAMPLES
-from ..kernels import hue_modes
 from ..types import Array, Bools, Floats, Ints
 
 HUE_BINS, HUE_SMOOTHING = 72, 1.5
@@ -64,7 +64,7 @@ class StrandHues:
         some = pixels[:: max(1, len(pixels) // SAMPLES)]
         hue, chroma = _hues(np.ascontiguousarray(color[some[:, 1], some[:, 0]][None]))
         weight = chroma * (chroma > MIN_CHROMA)
-        color_of = hue_modes(hue[0], weight[0], HUE_BINS, HUE_SMOOTHING, MAX_SADDLE)
+        color_of = hue_modes(np.bincount(hue[0], weight[0], HUE_BINS))
         return cls(color_of, int(color_of.max()))
 
     def label(self, color: Array, mask: Bools, axis: tuple[Ints, Ints], radius: float, length: float) -> Ints:
@@ -105,6 +105,25 @@ class StrandHues:
         of_pixel = np.zeros(int(nearest.max()) + 1, np.uint8)
         of_pixel[nearest[labels > 0]] = labels[labels > 0]
         return np.where(mask, of_pixel[nearest], np.uint8(0))
+
+
+def hue_modes(counts: Floats) -> Ints:
+    """Return the number of the mode, from 1, of each bin of a histogram of hues (HUE_BINS,); 0 everywhere if it is empty.
+
+    Modes are joined across their highest saddle until every saddle is low.
+    """
+    height = gaussian_filter1d(counts, HUE_SMOOTHING, mode="wrap")
+    if not height.any():
+        return np.zeros(HUE_BINS, dtype=int)
+    cuts = np.flatnonzero((height < np.roll(height, 1)) & (height <= np.roll(height, -1)))
+    while len(cuts) > 1:
+        peak = np.maximum.reduceat(np.roll(height, -cuts[0]), cuts - cuts[0])
+        saddle = height[cuts] / np.minimum(peak, np.roll(peak, 1))
+        if saddle.max() <= MAX_SADDLE:
+            break
+        cuts = np.delete(cuts, saddle.argmax())
+    number = np.searchsorted(cuts, np.arange(HUE_BINS), side="right")
+    return np.where(number == 0, max(len(cuts), 1), number)
 
 
 def unlike_ends(labels: Array, lines: Sequence[Floats], window: int) -> Floats:

@@ -18,6 +18,11 @@ def bounding_box(mask: Bools) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
+def dilate(mask: Bools, px: float) -> Bools:
+    """Return the pixels (H, W) bool within `px` of a mask (H, W) bool, by a chamfer distance that is met up to rounding."""
+    return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5) <= px + 1e-3)
+
+
 def ridge_radius(inside: Array, scale: Array) -> float:
     """Return the radius of the object in a mask from the mask's distance transform.
 

@@ -20,8 +20,8 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_closing
 
+from ..geometry.mask import dilate
 from ..geometry.polyline import arc_length, densify, unit, whittaker_smooth
-from ..kernels import near_mask
 from ..types import Array, Bools, Floats
 
 SPACING_PX = 2.0
@@ -156,7 +156,7 @@ def match_strands(
     mask
         (H, W) bool, the object in the right image, beside which no strand is looked for; None if unknown.
     """
-    searched = _Searched(right, None if mask is None else near_mask(mask, SURROUND_PX, True))
+    searched = _Searched(right, None if mask is None else dilate(mask, SURROUND_PX))
     samples = [_sampled(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
     disparities = [_most_likely(each, searched) for each in samples]
     row = 0.0

@@ -150,6 +150,6 @@ def test_middle_pixels_are_near_the_skeleton_also_outside_of_the_mask(seed):
     u, v = facts.skeleton_pixels().T
     skeleton[v, u] = True
     pixels = np.argwhere(np.ones_like(mask))[:, ::-1].copy()
-    expected = kernels.near_mask(skeleton, reach, False)
+    expected = cv2.distanceTransform((~skeleton).view(np.uint8), cv2.DIST_L2, 5) < reach - 1e-4
     np.testing.assert_array_equal(facts.middle_pixels(pixels, reach), expected[pixels[:, 1], pixels[:, 0]])
     assert not kernels.FrameFacts(np.zeros_like(mask)).middle_pixels(pixels, reach).any()

@@ -30,7 +30,6 @@ CALLS = {
     "classify_positions": (
         POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, 1e-3,
     ),
-    "close_mask": (np.ones((3, 3), bool), np.array([1, 1]), 1.0),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         10, 4, np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
@@ -76,17 +75,12 @@ CALLS = {
         np.ones((3, 2)), np.array([0, 3]), 1.0,
     ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
-    "hue_modes": (np.array([0, 1, 1]), np.ones(3, np.float32), 4, 1.5, 0.4),
-    "largest_within": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), np.array([1, 0])),
     "keep_segments": (POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]])),
     "lay_equal_chords": (POINTS, 0.01),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
-    "long_parts": (np.ones((3, 3), bool), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "medial_axis": (np.ones((3, 3), bool),),
-    "near_mask": (np.ones((3, 3), bool), 1.0, True),
-    "near_pixels": (np.arange(4), np.arange(2), (3, 3), 1, 1),
     "nearest": (POINTS, POINTS, 0.1),
     "neighbor_table": (COORDS,),
     "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
@@ -136,7 +130,6 @@ CALLS = {
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
     "unproject_pinhole": (POINTS[:, :2].copy(), POINTS[:, 2].copy(), 1.0, 1.0, 0.0, 0.0),
-    "usual_half_width": (np.ones(3, np.float32), 0.9, 0.05, 0.1),
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "view_alignment": (
@@ -144,7 +137,6 @@ CALLS = {
     ),
     "visits": (),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
-    "wide_readings": (np.ones((5, 5), np.float32), 2, 0.01, 3.0, 0.01),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),
 }  # fmt: skip
 KEYWORDS = {

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.kernels import color_bands, mask_parts, near_pixels
+from doo3d.kernels import color_bands, mask_parts
 
 SHAPE = (90, 131)
 LIMITS = np.array([3.5, 7.0, 0.2, 0.3, 0.5])
@@ -135,14 +135,3 @@ def test_parts_with_pixels_that_are_asked_for_are_not_measured():
 def test_an_empty_mask_has_no_parts():
     pixels, starts, widths, holds = mask_parts(NOTHING, 1, np.zeros(0, int))
     assert (len(pixels), starts.tolist(), widths.shape, holds.shape) == (0, [0], (0, 2), (0,))
-
-
-@pytest.mark.parametrize(("square", "diamond"), [(4, 6), (0, 3), (2, 0)])
-def test_pixels_near_others_as_by_dilation(square, diamond):
-    random = np.random.default_rng(0)
-    others, pixels = random.choice(NOTHING.size, 25), random.permutation(NOTHING.size)
-    wide = cv2.dilate(drawn(others).view(np.uint8), np.ones((2 * square + 1,) * 2, np.uint8))
-    wide = cv2.dilate(wide, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=diamond) if diamond else wide
-    near = near_pixels(pixels, others, SHAPE, square, diamond)
-    np.testing.assert_array_equal(near, wide.ravel()[pixels] > 0)
-    assert 0.01 < near.mean() < 0.9

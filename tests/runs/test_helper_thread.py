@@ -18,7 +18,7 @@ from doo3d.runs.helper_thread import HelperThread
 def work():
     mask = np.random.default_rng(0).random((720, 1280)) < 0.3
     while True:
-        kernels.near_mask(mask, 5.0, True)
+        kernels.medial_axis(mask)
 
 thread = HelperThread()
 thread.submit(work)

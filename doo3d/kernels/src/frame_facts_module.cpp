@@ -1,7 +1,6 @@
 // FrameFacts and the functions of a mask alone, as Python sees them.
 #include "depth_facts.h"
 #include "lattice_pixels.h"
-#include "mask_closing.h"
 
 #include <nanobind/stl/optional.h>
 
@@ -127,12 +126,6 @@ auto middle_pixels(Facts& facts, Matrix<Index> pixels, double reach) {
     return to_numpy_bool(middle);
 }
 
-Index closed_core(const Facts& facts, Vector<Index> half_widths, double distance) {
-    const std::vector<Index> shape = checked_shape(half_widths, distance, facts.height(), facts.width());
-    nb::gil_scoped_release released;
-    return closed_mask(facts, shape, distance).deep;
-}
-
 auto depth_summary(const Facts& facts) {
     const float* depth = facts.readings();
     DepthSummary found;
@@ -224,14 +217,6 @@ void bind_frame_facts(Module& m) {
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         // Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`.
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
-        // Return the number of pixels farther than a distance from the outside once gaps are closed; see `close_mask`.
-        //
-        // half_widths : (K,) int64, half the widths of a symmetric shape, from its middle row on. distance : px.
-        //
-        // Raises
-        // ------
-        // ValueError : half_widths is empty or increases, or a value is negative or more than the image is large.
-        .def("closed_core", &closed_core, "half_widths"_a.noconvert(), "distance"_a)
         // Return about `most` pixels of the mask, evenly distributed, as (u, v), sorted by u and then v.
         //
         // Parameters
@@ -261,7 +246,7 @@ void bind_frame_facts(Module& m) {
         // -------
         // (K,) bool, False for a pixel outside the mask
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
-        // Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, measured as by `near_mask`: (K,).
+        // Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, by the distance of `medial_axis`: (K,).
         .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
         // Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
         //

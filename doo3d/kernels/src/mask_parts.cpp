@@ -1,4 +1,4 @@
-// The parts of a mask and their half-widths, and the pixels near others.
+// The parts of a mask and their half-widths.
 #include "mask_runs.h"
 #include "order_statistics.h"
 
@@ -21,36 +21,6 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_
         found = measure(parts_of(runs_of(bytes_of(mask), height, width)), height, width, min_pixels, asked);
     }
     return found.to_python();
-}
-
-auto near_pixels(Vector<std::int64_t> pixels, Vector<std::int64_t> others, std::pair<Index, Index> shape, Index square, Index diamond) {
-    const Index height = shape.first, width = shape.second, reach = square + diamond;
-    require(height >= 0 && width >= 0 && square >= 0 && diamond >= 0, "shape, square or diamond is below 0");
-    const auto inside = [&](const Vector<std::int64_t>& some) {
-        for (std::size_t i = 0; i < some.shape(0); ++i) {
-            if (some(i) < 0 || some(i) >= height * width) return false;
-        }
-        return true;
-    };
-    require(inside(pixels) && inside(others), "a pixel is not in the image");
-    std::vector<Byte> near(pixels.shape(0), 0);
-    count_visits(Index(pixels.shape(0) + others.shape(0)));
-    {
-        nb::gil_scoped_release released;
-        BitImage set(height, width);
-        for (std::size_t i = 0; i < others.shape(0); ++i) set.set(others(i) / width, others(i) % width);
-        const auto any = [&](Index y, Index first, Index last) {
-            return y >= 0 && y < height && set.any(y, std::max<Index>(first, 0), std::min(last + 1, width));
-        };
-        for (std::size_t i = 0; i < near.size(); ++i) {
-            const Index y = pixels(i) / width, x = pixels(i) % width;
-            for (Index away = 0; away <= reach && !near[i]; ++away) {
-                const Index half = reach - std::max<Index>(away - square, 0);
-                near[i] = any(y - away, x - half, x + half) || any(y + away, x - half, x + half);
-            }
-        }
-    }
-    return to_numpy_bool(near);
 }
 
 }  // namespace
@@ -154,9 +124,4 @@ void bind_mask_parts(Module& m) {
     // half_widths : (K, 2) px, distance from the middle to the edge, in the median and at the 85th percentile; 0 if not measured.
     // holds : (K,) bool, the parts with pixels of `asked`.
     m.def("mask_parts", &mask_parts, "mask"_a.noconvert(), "min_pixels"_a, "asked"_a.noconvert());
-    // Tell which pixels (N,) lie in an octagon around one of the others: a square widened by a diamond.
-    //
-    // pixels, others : (N,) and (Q,) row-major indices in an image of a shape. square, diamond : px, half of the width of either.
-    // Returns (N,) bool.
-    m.def("near_pixels", &near_pixels, "pixels"_a.noconvert(), "others"_a.noconvert(), "shape"_a, "square"_a, "diamond"_a);
 }

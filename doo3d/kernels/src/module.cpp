@@ -6,12 +6,10 @@ const char* sources_digest();
 void bind_appearance(Module&);
 void bind_axes_in_mask(Module&);
 void bind_color_bands(Module&);
-void bind_common_values(Module&);
 void bind_cross_sections(Module&);
 void bind_crossing_strands(Module&);
 void bind_depth_model(Module&);
 void bind_depth_support(Module&);
-void bind_dilation(Module&);
 void bind_end_tangents(Module&);
 void bind_equal_chords(Module&);
 void bind_follow_strand(Module&);
@@ -24,7 +22,6 @@ void bind_joint_fitting(Module&);
 void bind_keep_segments(Module&);
 void bind_line_ends(Module&);
 void bind_line_fitting(Module&);
-void bind_mask_closing(Module&);
 void bind_mask_edge(Module&);
 void bind_mask_parts(Module&);
 void bind_nearest(Module&);
@@ -52,7 +49,6 @@ void bind_valleys(Module&);
 void bind_view_alignment(Module&);
 void bind_visits(Module&);
 void bind_whittaker(Module&);
-void bind_wide_readings(Module&);
 void bind_zhang_suen(Module&);
 
 // Hot loops on plain arrays, native. Every function is checked in a test against a slow plain reference.
@@ -62,12 +58,10 @@ NB_MODULE(_native, native) {
     bind_appearance(m);
     bind_axes_in_mask(m);
     bind_color_bands(m);
-    bind_common_values(m);
     bind_cross_sections(m);
     bind_crossing_strands(m);
     bind_depth_model(m);
     bind_depth_support(m);
-    bind_dilation(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
     bind_follow_strand(m);
@@ -80,7 +74,6 @@ NB_MODULE(_native, native) {
     bind_keep_segments(m);
     bind_line_ends(m);
     bind_line_fitting(m);
-    bind_mask_closing(m);
     bind_mask_edge(m);
     bind_mask_parts(m);
     bind_nearest(m);
@@ -108,6 +101,5 @@ NB_MODULE(_native, native) {
     bind_view_alignment(m);
     bind_visits(m);
     bind_whittaker(m);
-    bind_wide_readings(m);
     bind_zhang_suen(m);
 }

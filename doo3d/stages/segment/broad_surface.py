@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ...config import SegmentConfig
 from ...facts.cloud_facts import CloudFacts, moments, neighbors_within, sampled, seeds_of, spreads
-from ...kernels import wide_readings
 from ...types import Cloud, Frame
 from .point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from .sparse_strands import is_sparse
@@ -36,9 +36,7 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     if not math.isfinite(config.max_width):
         return False
     if isinstance(data, Frame):
-        size = DEPTH_STRIDE_PX / data.camera.fx
-        wide, readings = wide_readings(data.depth, DEPTH_STRIDE_PX, size, config.max_depth, config.max_width / 2)
-        return wide > MIN_BROAD_FRACTION * readings
+        return _is_broad_frame(data, config)
     points = sampled(data.points)
     size = NEIGHBORHOOD_CELL_SPACINGS * CloudFacts(points).spacing
     radius = max(config.max_width, MIN_DISC_CELLS * size)
@@ -58,3 +56,17 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     keys = np.ravel_multi_index((near.row, *cells), (len(counts), *(cells.max(axis=1) + 1)))
     is_filled = np.bincount(np.unique(keys) // np.prod(cells.max(axis=1) + 1), minlength=len(counts))[some] > filled
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
+
+
+def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
+    """Tell whether most readings of a frame lie farther than half of `config.max_width` from the edge of a surface.
+
+    Gaps of one pixel between readings belong to a surface. Beyond `config.max_depth` a pixel has the size of one there.
+    """
+    depth = frame.depth[::DEPTH_STRIDE_PX, ::DEPTH_STRIDE_PX]
+    seen = depth > 0
+    closed = cv2.morphologyEx(seen.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    inside = cv2.distanceTransform(np.pad(closed, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
+    size = DEPTH_STRIDE_PX / frame.camera.fx * np.minimum(depth, config.max_depth)
+    wide = seen & (inside * size > config.max_width / 2)
+    return bool(np.count_nonzero(wide) > MIN_BROAD_FRACTION * np.count_nonzero(seen))

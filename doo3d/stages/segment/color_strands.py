@@ -6,10 +6,11 @@ shows both. Depth in turn shows strands of the table's color, and which of the b
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from ...evidence.surround import learn_surround
-from ...kernels import color_bands, near_pixels
+from ...kernels import color_bands
 from ...types import Array, Bools, Frame, Ints
 from .mask_parts import MIN_PIXELS, Parts
 from .methods.selected import ColorBands, Selected
@@ -87,7 +88,7 @@ def select_bands(bands: ColorBands, color: Array) -> Selected:
     flat = (share < MIN_RAISED_SHARE) if (share > RAISED_SHARE).any() else np.zeros(len(strands), dtype=bool)
     told = parts.pixels_of(strands[~flat])
     selected = raised.copy()
-    selected.ravel()[surface[near_pixels(surface, told, raised.shape, FLANK_SQUARE_PX, FLANK_DIAMOND_PX)]] = False
+    selected.ravel()[surface[_around(told, raised.shape).ravel()[surface]]] = False
     selected.ravel()[parts.pixels_of(strands[~flat & (share < MAX_RAISED_SHARE)])] = True
     is_certain = False
     if len(told):
@@ -97,6 +98,14 @@ def select_bands(bands: ColorBands, color: Array) -> Selected:
         is_certain = bool((own.holds | (other & ~own.long) | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
     return Selected(selected, _flat_note(len(left_out)), None, left_out, told, is_certain, bands)
+
+
+def _around(pixels: Ints, shape: tuple[int, ...]) -> Bools:
+    """Return which pixels of an image (H, W), bool, lie in the octagon around one of some pixels (N,), row-major indices."""
+    near = np.zeros(shape, np.uint8)
+    near.ravel()[pixels] = 1
+    near = cv2.dilate(near, np.ones((2 * FLANK_SQUARE_PX + 1,) * 2, np.uint8))
+    return cv2.dilate(near, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=FLANK_DIAMOND_PX).view(bool)
 
 
 def _flat_note(count: int) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from ...evidence.surround import learn_surround, to_lab
-from ...kernels import near_pixels
 from ...types import Array, Bools, Floats, Frame, Ints
 from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, MIN_SIDE_PX
 from .mask_parts import Parts
@@ -45,11 +45,10 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     parts = Parts.of(rules.mask, rules.told)
     kept = parts.holds | (parts.shares(found) >= MIN_SEED_SHARE)
     selected = _drawn(parts, np.flatnonzero(kept), found.shape)
-    others = found.copy()
+    beside = cv2.dilate(selected.view(np.uint8), np.ones((2 * BESIDE_PX + 1,) * 2, np.uint8)).view(bool)
+    others = found & ~beside
     for band in rules.left_out:
         others.ravel()[band] = False
-    pixels = np.flatnonzero(others)
-    others.ravel()[pixels[near_pixels(pixels, np.flatnonzero(selected), found.shape, BESIDE_PX, 0)]] = False
     added = Parts.of(others, np.zeros(0, dtype=int))
     if not len(added.pixels) or min(color.shape[:2]) < MIN_SIDE_PX:
         return selected if kept.any() else rules.mask

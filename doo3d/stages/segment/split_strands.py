@@ -21,12 +21,11 @@ import numpy as np
 
 from ...evidence.strand_hues import StrandHues
 from ...facts.frame_facts import FrameFacts
-from ...geometry.mask import bounding_box
-from ...kernels import long_parts
+from ...geometry.mask import bounding_box, dilate
 from ...types import Array, Bools
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
-from .wide_stretches import WIDE_LENGTH_RADII, Bundles, dilate, find_bundles, strand_radius
+from .wide_stretches import WIDE_LENGTH_RADII, Bundles, find_bundles, strand_radius
 
 CROSSING_RADII = math.sqrt(2)
 """Radii; half-width of the mask where two strands cross at a right angle. Where it is larger over some length, they touch."""
@@ -96,7 +95,7 @@ def split_strands(
         return split
     box = facts.slices
     part = mask[box]
-    if selected is not None and (gaps := long_parts(part & ~selected[box], MIN_GAP_PX)).any():
+    if selected is not None and (gaps := _long_parts(part & ~selected[box], MIN_GAP_PX)).any():
         part = part & ~gaps
         facts = FrameFacts(part)
         radius = strand_radius(facts.axis[2])
@@ -139,11 +138,7 @@ def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask |
     labels = colors.label(
         np.ascontiguousarray(color[box]), mask[box], (rows - box[0].start, columns - box[1].start), radius, least
     )
-    border = (labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels)
-    _, number, stats, _ = cv2.connectedComponentsWithStats(border.astype(np.uint8), connectivity=8)
-    length = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    long = (length >= least) & (np.arange(len(stats)) > 0)
-    cut = long[number]
+    cut = _long_parts((labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels), least)
     if not cut.any():
         return None
     result, beside = mask.copy(), np.zeros_like(mask)
@@ -152,6 +147,14 @@ def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask |
     numbers = np.zeros(mask.shape, np.uint8)
     numbers[box] = labels
     return SplitMask(result, int(np.count_nonzero(cut)), beside, numbers)
+
+
+def _long_parts(mask: Bools, length: float) -> Bools:
+    """Return the 8-connected parts of a mask (h, w) bool whose boxes have a diagonal of at least `length` px."""
+    _, number, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= length
+    long[0] = False
+    return np.asarray(long[number])
 
 
 def _without_corners(lines: Bools) -> Bools:

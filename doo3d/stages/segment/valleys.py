@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from ...geometry.noise import SAMPLES
-from ...kernels import largest_within, valley_bottoms, valley_depth
+from ...kernels import valley_bottoms, valley_depth
 from ...types import Array, Bools
-from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, MAX_BUNDLE_PX, MAX_BUNDLE_RADII, close_gaps, ellipse
+from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, MAX_BUNDLE_PX, MAX_BUNDLE_RADII, close_gaps
 
 VALLEY_RADII, MIN_VALLEY_PX = 0.38, 1.0
 
@@ -114,9 +114,11 @@ def _equal_widths(part: Bools, radius: float, widest: float) -> Array:
     The width is that of the mask with the wedges between parting strands filled, so that the strands run on straight into these.
     """
     outline = close_gaps(part, math.ceil(GAP_RADII * radius))
-    distance = np.ascontiguousarray(cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1])
+    distance = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
     within = min(math.ceil(widest), math.ceil(max(MAX_BUNDLE_RADII * radius, MAX_BUNDLE_PX)))
-    half_width = largest_within(distance, part, ellipse(within))
+    square = round(within / (1 + math.sqrt(2)))  # and a diamond make a regular octagon
+    half_width = cv2.dilate(distance, np.ones((2 * square + 1,) * 2, np.uint8))
+    half_width = cv2.dilate(half_width, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=within - square)
     strand = half_width / np.maximum(1, np.rint((half_width - 0.5) / radius))
     return np.where(part, -np.cos(np.pi * distance / np.maximum(strand, 1)), -CLIP).astype(np.float32)
 

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 
 from ...facts.frame_facts import FrameFacts
-from ...kernels import close_mask, medial_axis, near_mask, usual_half_width
-from ...types import Array, Bools, Floats, Ints
+from ...geometry.mask import dilate
+from ...kernels import medial_axis
+from ...types import Array, Bools, Floats
 
 MIN_RADIUS_PX = 0.9
 """px; thinner strands do not show a valley between them."""
@@ -19,8 +20,8 @@ MIN_RADIUS_PX = 0.9
 MIN_AXIS_SHARE = 0.12
 """Share of the medial axis that a half-width needs, within about 12 %, to count as that of a strand."""
 
-LOG_BIN = 0.05
-"""Bin of the logarithm of the half-widths."""
+LOG_BIN, REACH_BINS = 0.05, 2
+"""Bin of the logarithm of the half-widths, and the bins on either side of a half-width that count as equal."""
 
 COARSE_RADIUS_PX = 4.0
 """px; an image whose strands are thicker is scaled down to about this radius, to find out whether anything is wide, and to filter
@@ -88,13 +89,14 @@ def find_bundles(part: Bools, facts: FrameFacts, radius: float) -> Bundles | Non
     """
     if not radius:
         return None
-    if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(np.pad(part, 1), radius):
-        return None
-    gap, wide = ellipse(max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2))), WIDE_RADII * radius + 0.5
-    if facts.closed_core(gap, wide) < WIDE_LENGTH_RADII * radius:  # fewer pixels are so deep, and so fewer of the medial axis
-        return None
     part = np.pad(part, 1)
-    closed = close_mask(part, gap, 0.0)[0]
+    if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
+        return None
+    closed = close_gaps(part, max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2)))
+    # the disc around each pixel of a wide medial axis holds a square
+    square = np.ones((2 * int((WIDE_RADII * radius + 0.5) * math.sqrt(0.5)) + 1,) * 2, np.uint8)
+    if np.count_nonzero(cv2.erode(closed.view(np.uint8), square)) < WIDE_LENGTH_RADII * radius:
+        return None
     rows, columns, inside = medial_axis(closed)
     at_wide = inside - 0.5 > WIDE_RADII * radius
     if np.count_nonzero(at_wide) < WIDE_LENGTH_RADII * radius:
@@ -122,7 +124,17 @@ def strand_radius(half_width: Floats) -> float:
 
     half_width : (K,) px, half-widths at the K pixels of the medial axis.
     """
-    return usual_half_width(np.asarray(half_width, dtype=np.float32), MIN_RADIUS_PX, LOG_BIN, MIN_AXIS_SHARE)
+    logs = np.log(half_width[half_width >= MIN_RADIUS_PX].astype(float))
+    if not len(logs):
+        return 0.0
+    bins = ((logs - math.log(MIN_RADIUS_PX)) / LOG_BIN).astype(int)
+    near = np.convolve(np.bincount(bins), np.ones(2 * REACH_BINS + 1))[REACH_BINS:-REACH_BINS]
+    is_mode = near >= cv2.dilate(near[None], np.ones((1, 4 * REACH_BINS + 1), np.uint8))[0]
+    modes = np.flatnonzero(is_mode & (near >= MIN_AXIS_SHARE * len(logs)))
+    if not len(modes):
+        return 0.0
+    usual = bins[np.abs(bins - modes[0]) <= REACH_BINS]
+    return float(MIN_RADIUS_PX * np.exp(LOG_BIN * (usual.mean() + 0.5)))
 
 
 def _may_be_wide(part: Bools, radius: float) -> bool:
@@ -136,15 +148,10 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
 
 def close_gaps(mask: Bools, px: int) -> Bools:
     """Return a mask with gaps up to 2 `px` wide closed; nothing is added at its border."""
-    return close_mask(mask, ellipse(px), 0.0)[0]
+    closed = cv2.morphologyEx(np.pad(mask, px).view(np.uint8), cv2.MORPH_CLOSE, ellipse(px))
+    return np.ascontiguousarray(closed[px:-px, px:-px]).view(bool)
 
 
-def dilate(mask: Bools, px: float) -> Bools:
-    """Return the pixels within `px` of a mask; `px` may itself be a chamfer distance, which is met up to rounding."""
-    return near_mask(mask, px + 1e-3, True)
-
-
-def ellipse(px: int) -> Ints:
-    """Return half the widths, from the middle row on, of an ellipse of 2 `px` + 1 rows and columns."""
-    shape = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
-    return np.asarray(shape[px:].sum(axis=1, dtype=np.int64) // 2)
+def ellipse(px: int) -> Array:
+    """Return an ellipse of 2 `px` + 1 rows and columns, uint8, as a structuring element."""
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1)))

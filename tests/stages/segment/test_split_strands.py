@@ -13,7 +13,7 @@ from doo3d.facts.frame_facts import FrameFacts
 from doo3d.inspection.scaling import draw_frame
 from doo3d.pipeline import run_stages
 from doo3d.stages.segment.split_strands import split_strands
-from doo3d.stages.segment.wide_stretches import strand_radius
+from doo3d.stages.segment.wide_stretches import close_gaps, strand_radius
 
 SIZE = (240, 640)
 MIDDLE = 120.0
@@ -142,6 +142,16 @@ def test_the_radius_of_one_strand_is_that_of_the_thinnest_stretches():
     assert strand_radius(widths) == pytest.approx(3.0, rel=0.05)
     assert strand_radius(np.concatenate((np.full(5, 3.0), np.full(95, 9.0)))) == pytest.approx(9.0, rel=0.05)
     assert strand_radius(np.zeros(0)) == 0
+
+
+def test_gaps_are_closed_and_nothing_is_added_at_the_border():
+    mask = np.zeros((9, 30), dtype=bool)
+    mask[:, [1, 8, 12]] = True
+    expected = mask.copy()
+    expected[1:-1, 8:13] = True
+    closed = close_gaps(mask, 2)
+    assert not (mask & ~closed).any()
+    np.testing.assert_array_equal(closed[1:-1], expected[1:-1])
 
 
 def test_an_empty_mask_stays_empty():
