@@ -64,7 +64,7 @@ class StrandHues:
         some = pixels[:: max(1, len(pixels) // SAMPLES)]
         hue, chroma = _hues(np.ascontiguousarray(color[some[:, 1], some[:, 0]][None]))
         weight = chroma * (chroma > MIN_CHROMA)
-        color_of = hue_modes(np.bincount(hue[0], weight[0], HUE_BINS))
+        color_of = hue_modes(np.asarray(np.bincount(hue[0], weight[0], HUE_BINS), dtype=float))
         return cls(color_of, int(color_of.max()))
 
     def label(self, color: Array, mask: Bools, axis: tuple[Ints, Ints], radius: float, length: float) -> Ints:

@@ -44,7 +44,7 @@ def box_shape(points: Floats, origin: Floats, size: float, margin: int) -> tuple
 
 def cell_keys(points: Floats, origin: Floats, size: float, shape: Shape) -> Ints:
     """Return the key of the cell of each of N points, (N,) int64; the arguments are as for `box_shape`."""
-    return np.ravel_multi_index(tuple(((points - origin) / size).astype(np.int64).T), shape)
+    return np.asarray(np.ravel_multi_index(tuple(((points - origin) / size).astype(np.int64).T), shape))
 
 
 def cell_coords(keys: Ints, shape: Shape) -> Ints:

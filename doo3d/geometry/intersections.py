@@ -53,7 +53,7 @@ def find_intersections(curves: Curves) -> Intersections:
     order of the curves and along them), then by the second.
     """
     points = curves.points[:, :2]
-    is_seen = np.isfinite(points).all(axis=1)
+    is_seen = np.asarray(np.isfinite(points).all(axis=1))
     shown = curves.segments[is_seen[curves.segments] & is_seen[curves.segments + 1]]
     start, step, chain = points[shown], points[shown + 1] - points[shown], curves.owner[shown]
     first, second = _near_pairs(start + step / 2, 1.000001 * float(np.linalg.norm(step, axis=1).max(initial=0.0)))

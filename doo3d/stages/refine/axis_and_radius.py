@@ -164,10 +164,6 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
     """
     curves, camera, plane = samples.curves, foreground.camera, foreground.plane
     depth = np.zeros((0, 0)) if foreground.depth is None else foreground.depth
-    reach = {"touching_radii": TOUCHING_RADII, "own_radii": OWN_RADII, "sunk_radii": MAX_SUNK_RADII, "central_part": CENTRAL_PART}
-    smoothing = {"smoothing_radii": SMOOTHING_RADII, "max_strength": MAX_STRENGTH, "ring_overlap": RING_OVERLAP}
-    weights = {"path_weight": PATH_WEIGHT, "depth_weight": DEPTH_WEIGHT, "gap_weight": GAP_WEIGHT, "least_weight": LEAST_WEIGHT}
-    noise = {"radius_tolerance": RADIUS_TOLERANCE, "noise_radii": NOISE_RADII, "deviations": DEVIATIONS}
     positions, radius, radii = kernels.axes_in_mask(
         curves.points,
         curves.bounds,
@@ -183,10 +179,20 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         np.zeros(0) if plane is None or not depth.size else np.append(plane.normal, plane.height),
         BESIDE_PX,
         iterations,
-        **reach,
-        **smoothing,
-        **weights,
-        **noise,
+        touching_radii=TOUCHING_RADII,
+        own_radii=OWN_RADII,
+        sunk_radii=MAX_SUNK_RADII,
+        central_part=CENTRAL_PART,
+        smoothing_radii=SMOOTHING_RADII,
+        max_strength=MAX_STRENGTH,
+        ring_overlap=RING_OVERLAP,
+        path_weight=PATH_WEIGHT,
+        depth_weight=DEPTH_WEIGHT,
+        gap_weight=GAP_WEIGHT,
+        least_weight=LEAST_WEIGHT,
+        radius_tolerance=RADIUS_TOLERANCE,
+        noise_radii=NOISE_RADII,
+        deviations=DEVIATIONS,
     )
     return replace(samples, curves=curves.with_points(positions), radius=radius, radii=radii)
 

@@ -105,7 +105,8 @@ def _around(pixels: Ints, shape: tuple[int, ...]) -> Bools:
     near = np.zeros(shape, np.uint8)
     near.ravel()[pixels] = 1
     near = cv2.dilate(near, np.ones((2 * FLANK_SQUARE_PX + 1,) * 2, np.uint8))
-    return cv2.dilate(near, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=FLANK_DIAMOND_PX).view(bool)
+    near = cv2.dilate(near, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=FLANK_DIAMOND_PX)
+    return np.asarray(near.view(bool))
 
 
 def _flat_note(count: int) -> str:

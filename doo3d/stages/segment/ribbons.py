@@ -7,6 +7,7 @@ mean squared difference of a side's pixels from the strand's color, divided by t
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import cv2
@@ -113,8 +114,15 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
     """
     shape = ribbons.color.shape[:2]
     taken, angles = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
-    costs = {"color_scale": COLOR_SCALE, "max_color_cost": MAX_COLOR_COST, "color_cost": COLOR_COST}
-    limits = {"step": STEP_PX, "max_score": MAX_SCORE, "same_turn": SAME_TURN}
+    follow = partial(
+        follow_ribbon,
+        color_scale=COLOR_SCALE,
+        max_color_cost=MAX_COLOR_COST,
+        color_cost=COLOR_COST,
+        step=STEP_PX,
+        max_score=MAX_SCORE,
+        same_turn=SAME_TURN,
+    )
     strands = list[TracedStrand]()
     tries = 0
     for row, column, angle in zip(*_seeds(ribbons), strict=True):
@@ -123,10 +131,7 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
         tries += 1
         if tries > MAX_STRANDS:
             break
-        ahead, back = (
-            follow_ribbon(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX, **costs, **limits)
-            for turn in (0.0, np.pi)
-        )
+        ahead, back = (follow(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX) for turn in (0.0, np.pi))
         best = round(angle / np.pi * DIRECTIONS), row, column
         middle = (column, row, angle, WIDTHS_PX[ribbons.width[best]], ribbons.score[best])
         rows = np.vstack((back[::-1] - (0, 0, np.pi, 0, 0), middle, ahead))
