@@ -101,9 +101,7 @@ class Curves:
     @cached_property
     def segments(self) -> Ints:
         """The rows of the points that a segment leads from, to the next row, (N - K,)."""
-        is_followed = np.ones(len(self.points), dtype=bool)
-        is_followed[self.bounds[1:] - 1] = False
-        return np.flatnonzero(is_followed)
+        return np.flatnonzero(self.owner[1:] == self.owner[:-1])
 
     @cached_property
     def segment_bounds(self) -> Ints:
