@@ -98,10 +98,8 @@ def read_background(folder: Path, frame: str) -> BackgroundView | None:
         raise _damaged(path, error) from None
 
 
-def read_observation(folder: Path, frame: str, with_background: bool = False) -> Observation:
-    """Return what the first pass found in a frame; nothing for a frame that failed, which has no files.
-
-    with_background : whether to read the background, 20 kB, too.
+def read_observation(folder: Path, frame: str) -> Observation:
+    """Return what the first pass found in a frame, without its background; nothing for a frame that failed, which has no files.
 
     Raises
     ------
@@ -115,11 +113,10 @@ def read_observation(folder: Path, frame: str, with_background: bool = False) ->
     try:
         strands = tuple(_strand(item) for item in values["strands"])
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
-        background = _background(values) if with_background else None
         readings = tuple(_readings(item) for item in values["readings"])
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, background, readings, values.get("is_given") is True)
+    return Observation(read_detection(file), strands, pose, None, readings, values.get("is_given") is True)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:

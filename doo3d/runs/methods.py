@@ -92,7 +92,7 @@ def _window(method: SecondPass, start: int, tracking: TrackingConfig, length: fl
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
-    observations = [read_observation(method.folder, name, with_background=True) for name in known.frames[first:last]]
+    observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
     observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
     steady = steadied(observations, tracking, length)
     detections = combine_window(observations, steady, known.objects, start, first, known.max_gap, known.min_confidence)

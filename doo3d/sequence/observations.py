@@ -85,7 +85,7 @@ class Observation:
     pose
         (4, 4) m, camera to world; None if unknown.
     background
-        what surrounds the objects: it tells how the camera moves, and what hides them; None for a cloud.
+        what surrounds the objects: it tells how the camera moves; None for a cloud.
     readings
         for each chain of the detection the depth along it as it was read, from `readings_along`; empty if unknown.
     is_given

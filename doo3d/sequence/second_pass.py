@@ -83,8 +83,7 @@ def follow(
     located = _without_long_gaps(located, max_gap)
     if past_only:
         return located
-    views = [observation.background for observation in observations]
-    return [smoothed(item, shapes, poses, views) for item, shapes in zip(items, located, strict=True)]
+    return [smoothed(item, shapes, poses) for item, shapes in zip(items, located, strict=True)]
 
 
 def _located(

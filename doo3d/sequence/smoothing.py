@@ -12,8 +12,6 @@ from ..geometry.curves import runs
 from ..geometry.polyline import whittaker_smooth
 from ..kernels import carry_hidden
 from ..types import Bools, Floats
-from .background import BackgroundView
-from .hiding import behind_occluders
 from .moving_camera import in_frame_of, seen_from
 from .objects import SequenceObject
 from .registration import TURN_WEIGHT, to_lengths
@@ -26,24 +24,19 @@ TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
 seen; one that was seen weighs as much more. With more stiffness, positions of a shape that turns are drawn together."""
 
 
-def smoothed(
-    item: SequenceObject, shapes: list[Shape | None], poses: Floats | None, views: Sequence[BackgroundView | None]
-) -> list[Shape | None]:
+def smoothed(item: SequenceObject, shapes: list[Shape | None], poses: Floats | None) -> list[Shape | None]:
     """Smooth over time what was not seen, and the depth that a camera measured; what was seen stays in its place in the image.
 
-    poses : (T, 4, 4) m, camera to the frame of the shapes; None if no camera saw them. views : for each frame what lies round the
-    object, None if unknown.
+    poses : (T, 4, 4) m, camera to the frame of the shapes; None if no camera saw them.
     """
     result = list(shapes)
     for first, end in runs(np.array([shape is not None for shape in shapes], dtype=bool)):
         shown = [shape for shape in shapes[first:end] if shape is not None]
-        result[first:end] = _smooth_run(item, shown, None if poses is None else poses[first:end], views[first:end])
+        result[first:end] = _smooth_run(item, shown, None if poses is None else poses[first:end])
     return result
 
 
-def _smooth_run(
-    item: SequenceObject, shapes: Sequence[Shape], poses: Floats | None, views: Sequence[BackgroundView | None]
-) -> list[Shape]:
+def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | None) -> list[Shape]:
     """Smooth frames in a row over time.
 
     A joint that is seen without depth takes its depth from the frames around, and keeps its place in the image.
@@ -54,8 +47,6 @@ def _smooth_run(
     if not item.closed:
         far = 1 - _certainty(seen, False)[:, :, None]
         joints += far * (carry_hidden(joints, seen, item.segment_length) - joints)
-        if poses is not None:
-            joints = np.array([_hidden(item, *each) for each in zip(joints, seen, poses, views, strict=True)])
     weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))
     smooth = joints.copy()
     for k in np.flatnonzero(~seen.all(axis=0)):
@@ -73,13 +64,6 @@ def _smooth_run(
         replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
         for line, shape in zip(smooth, shapes, strict=True)
     ]
-
-
-def _hidden(item: SequenceObject, joints: Floats, seen: Bools, pose: Floats, view: BackgroundView | None) -> Floats:
-    """Return the joints (M + 1, 3) m of a frame with hidden parts behind what hides them."""
-    if view is None or seen.all():
-        return joints
-    return in_frame_of(pose, behind_occluders(seen_from(pose, joints), seen, view, item.length, item.radius))
 
 
 def _certainty(seen: Bools, closed: bool) -> Floats:

@@ -28,10 +28,6 @@ MIN_FRAMES = 3
 LEAP_NODES = 20
 """Points of a chain at which its place in one frame is compared with that in others."""
 
-LEAP_FACTOR = 5.0
-"""Times the median distance of chains from those before and after that a chain may have, but at least LENGTH_ERROR, the error of
-places: where the others move steadily, one that is alone in its place has its strands joined wrongly."""
-
 WINDOW = 10 * FRAME_RATE
 """Frames of a window, which are followed and whose depth is smoothed together: 10 s of video."""
 
@@ -161,37 +157,24 @@ def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig)
     """
     kept = list(items)
     nodes = [chain.nodes(LEAP_NODES) for _, _, chain in items]
-    measured = [_leap(kept, nodes, k) for k in range(len(kept))] if len(kept) > MIN_FRAMES else []
-    while len(kept) > MIN_FRAMES:
-        leaps, alone = np.array(measured).T
-        usual = max(LENGTH_ERROR, LEAP_FACTOR * float(np.median(alone)))
-        if leaps.max() > tracking.max_motion_lengths:
-            farthest = int(np.argmax(leaps))
-        elif alone.max() > usual:
-            farthest = int(np.argmax(alone))
-        else:
-            break
-        del kept[farthest], nodes[farthest], measured[farthest]
+    leaps = [_leap(kept, nodes, k) for k in range(len(kept))] if len(kept) > MIN_FRAMES else []
+    while len(kept) > MIN_FRAMES and max(leaps) > tracking.max_motion_lengths:
+        farthest = int(np.argmax(leaps))
+        del kept[farthest], nodes[farthest], leaps[farthest]
         for k in range(max(0, farthest - 1), min(len(kept), farthest + 1)):
-            measured[k] = _leap(kept, nodes, k)
+            leaps[k] = _leap(kept, nodes, k)
     return kept
 
 
-def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> tuple[float, float]:
-    """Return how far a chain lies from where those before and after say, mean over its nodes, in lengths of the chain.
-
-    The second value is the least of this and the distances from the one before and the one after, for each frame between: a chain
-    that is alone in its place is far from both.
-    """
+def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> float:
+    """Return how far a chain lies from where those before and after say, mean over its nodes, in lengths of the chain."""
     frame, _, chain = items[k]
     beside = [n for n in (k - 1, k + 1) if 0 <= n < len(items)]
-    from_each = [_apart(nodes[k], nodes[n]) / abs(items[n][0] - frame) for n in beside]
-    leap = from_each[0]
-    if len(beside) == 2:
-        first, last = (items[n][0] for n in beside)
-        share = (frame - first) / (last - first)
-        leap = _apart(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1])
-    return leap / chain.length, min(leap, *from_each) / chain.length
+    if len(beside) == 1:
+        return _apart(nodes[k], nodes[beside[0]]) / abs(items[beside[0]][0] - frame) / chain.length
+    first, last = (items[n][0] for n in beside)
+    share = (frame - first) / (last - first)
+    return _apart(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1]) / chain.length
 
 
 def _apart(first: Floats, second: Floats) -> float:

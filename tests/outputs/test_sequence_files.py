@@ -50,14 +50,13 @@ def assert_same(read, written):
 
 
 def test_an_observation_is_read_as_it_was(folder):
-    read = read_observation(folder, "one", with_background=True)
+    read = read_observation(folder, "one")
     np.testing.assert_array_equal(read.detection.chains[0].joints, CHAIN.joints)
     np.testing.assert_array_equal(read.pose, np.eye(4))
     np.testing.assert_array_equal(read.readings, OBSERVATION.readings)
     assert len(read.strands) == 2
     for strand, written in zip(read.strands, OBSERVATION.strands, strict=True):
         assert_same(strand, written)
-    assert_same(read.background, VIEW)
     assert_same(read_background(folder, "one"), VIEW)
 
 
@@ -80,14 +79,12 @@ def test_the_background_is_read_where_it_is_asked_for(folder):
 
 
 def test_a_frame_that_failed_shows_nothing(tmp_path):
-    assert read_observation(tmp_path, "one", with_background=True).strands == ()
+    assert read_observation(tmp_path, "one").strands == ()
     assert read_background(tmp_path, "one") is None
 
 
 def test_a_damaged_background_is_refused(folder):
     path = folder / f"one{STRANDS}"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"background": {"shape": [3, 4], "gray": "AA=="}}))
-    with pytest.raises(InputError, match=f"one{STRANDS}"):
-        read_observation(folder, "one", with_background=True)
     with pytest.raises(InputError, match=f"one{STRANDS}"):
         read_background(folder, "one")

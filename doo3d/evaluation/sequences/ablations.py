@@ -60,7 +60,6 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
-    "chains alone in their place are no anchors": {f"{_PLACE}.tracks:LEAP_FACTOR": math.inf},
     "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
     "strands of a wrong length are not cut": {f"{_PLACE}.cutting:_are_apart": _all_apart},
     "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
@@ -72,7 +71,6 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "torn depth corrected by all readings": {f"{_PLACE}.steady_depth:TORN_SHARE": math.inf},
     "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
     "hidden parts carried": {f"{_PLACE}.smoothing:carry_hidden": _first},
-    "hidden parts behind what hides them": {f"{_PLACE}.smoothing:behind_occluders": _first},
     "places smoothed over time": {f"{_PLACE}.smoothing:whittaker_smooth": _first},
     "depth of the object smoothed over time": {f"{_PLACE}.smoothing:steady_shapes": _first},
 }
