@@ -6,10 +6,10 @@ import math
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
 from ..geometry.cells import box_shape, cell_coords, cell_keys, components, neighbors_of
+from ..kernels import neighborhood_sums
 from ..types import Floats, Foreground, Ints
 from .frame_facts import facts_of
 
@@ -142,7 +142,7 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
     for a whole tube, told apart by the variance in depth. Strands side by side with air between them are looked at one by one,
     since together they are wider than each; `number` is that of the strand of each sampled point, empty if all touch.
     """
-    sample = sampled(points)
+    sample = longest_first(sampled(points))
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     radii: list[float] = []
     sample_apart = apart * math.sqrt(len(points) / len(sample))
@@ -151,9 +151,9 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
         own = number[:: max(1, len(sample) // SAMPLE_SEEDS)]
         strands = [(sample[number == k], seeds_of(sample)[own == k]) for k in range(int(number.max()) + 1)]
     for strand, seeds in strands:
-        tree, values, reach = cKDTree(strand), moments(strand), 3 * sample_apart
+        strand, reach = np.ascontiguousarray(strand[np.argsort(strand[:, 0])]), 3 * sample_apart
         while len(seeds) and reach < extent:
-            counts, _, covariances = spreads(neighbors_within(tree, seeds, reach), values)
+            counts, _, covariances = spreads(strand, seeds, reach)
             thin, wide, length = np.linalg.eigvalsh(covariances).T
             long = (counts > 8) & (wide < length / 9)
             if long.any():
@@ -164,26 +164,28 @@ def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
     return float(np.median(radii)) if radii else extent / 6
 
 
-def neighbors_within(tree: cKDTree, centers: Floats, reach: float) -> coo_matrix:
-    """Return a matrix (S, N) that is 1 where a point of the tree is within `reach` of a center, (S, 3), and 0 elsewhere."""
-    near = cKDTree(centers).sparse_distance_matrix(tree, reach, output_type="coo_matrix")
-    near.data[:] = 1.0
-    return near
+def longest_first(points: Floats) -> Floats:
+    """Return points (N, 3) with their axes in another order: that along which they extend farthest is the first."""
+    return points[:, np.argsort(-np.ptp(points, axis=0))] if len(points) else points
 
 
-def moments(points: Floats) -> Floats:
-    """Return 1, the coordinates and their products for each of N points (N, 3), from their middle: (N, 13)."""
-    offset = points - points.mean(axis=0)
-    return np.concatenate((np.ones((len(points), 1)), offset, (offset[:, :, None] * offset[:, None]).reshape(-1, 9)), axis=1)
+def spreads(points: Floats, centers: Floats, reach: float) -> tuple[Floats, Floats, Floats]:
+    """Return how the points within `reach` of each of S centers spread, 0 without any.
 
+    Parameters
+    ----------
+    points, centers
+        (N, 3) and (S, 3), in one unit; the points in the order of their first coordinate.
+    reach
+        greatest distance of a point from a center.
 
-def spreads(near: coo_matrix, values: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the number of the points near each of S centers, (S,), their mean, (S, 3), and their covariance, (S, 3, 3).
-
-    near : (S, N), as `neighbors_within` returns it. values : (N, 13), the moments of the points, from whose middle the means are
-    measured. Without points near, all are 0.
+    Returns
+    -------
+    count : (S,), number of points near each center.
+    mean : (S, 3), their mean offset from it.
+    covariance : (S, 3, 3).
     """
-    sums = near @ values
+    sums = neighborhood_sums(points, np.ascontiguousarray(centers), reach)
     sums[:, 1:] /= np.maximum(sums[:, :1], 1)
     mean = sums[:, 1:4]
     return sums[:, 0], mean, sums[:, 4:].reshape(-1, 3, 3) - mean[:, :, None] * mean[:, None]

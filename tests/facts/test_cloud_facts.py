@@ -10,8 +10,6 @@ from scipy.spatial import cKDTree
 from doo3d.facts.cloud_facts import (
     CloudFacts,
     estimate_radius,
-    moments,
-    neighbors_within,
     point_spacing,
     sampled,
     seeds_of,
@@ -128,11 +126,16 @@ def test_no_extent_overflows(extent):
 def test_spreads_are_those_of_the_points_near_each_center(reach):
     rng = np.random.default_rng(0)
     points, centers = rng.normal(size=(500, 3)) + 1, rng.normal(size=(20, 3)) + 1
+    points = points[np.argsort(points[:, 0])]
     near = [points[np.linalg.norm(points - center, axis=1) <= reach] for center in centers]
-    counts, means, covariances = spreads(neighbors_within(cKDTree(points), centers, reach), moments(points))
+    counts, means, covariances = spreads(points, centers, reach)
     assert counts.tolist() == [len(each) for each in near]
     some = counts > 0
-    middle = points.mean(axis=0)
-    np.testing.assert_allclose(means[some], [each.mean(axis=0) - middle for each in near if len(each)], atol=1e-12)
+    np.testing.assert_allclose((centers + means)[some], [each.mean(axis=0) for each in near if len(each)], atol=1e-12)
     np.testing.assert_allclose(covariances[some], [np.cov(each.T, ddof=0) for each in near if len(each)], atol=1e-12)
     assert not covariances[~some].any()
+
+
+def test_points_in_another_order_are_refused():
+    with pytest.raises(ValueError, match="order"):
+        spreads(np.array([(1.0, 0, 0), (0, 0, 0)]), np.zeros((1, 3)), 1.0)

@@ -1,5 +1,7 @@
-// Nearest targets of many points.
+// Nearest targets of many points, and how the points around some places spread.
 #include "nearest.h"
+
+#include <array>
 
 namespace {
 
@@ -13,6 +15,36 @@ auto nearest(Matrix<double> points, Matrix<double> targets, double reach) {
     NearestOfPoints found(points.data(), points.shape(0), targets.data(), targets.shape(0), dim, reach);
     released.end();
     return std::make_tuple(to_numpy(std::move(found.distance)), to_numpy(std::move(found.index)));
+}
+
+// Of points in the order of their first coordinate those beside a center along it are looked at.
+auto neighborhood_sums(Matrix<double> points, Matrix<double> centers, double reach) {
+    const Index count = points.shape(0), size = centers.shape(0);
+    require(points.shape(1) == 3 && centers.shape(1) == 3, "points and centers are not (., 3)");
+    for (Index n = 1; n < count; ++n) require(points(n - 1, 0) <= points(n, 0), "points are not in the order of their first coordinate");
+    std::vector<double> first(count), sums(13 * size);
+    for (Index n = 0; n < count; ++n) first[n] = points(n, 0);
+    ReleasedGil released;
+    Visits visits{count};
+    for (Index s = 0; s < size; ++s) {
+        const double* center = centers.data() + 3 * s;
+        const Index begin = std::lower_bound(first.begin(), first.end(), center[0] - reach) - first.begin();
+        const Index end = std::upper_bound(first.begin(), first.end(), center[0] + reach) - first.begin();
+        std::array<double, 13> sum{};  // of 1, the offset, and the products of its coordinates
+        visits.count += end - begin;
+        for (const double* point = points.data() + 3 * begin; point < points.data() + 3 * end; point += 3) {
+            const double offset[3] = {point[0] - center[0], point[1] - center[1], point[2] - center[2]};
+            if (!(offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] <= reach * reach)) continue;
+            sum[0] += 1;
+            for (Index i = 0; i < 3; ++i) {
+                sum[1 + i] += offset[i];
+                for (Index j = 0; j < 3; ++j) sum[4 + 3 * i + j] += offset[i] * offset[j];
+            }
+        }
+        std::copy(sum.begin(), sum.end(), &sums[13 * s]);
+    }
+    released.end();
+    return to_numpy(std::move(sums), size, 13);
 }
 
 }  // namespace
@@ -34,4 +66,9 @@ void bind_nearest(Module& m) {
     // distance : (N,) float64; infinite without a target within reach, as for a point that is not finite
     // index : (N,) int64, index of the nearest target; 0 where the distance is infinite
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a);
+    // Return the number of points within `reach` of each of S centers, and the sums of their offsets and of the products of these.
+    //
+    // points : (N, 3) float64, in the order of their first coordinate. centers : (S, 3) float64, in their unit. Returns (S, 13)
+    // float64: the number, the sums of three offsets, and those of the 3 x 3 products, row by row.
+    m.def("neighborhood_sums", &neighborhood_sums, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
 }

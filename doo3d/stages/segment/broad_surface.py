@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...config import SegmentConfig
-from ...facts.cloud_facts import CloudFacts, moments, neighbors_within, sampled, seeds_of, spreads
+from ...facts.cloud_facts import CloudFacts, longest_first, sampled, seeds_of, spreads
 from ...types import Cloud, Frame
 from .point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from .sparse_strands import is_sparse
@@ -37,24 +37,21 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         return False
     if isinstance(data, Frame):
         return _is_broad_frame(data, config)
-    points = sampled(data.points)
+    points = longest_first(sampled(data.points))
+    seeds, points = seeds_of(points), np.ascontiguousarray(points[np.argsort(points[:, 0])])
     size = NEIGHBORHOOD_CELL_SPACINGS * CloudFacts(points).spacing
     radius = max(config.max_width, MIN_DISC_CELLS * size)
     filled = MIN_DISC_OCCUPANCY * np.pi * radius**2 / size**2
-    near = neighbors_within(cKDTree(points), seeds_of(points), radius)
-    values = moments(points)
-    counts, means, covariances = spreads(near, values)
+    counts, means, covariances = spreads(points, seeds, radius)
     some = counts > 8
     # as many cells are occupied as there are points, at most
     if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
         return False
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    axes = np.linalg.eigh(covariances)[1][:, :, 1:]
-    flat = np.einsum("kd,kda->ak", values[near.col, 1:4] - means[near.row], axes[near.row])
-    cells = np.floor(flat / size).astype(np.int64)
-    cells -= cells.min(axis=1, keepdims=True)
-    keys = np.ravel_multi_index((near.row, *cells), (len(counts), *(cells.max(axis=1) + 1)))
-    is_filled = np.bincount(np.unique(keys) // np.prod(cells.max(axis=1) + 1), minlength=len(counts))[some] > filled
+    axes, centers = np.linalg.eigh(covariances)[1][:, :, 1:], seeds + means
+    near = cKDTree(points).query_ball_point(seeds, radius)
+    cells = [np.floor((points[near[k]] - centers[k]) @ axes[k] / size) for k in np.flatnonzero(some)]
+    is_filled = [len(np.unique(each @ (1, 1j))) > filled for each in cells]
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
 
 
