@@ -14,7 +14,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..geometry.curves import runs
-from ..geometry.noise import MAD_TO_DEVIATION
 from ..kernels import view_alignment
 from ..types import Array, Floats
 from .background import BackgroundView
@@ -22,10 +21,9 @@ from .depth_in_time import OUTLIER_DEVIATIONS
 from .fusion import MIN_CAMERA_MOTION_M, camera_moves
 from .tracking import MAX_AGE
 
-LEVELS, STEPS, CONVERGED_PX, LEAST_NOISE = 3, 10, 0.05, (1.0, 1e-3)
+LEVELS, STEPS, CONVERGED_PX = 3, 10, 0.05
 """Levels of a pyramid, the coarsest of which, 24 px wide, shows a motion of a tenth of the image as one of 2 px; Gauss-Newton
-steps at most, and px of the last one, after which less remains than noise; least noise of brightness, a level of 256, and of
-inverse depth, 1/m, a step of its numbers."""
+steps at most, and px of the last one, after which less remains than noise."""
 
 MIN_STILL_LOSS, MIN_OFF_LOSS = 1.5, 1.1
 """Times by which two views must disagree more than at their estimated poses: if the camera stood still, for it to move (2 to 5
@@ -33,8 +31,6 @@ for rendered cameras that move by 1 cm and more, 1.3 at most for those that stan
 flickers), and more by as large a share of noise, since a few pixels of one color agree exactly at any pose; and if it were
 MIN_CAMERA_MOTION_M off in the worst direction, for the estimate to be sound (1.3 and more where it errs by less than 1 mm, 1.02
 at most where nothing tells how the camera moves along a plane of one color)."""
-
-ESTIMATOR = np.array([MAD_TO_DEVIATION, OUTLIER_DEVIATIONS])
 
 MOVES = "sequence: the camera moves: its motion is estimated from the background (give its poses if they are known)"
 """Note on a capture whose objects are followed in the world."""
@@ -272,9 +268,7 @@ def _descended(first: Level, second: Level, pose: Floats, light: Floats) -> _Ali
 def _compared(first: Level, second: Level, pose: Floats, light: Floats, noise: Floats | None = None) -> _Alignment:
     """Return how two views fit at a pose; without the noise (2,) it comes from their differences."""
     given = np.zeros(2) if noise is None else noise
-    equations, summary = view_alignment(
-        first[0], first[1], second[0], second[1], first[2], pose, light, given, np.array(LEAST_NOISE), ESTIMATOR
-    )
+    equations, summary = view_alignment(*first[:2], *second[:2], first[2], pose, light, given, OUTLIER_DEVIATIONS)
     known, seen, agreeing = summary[4:].astype(int).tolist()
     return _Alignment(pose, light, equations, summary[:2], summary[2:4], known, seen, agreeing)
 

@@ -134,7 +134,7 @@ CALLS = {
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "view_alignment": (
-        *[np.ones((4, 4), np.float32)] * 4, np.ones(4), np.eye(4), np.ones(2), np.zeros(2), np.ones(2), np.ones(2),
+        *[np.ones((4, 4), np.float32)] * 4, np.ones(4), np.eye(4), np.ones(2), np.zeros(2), 3.0,
     ),
     "visits": (),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),

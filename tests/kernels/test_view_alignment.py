@@ -8,7 +8,7 @@ from doo3d.kernels import view_alignment
 
 HEIGHT, WIDTH = 14, 18
 INTRINSICS = np.array([20.0, 21.0, 8.5, 6.5])
-LEAST, ESTIMATOR = np.array([0.5, 1e-4]), np.array([1.4826, 2.0])
+LEAST, TO_DEVIATION, OUTLIER = np.array([1.0, 1e-3]), 1.4826, 2.0
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def slow(views, at, light, noise):
     shown = [pixel for pixel in pixels if residuals(views, *pixel, at, light) is not None]
     values = np.array([residuals(views, *pixel, at, light) for pixel in shown])
     medians = np.nanmedian(np.abs(values), axis=0)
-    noise = np.where(noise > 0, noise, np.maximum(ESTIMATOR[0] * medians, LEAST))
+    noise = np.where(noise > 0, noise, np.maximum(TO_DEVIATION * medians, LEAST))
     equations, losses, step = np.zeros((8, 9)), np.zeros(2), 1e-6
     for pixel, value in zip(shown, values, strict=True):
         slopes = np.zeros((2, 8))
@@ -65,18 +65,18 @@ def slow(views, at, light, noise):
             slopes[:, k] = (sides[0] - sides[1]) / (2 * step)
         for kind in np.flatnonzero(np.isfinite(value)):
             r = value[kind] / noise[kind]
-            weight = 1 / (1 + r**2 / ESTIMATOR[1] ** 2) ** 2 / noise[kind] ** 2
+            weight = 1 / (1 + r**2 / OUTLIER**2) ** 2 / noise[kind] ** 2
             equations += weight * np.outer(slopes[kind], np.append(slopes[kind], -value[kind]))
-            losses[kind] += r**2 / 2 / (1 + r**2 / ESTIMATOR[1] ** 2)
+            losses[kind] += r**2 / 2 / (1 + r**2 / OUTLIER**2)
     known = int(np.isfinite(views[0] + views[1]).sum())
-    agreeing = int((~(np.abs(values) > ESTIMATOR[1] * noise)).all(axis=1).sum())
+    agreeing = int((~(np.abs(values) > OUTLIER * noise)).all(axis=1).sum())
     return equations, np.array([*noise, *losses, known, len(shown), agreeing])
 
 
 @pytest.mark.parametrize("noise", [(0.0, 0.0), (7.0, 0.2)])
 def test_the_equations_are_those_of_the_plain_computation(views, noise):
     light, noise = np.array([0.9, 5.0]), np.array(noise)
-    equations, summary = view_alignment(*views, INTRINSICS, pose(), light, noise, LEAST, ESTIMATOR)
+    equations, summary = view_alignment(*views, INTRINSICS, pose(), light, noise, OUTLIER)
     expected, said = slow(views, pose(), light, noise)
     np.testing.assert_allclose(summary, said, rtol=1e-9)
     np.testing.assert_allclose(equations, expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
@@ -85,7 +85,7 @@ def test_the_equations_are_those_of_the_plain_computation(views, noise):
 
 def test_nothing_is_shared_with_a_view_beside(views):
     equations, summary = view_alignment(
-        *views, INTRINSICS, pose(shift=(50.0, 0.0, 0.0)), np.array([1.0, 0.0]), np.zeros(2), LEAST, ESTIMATOR
+        *views, INTRINSICS, pose(shift=(50.0, 0.0, 0.0)), np.array([1.0, 0.0]), np.zeros(2), OUTLIER
     )
     assert not equations.any()
     assert summary[5] == summary[6] == 0
@@ -93,4 +93,4 @@ def test_nothing_is_shared_with_a_view_beside(views):
 
 def test_images_of_other_shapes_are_refused(views):
     with pytest.raises(ValueError, match="one shape"):
-        view_alignment(views[0], views[1], views[2], views[3][:-1].copy(), INTRINSICS, pose(), *[np.ones(2)] * 4)
+        view_alignment(views[0], views[1], views[2], views[3][:-1].copy(), INTRINSICS, pose(), np.ones(2), np.ones(2), OUTLIER)

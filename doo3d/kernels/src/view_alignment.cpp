@@ -9,6 +9,9 @@ namespace {
 using Slopes = std::array<double, 8>;  // by three turns, three shifts, gain and offset of the brightness
 using Image = Matrix<float>;
 
+// Least noise of brightness, a level of 256, and of inverse depth, 1/m, a step of its numbers.
+constexpr double LEAST_GRAY_NOISE = 1.0, LEAST_INVERSE_NOISE = 1e-3;
+
 // Two views of h x w pixels, and how the second is thought to lie.
 struct Views {
     const Image &from_gray, &from_inverse, &to_gray, &to_inverse;
@@ -80,16 +83,13 @@ WITH_AVX2 double add(double residual, const Slopes& slope, double noise, double 
 }
 
 auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to_inverse, Vector<double> intrinsics,
-                    Matrix<double> pose, Vector<double> light, Vector<double> noise, Vector<double> least_noise,
-                    Vector<double> estimator) {
+                    Matrix<double> pose, Vector<double> light, Vector<double> noise, double outlier) {
     const Index height = Index(from_gray.shape(0)), width = Index(from_gray.shape(1));
     for (const Image* each : {&from_inverse, &to_gray, &to_inverse}) {
         require(Index(each->shape(0)) == height && Index(each->shape(1)) == width, "the images are not all of one shape (H, W)");
     }
     require(intrinsics.shape(0) == 4 && pose.shape(0) == 4 && pose.shape(1) == 4, "intrinsics and pose are not (4,) and (4, 4)");
-    for (const Vector<double>* each : {&light, &noise, &least_noise, &estimator}) {
-        require(each->shape(0) == 2, "light, noise, least_noise or estimator is not (2,)");
-    }
+    require(light.shape(0) == 2 && noise.shape(0) == 2, "light or noise is not (2,)");
     count_visits(2 * height * width);
     ReleasedGil released;
     const Views views{from_gray, from_inverse, to_gray, to_inverse, intrinsics, light, pose, height, width};
@@ -107,10 +107,10 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
             if (!std::isnan(pixel.inverse)) inverses.push_back(std::fabs(pixel.inverse));
         }
     }
-    const double of_gray = noise(0) > 0 || grays.empty() ? noise(0) : most(estimator(0) * median(grays), least_noise(0));
-    const double of_inverse = noise(1) > 0 || inverses.empty() ? noise(1) : most(estimator(0) * median(inverses), least_noise(1));
+    const double of_gray = noise(0) > 0 || grays.empty() ? noise(0) : most(MAD_TO_DEVIATION * median(grays), LEAST_GRAY_NOISE);
+    const double of_inverse =
+        noise(1) > 0 || inverses.empty() ? noise(1) : most(MAD_TO_DEVIATION * median(inverses), LEAST_INVERSE_NOISE);
     const std::size_t unknowns = std::tuple_size<Slopes>::value;
-    const double outlier = estimator(1);
     std::vector<double> sums(unknowns * (unknowns + 1), 0.0);
     double gray_loss = 0.0, inverse_loss = 0.0, agreeing = 0.0;
     for (const Pixel& pixel : pixels) {
@@ -148,11 +148,8 @@ void bind_view_alignment(Module& m) {
     //     (2,) float64, gain and offset of the brightness from the first view to the second
     // noise
     //     (2,) float64, standard deviations of brightness and of inverse depth (1/m) between the views; 0: from the median residual
-    // least_noise
-    //     (2,) float64, the least that such a median gives
-    // estimator
-    //     (2,) float64: standard deviation of residuals by their median size, and the standard deviations at which a residual weighs
-    //     a quarter
+    // outlier
+    //     standard deviations at which a residual weighs a quarter
     //
     // Returns
     // -------
@@ -162,5 +159,5 @@ void bind_view_alignment(Module& m) {
     // view, of those that the second view shows, and of those whose residuals weigh a quarter at least.
     m.def("view_alignment", &view_alignment, "from_gray"_a.noconvert(), "from_inverse"_a.noconvert(), "to_gray"_a.noconvert(),
           "to_inverse"_a.noconvert(), "intrinsics"_a.noconvert(), "pose"_a.noconvert(), "light"_a.noconvert(), "noise"_a.noconvert(),
-          "least_noise"_a.noconvert(), "estimator"_a.noconvert());
+          "outlier"_a);
 }
