@@ -6,12 +6,14 @@ import cv2
 import numpy as np
 
 from ..geometry.noise import MAD_TO_DEVIATION, SAMPLES
-from ..kernels import surface_color
 from ..types import Array, Bools, Floats, Ints
 
 MEDIAN_PX = 15
 """Window of the median that gives the surface's color in the image scaled down by 8: 120 px, more than twice as wide as any
 strand."""
+
+BLUR_PX = 0.8
+"""Standard deviation of the Gaussian that removes the camera's noise."""
 
 MIN_DEVIATION = 1.0
 """Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
@@ -35,8 +37,46 @@ def learn_surround(color: Array, raised: Bools, deviations: float) -> tuple[Arra
     deviation : (3,) standard deviation of each channel: its noise and texture
     differs : (H / 4, W / 4) bool, pixels of the image scaled down by 4 with another color
     """
-    step = max(1, round((color.shape[0] * color.shape[1] / SAMPLES) ** 0.5 / 2))
-    return surface_color(color, raised, MEDIAN_PX, step, MAD_TO_DEVIATION, MIN_DEVIATION, deviations)
+    lab = to_lab(_halved(_halved(color)))
+    around = cv2.medianBlur(_without_raised(_halved(lab), raised), MEDIAN_PX).astype(np.float32)
+    surface = cv2.resize(around, lab.shape[1::-1], interpolation=cv2.INTER_LINEAR)
+    deviation = np.maximum(MAD_TO_DEVIATION * np.median(_differences(color, surface), axis=0), MIN_DEVIATION).astype(float)
+    contrast = cv2.transform(np.square(lab - surface), 1 / np.square(deviation[None]))
+    return around, deviation, contrast > deviations**2
+
+
+def _halved(image: Array) -> Array:
+    """Return an image (H, W, C) scaled down by 2."""
+    height, width = image.shape[:2]
+    return np.asarray(cv2.resize(image, (max(width // 2, 1), max(height // 2, 1)), interpolation=cv2.INTER_AREA))
+
+
+def _without_raised(small: Array, raised: Bools) -> Array:
+    """Return a smaller image whose pixels mostly within 2 px of raised ones have the mean color of the others around them.
+
+    small : (h, w, 3) uint8. raised : (H, W) bool. A pixel without any other in the window of MEDIAN_PX keeps its color.
+    """
+    wide = cv2.dilate(raised.view(np.uint8), np.ones((5, 5), np.uint8))
+    bare = (cv2.resize(wide, small.shape[1::-1], interpolation=cv2.INTER_AREA) == 0).view(np.uint8)
+    others = cv2.bitwise_and(small, small, mask=bare)
+    total, count = (cv2.boxFilter(image, cv2.CV_32F, (MEDIAN_PX, MEDIAN_PX), normalize=False) for image in (others, bare))
+    covered = (bare == 0) & (count > 0)
+    filled = small.copy()
+    filled[covered] = np.rint(total[covered] / count[covered][:, None])
+    return filled
+
+
+def _differences(color: Array, surface: Array) -> Array:
+    """Return the absolute differences (N, 3) of some 2,000 pixels of an image (H, W, 3), blurred, from the surface (h, w, 3)."""
+    height, width = color.shape[:2]
+    step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
+    v, u = np.arange(2, height - 2, 4 * step)[:, None], np.arange(2, width - 2, step)
+    kernel = cv2.getGaussianKernel(5, BLUR_PX)
+    down, right = np.indices((5, 5)).reshape(2, -1, 1, 1) - 2
+    lab = to_lab(color[v + down, u + right].reshape(1, -1, 3)).reshape(25, -1).astype(np.float32)
+    blurred = (kernel @ kernel.T).astype(np.float32).ravel() @ lab
+    expected = surface[v * surface.shape[0] // height, u * surface.shape[1] // width]
+    return np.abs(blurred.reshape(-1, 3) - expected.reshape(-1, 3))
 
 
 def to_lab(color: Array) -> Array:

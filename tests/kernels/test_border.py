@@ -123,7 +123,6 @@ CALLS = {
     "surface_beside": (
         POINTS, np.array([0, 2, 6]), np.ones(4), 0.01, np.ones(2), np.ones((3, 3), bool), np.ones((3, 3), np.float32), 6,
     ),
-    "surface_color": (np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8), bool), 3, 1, 1.5, 1.0, 3.5),
     "surface_log_odds": (
         POINTS, np.ones((6, 2), int), np.ones(6), 0.1, POINTS, np.ones(6), np.ones(6), np.ones(4), np.ones(5),
     ),

@@ -3,9 +3,7 @@
 
 #include "arrays.h"
 
-#include <algorithm>
 #include <array>
-#include <iterator>
 
 // Integer arithmetic with tables: light of 11 bits, and its cube root of 15.
 class LabTables {
@@ -27,28 +25,6 @@ class LabTables {
         lab[0] = lightness(y);
         lab[1] = axis(500, x, y);
         lab[2] = axis(200, y, z);
-    }
-
-    // Convert pixels in place, a block at a time: what is no look-up is for vector instructions.
-    WITH_AVX2 void convert(Byte* pixels, std::size_t count) const {
-        int r[64], g[64], b[64];
-        Byte lab[3][64];
-        for (std::size_t i; count; count -= i, pixels += 3 * i) {
-            const std::size_t size = std::min(count, std::size(r));
-            for (i = 0; i < size; ++i) r[i] = light[pixels[3 * i]], g[i] = light[pixels[3 * i + 1]], b[i] = light[pixels[3 * i + 2]];
-            for (i = size; i < std::size(r); ++i) r[i] = g[i] = b[i] = 0;
-            for (i = 0; i < std::size(r); ++i) {
-                const int x = (1777 * r[i] + 1541 * g[i] + 778 * b[i] + 2048) >> 12, y = (871 * r[i] + 2929 * g[i] + 296 * b[i] + 2048) >> 12;
-                b[i] = (73 * r[i] + 448 * g[i] + 3575 * b[i] + 2048) >> 12, r[i] = x, g[i] = y;
-            }
-            for (i = 0; i < size; ++i) r[i] = root[r[i]], g[i] = root[g[i]], b[i] = root[b[i]];
-            for (i = 0; i < std::size(r); ++i) {
-                lab[0][i] = lightness(g[i]);
-                lab[1][i] = axis(500, r[i], g[i]);
-                lab[2][i] = axis(200, g[i], b[i]);
-            }
-            for (i = 0; i < size; ++i) pixels[3 * i] = lab[0][i], pixels[3 * i + 1] = lab[1][i], pixels[3 * i + 2] = lab[2][i];
-        }
     }
 
    private:

@@ -43,7 +43,6 @@ void bind_strand_sides(Module&);
 void bind_strokes(Module&);
 void bind_surface_ahead(Module&);
 void bind_surface_beside(Module&);
-void bind_surface_color(Module&);
 void bind_thinning(Module&);
 void bind_valleys(Module&);
 void bind_view_alignment(Module&);
@@ -95,7 +94,6 @@ NB_MODULE(_native, native) {
     bind_strokes(m);
     bind_surface_ahead(m);
     bind_surface_beside(m);
-    bind_surface_color(m);
     bind_thinning(m);
     bind_valleys(m);
     bind_view_alignment(m);
