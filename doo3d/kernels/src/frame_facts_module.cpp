@@ -246,7 +246,7 @@ void bind_frame_facts(Module& m) {
         // -------
         // (K,) bool, False for a pixel outside the mask
         .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
-        // Tell which pixels (K, 2) int64 (u, v) are nearer to the skeleton than `reach` px, by the distance of `medial_axis`: (K,).
+        // Tell which pixels (K, 2) int64 (u, v) are nearer than `reach` px to the skeleton, as in `medial_axis`: (K,).
         .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
         // Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
         //
