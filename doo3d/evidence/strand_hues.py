@@ -107,7 +107,7 @@ class StrandHues:
         return np.where(mask, of_pixel[nearest], np.uint8(0))
 
 
-def hue_modes(counts: Floats) -> Ints:
+def hue_modes(counts: Array) -> Ints:
     """Return the number of the mode, from 1, of each bin of a histogram of hues (HUE_BINS,); 0 everywhere if it is empty.
 
     Modes are joined across their highest saddle until every saddle is low.

@@ -76,7 +76,7 @@ def _differences(color: Array, surface: Array) -> Array:
     lab = to_lab(color[v + down, u + right].reshape(1, -1, 3)).reshape(25, -1).astype(np.float32)
     blurred = (kernel @ kernel.T).astype(np.float32).ravel() @ lab
     expected = surface[v * surface.shape[0] // height, u * surface.shape[1] // width]
-    return np.abs(blurred.reshape(-1, 3) - expected.reshape(-1, 3))
+    return np.asarray(np.abs(blurred.reshape(-1, 3) - expected.reshape(-1, 3)))
 
 
 def to_lab(color: Array) -> Array:

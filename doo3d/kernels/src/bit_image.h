@@ -41,16 +41,6 @@ class BitImage {
     // The bits of eight columns, from column 8 * `byte` on.
     int eight(Index y, Index byte) const { return int(row(y)[8 * byte / word_bits()] >> 8 * byte % word_bits() & 0xFF); }
     void add_eight(Index y, Index byte, int set) { row(y)[8 * byte / word_bits()] |= Word(set) << 8 * byte % word_bits(); }
-    // Tell whether a pixel of [start, end) of a row is set.
-    bool any(Index y, Index start, Index end) const {
-        for (Index word = start / word_bits(); word * word_bits() < end; ++word) {
-            Word bits = row(y)[word];
-            if (word == start / word_bits()) bits &= ~Word(0) << start % word_bits();
-            if (end < (word + 1) * word_bits()) bits &= ~(~Word(0) << end % word_bits());
-            if (bits) return true;
-        }
-        return false;
-    }
     void set_run(Index y, Index start, Index end) {
         while (start < end) {
             const Index stop = std::min(end, (start / word_bits() + 1) * word_bits());
@@ -155,29 +145,21 @@ class BitImage {
 
 const std::vector<Index> SQUARE{1, 1}, CROSS{1, 0};  // shapes of 3 x 3 pixels: all eight neighbors, and the four beside
 
-// The part of a mask (H, W) in the bounding box of its True pixels and `margin` px around it, and where it lies; the margin is
-// limited to the image, or goes on beyond it.
+// The part of a mask (H, W) in the bounding box of its True pixels and `margin` px around it in the image, and where it lies.
 struct Crop {
     BitImage bits;
     Index top = 0, left = 0;
 };
 
-inline Crop cropped(const FrameFacts& facts, Index margin, bool limited = true) {
-    const Box& box = facts.box();
+inline Crop cropped(const Matrix<bool>& mask, Index margin) {
+    const FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
     if (facts.runs().empty()) return {};
-    Box part{box.top - margin, box.bottom + margin, box.left - margin, box.right + margin};
-    if (limited) {
-        part = {std::max<Index>(part.top, 0), std::min(part.bottom, facts.height()), std::max<Index>(part.left, 0),
-                std::min(part.right, facts.width())};
-    }
-    const Index top = part.top, left = part.left;
-    Crop crop{{part.bottom - top, part.right - left}, top, left};
+    const Box& box = facts.box();
+    const Index top = std::max<Index>(box.top - margin, 0), bottom = std::min(box.bottom + margin, facts.height());
+    const Index left = std::max<Index>(box.left - margin, 0), right = std::min(box.right + margin, facts.width());
+    Crop crop{{bottom - top, right - left}, top, left};
     for (const Run& run : facts.runs()) crop.bits.set_run(run.row - top, run.start - left, run.end - left);
     return crop;
-}
-
-inline Crop cropped(const Matrix<bool>& mask, Index margin, bool limited = true) {
-    return cropped(FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), 0), margin, limited);
 }
 
 // A connected part of a mask as runs of its rows, and its number of pixels.
