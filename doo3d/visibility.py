@@ -11,9 +11,8 @@ from .config import VisibilityConfig
 from .evidence.depth_model import DepthModel, MultiViewDepthModel, PointVisibility
 from .evidence.support import Support
 from .geometry.curves import Curves
-from .geometry.polyline import unit
+from .geometry.polyline import steps, unit
 from .geometry.radii import STEP_RADII
-from .kernels import gap_lengths
 from .types import Bools, Floats, Foreground, Ints
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
@@ -164,4 +163,11 @@ class Visibility:
 
     def lengths(self, points: Floats, bounds: Ints) -> Floats:
         """Return the same as `gap_lengths` of K polylines whose points (N, D) are one after the other; bounds : (K + 1,)."""
-        return gap_lengths(points, bounds, self.model.classify((points[1:] + points[:-1]) / 2))
+        owner, classes = (
+            np.repeat(np.arange(len(bounds) - 1), np.diff(bounds)),
+            self.model.classify((points[1:] + points[:-1]) / 2),
+        )
+        kinds = [PointVisibility.FREE, PointVisibility.OUTSIDE], [PointVisibility.NO_DEPTH], [PointVisibility.BARE]
+        length = np.where(owner[1:] == owner[:-1], steps(points), 0.0)
+        sums = [np.bincount(owner[1:], length * np.isin(classes, kind), len(bounds) - 1) for kind in kinds]
+        return np.column_stack(sums)

@@ -13,7 +13,6 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..errors import InputError
-from ..kernels import shift_costs
 from ..types import Chain, ChainEnd, Connection, Crossing, Detection, Floats, Ints, Junction, SegmentRef
 from ..types.arguments import refused
 
@@ -255,12 +254,12 @@ def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
     """
     radius = max(chain.radius if chain.radius > 0 else 0.0 for chain in (old, new))  # NaN if unknown
     max_motion = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
+    low, high = (np.array([corner(chain.joints, axis=0) for chain in (old, new)]) for corner in (np.min, np.max))
+    if (low.max(axis=0) - high.min(axis=0) > max_motion).any():
+        return NO_MATCH
     if not (old.closed or new.closed):
         matches = _match_open(old, new, max_motion)
     else:
-        low, high = (np.array([corner(chain.joints, axis=0) for chain in (old, new)]) for corner in (np.min, np.max))
-        if (low.max(axis=0) - high.min(axis=0) > max_motion).any():
-            return NO_MATCH
         match_function = _match_closed if old.closed and new.closed else _match_open_with_closed
         matches = [match_function(old, new, backwards, max_motion) for backwards in (False, True)]
     best = min(matches, key=lambda match: match.cost)
@@ -274,8 +273,22 @@ def _match_open(old: Chain, new: Chain, max_motion: float) -> list[Match]:
     newly hidden end does not shift the match.
     """
     step = max(old.length, new.length) / COMPARED_STEPS
-    costs = shift_costs(old.joints, new.joints, (_samples(old, step), _samples(new, step)), max_motion)
-    return [Match(cost, backwards) for cost, backwards in zip(costs, (False, True), strict=True)]
+    distances = cdist(_sample(old, step), _sample(new, step))
+    return [
+        Match(_least_shifted(distances[:, ::-1] if backwards else distances, max_motion), backwards)
+        for backwards in (False, True)
+    ]
+
+
+def _least_shifted(distances: Floats, limit: float) -> float:
+    """Return the cost at the best shift along each other of two polylines, whose points are at distances (R, C)."""
+    rows, columns = distances.shape
+    min_overlap = (min(rows, columns) + 1) // 2
+    shifts = np.arange(min_overlap - rows, columns - min_overlap + 1)
+    overlap = np.minimum(rows, columns - shifts) - np.maximum(0, -shifts)
+    unmatched = (rows + columns) / 2 - overlap
+    sums = np.array([distances.trace(shift) for shift in shifts])
+    return float(np.min((sums / limit + unmatched) / (overlap + unmatched)))
 
 
 def _match_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
@@ -306,12 +319,7 @@ def _match_open_with_closed(old: Chain, new: Chain, backwards: bool, max_motion:
 
 def _sample(chain: Chain, step: float) -> Floats:
     """Return points (N, D) along a chain, about `step` (m; px in 2-D) apart."""
-    return chain.nodes(_samples(chain, step))
-
-
-def _samples(chain: Chain, step: float) -> int:
-    """Return the number of points along a chain that are about `step` (m; px in 2-D) apart."""
-    return max(2, round(chain.length / step) + 1)
+    return chain.nodes(max(2, round(chain.length / step) + 1))
 
 
 def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple[Chain, Ints]:

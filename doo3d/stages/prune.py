@@ -9,10 +9,9 @@ from scipy.spatial import cKDTree
 
 from ..config import PruneConfig
 from ..errors import ConfigError, require
-from ..geometry.curves import Curves
+from ..geometry.curves import Curves, runs
 from ..geometry.limits import MAX_NEAR_PAIRS
 from ..geometry.polyline import unit
-from ..kernels import keep_segments
 from ..types import Bools, Floats, Ints
 from . import FrameContext
 
@@ -67,8 +66,34 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
     pairs = near_pairs(starts, ends, chains.owner[chains.segments], width)
     overlapping = pairs[cuboids_intersect(starts, ends, pairs, width)]
-    points, bounds, closed, removed = keep_segments(chains.points, chains.bounds, chains.closed, overlapping)
-    return Pruned(Curves(points, bounds, closed) if len(removed) else chains, removed)
+    kept = _kept_segments(chains, overlapping)
+    removed = np.stack((starts, ends), axis=1)[~kept]
+    if not len(removed):
+        return Pruned(chains, removed)
+    lines, closed = [], []
+    for line, is_closed, own in zip(chains, chains.closed, np.split(kept, chains.segment_bounds[1:-1]), strict=True):
+        left = runs(own)
+        lines += [line[first : end + 1] for first, end in left]
+        closed += [bool(is_closed and own.all())] * len(left)
+    return Pruned(Curves.of(lines, closed), removed)
+
+
+def _kept_segments(chains: Curves, overlapping: Ints) -> Bools:
+    """Return which segments stay, (S,): of each two that overlap, (K, 2), in this order, one is removed unless one already was.
+
+    The first and the last segment of a ring share a joint and stay.
+    """
+    owner, bounds = chains.owner[chains.segments].tolist(), chains.segment_bounds.tolist()
+    left = np.diff(bounds).tolist()
+    kept = [True] * len(owner)
+    for i, j in overlapping.tolist():
+        a, b = owner[i], owner[j]
+        meet = a == b and chains.closed[a] and (i, j) == (bounds[a], bounds[a + 1] - 1)
+        if kept[i] and kept[j] and not meet:
+            loser = j if left[b] <= left[a] else i
+            kept[loser] = False
+            left[owner[loser]] -= 1
+    return np.array(kept)
 
 
 def near_pairs(starts: Floats, ends: Floats, owner: Ints, width: float) -> Ints:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import kernels
 from ..errors import InputError
 from ..guard.limits import current_limits
 from . import arguments
@@ -76,7 +75,9 @@ class Camera:
         are not cut off.
         """
         points = arguments.numbers(points, "points", (None, 3), "points-shape")
-        return kernels.project_pinhole(points, self.fx, self.fy, self.cx, self.cy)
+        z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
+        with np.errstate(all="ignore"):  # beyond any image
+            return points[:, :2] * (self.fx, self.fy) / z[:, None] + (self.cx, self.cy)
 
     def unproject(self, pixels: Array, depth: Array) -> Floats:
         """Return the points in the camera's optical frame that are seen at given pixels.
@@ -94,7 +95,7 @@ class Camera:
         """
         pixels = arguments.numbers(pixels, "pixels", (None, 2), "points-shape")
         z = arguments.numbers(depth, "depth", (len(pixels),), "depth-shape")
-        return kernels.unproject_pinhole(pixels, z, self.fx, self.fy, self.cx, self.cy)
+        return np.column_stack(((pixels - (self.cx, self.cy)) * z[:, None] / (self.fx, self.fy), z))
 
 
 @dataclass(frozen=True, repr=False)

@@ -69,13 +69,11 @@ CALLS = {
         np.zeros((9, 9, 3), np.uint8), np.zeros((9, 9), bool), np.array([[1.0, 4.0], [5.0, 4.0]]), 2.0, 3.0,
     ),
     "FrameFacts": (np.ones((3, 3), bool),),
-    "gap_lengths": (POINTS, np.array([0, 2, 6]), np.array([5, 1, 6, 0, 3])),
     "gaps_along_lines": (
         POINTS[[0, 1, 4, 5]], np.eye(4, 3), POINTS, np.array([0, 2, 6]), np.zeros(2, bool), np.ones(4), 0.01,
         np.ones((3, 2)), np.array([0, 3]), 1.0,
     ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
-    "keep_segments": (POINTS, np.array([0, 3, 6]), np.zeros(2, bool), np.array([[0, 2]])),
     "lay_equal_chords": (POINTS, 0.01),
     "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
@@ -88,14 +86,12 @@ CALLS = {
     "paint_strokes": (
         np.zeros((3, 3, 4), np.uint8), np.ones((2, 3)), np.array([1, 2]), np.ones((2, 4), np.uint8), np.zeros(2, bool),
     ),
-    "project_pinhole": (POINTS, 1.0, 1.0, 0.0, 0.0),
     "prune_spurs": (np.zeros((3, 3), np.uint8), *PIXELS, 1.0),
     "raised_pixels": (np.ones((3, 3), np.float32), np.zeros(3, np.float32), np.ones(3, np.float32), 1.5, 0.2, 0.4),
     "ribbon_scores": (np.zeros((3, 3, 3), np.float32), 2, np.ones(1), 1.0, 2.0, 3),
     "sample_gap": (np.ones((2, 11)), 0.1),
     "section_axes": (POINTS, POINTS, np.zeros(3)),
     "section_offsets": (POINTS, np.zeros(6), np.zeros(6, int), POINTS, POINTS, POINTS, np.ones(6)),
-    "shift_costs": (POINTS, POINTS + 0.01, (5, 7), 0.1),
     "silhouette": (
         POINTS, np.eye(6, 3), np.eye(6, 3), np.zeros(6, int), np.ones((2, 2)), 1.0, np.ones(4), np.ones(6), 1,
     ),
@@ -108,8 +104,6 @@ CALLS = {
     ),
     "smooth_strand_depth": (np.ones(9), np.ones(9, bool), np.ones(9), 0.004, 600.0, 1.7),
     "solve_gap": (np.eye(4, 3), 0.0, 0.1, False),
-    "straight_gap_costs": (POINTS, np.array([0]), np.array([1]), np.array([0, 1, 5]), 0.1, 1.0, 1.0, 1.0),
-    "straight_gaps": (POINTS, np.array([0]), np.array([1]), np.array([0.0, 0.5])),
     "strand_cuts": (POINTS, np.arange(6) * 0.01, 0.05, POINTS, 0.01, 0.02, 25.0, 2.5, np.full(6, 13.0)),
     "strand_places": (
         POINTS, np.arange(6) * 0.01, np.eye(6, 3), np.array([0, 2, 6]), np.array([0.01, 0.03]), np.ones((2, 2)), POINTS, 0.1,
@@ -129,7 +123,6 @@ CALLS = {
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
-    "unproject_pinhole": (POINTS[:, :2].copy(), POINTS[:, 2].copy(), 1.0, 1.0, 0.0, 0.0),
     "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "view_alignment": (

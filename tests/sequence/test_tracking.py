@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from builders.errors import refuses
 
+from doo3d.config import TrackingConfig
 from doo3d.geometry.equal_segments import equal_ring, equal_segments
 from doo3d.geometry.polyline import densify
 from doo3d.outputs.detection_json import dumps
 from doo3d.sequence import tracking
-from doo3d.sequence.tracking import Tracker, TrackingState, assign_ids, reversed_chain
+from doo3d.sequence.tracking import NO_MATCH, Tracker, TrackingState, assign_ids, match_chains, reversed_chain
 from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef
 from doo3d.viz import draw
 from doo3d.viz.palette import chain_color
@@ -241,3 +242,21 @@ def test_the_colour_is_that_of_the_id():
         colors = {tuple(color) for color in drawn.reshape(-1, 3).tolist()}
         assert chain_color(number) in colors
         assert chain_color(number + 1) not in colors
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_part_of_a_chain_costs_what_is_missing_of_it(backwards):
+    """Of 61 points 15 have no counterpart, and count half each; the costs are in the largest distance, 10 radii."""
+    line = np.column_stack((np.arange(61.0), np.zeros(61), np.ones(61)))
+    old, part = Chain(line, 1.0, radius=1.0), line[:46] + np.array([0.0, 2.0, 0.0])
+    match = match_chains(old, Chain(part[::-1] if backwards else part, 1.0, radius=1.0), TrackingConfig(max_motion_lengths=0.1))
+    assert match.backwards == backwards
+    assert match.cost == pytest.approx((46 * 2 / 10 + 7.5) / 53.5)
+
+
+@pytest.mark.parametrize(("offset", "matches"), [(9.999, True), (10.001, False)])
+def test_chains_whose_boxes_are_further_apart_than_the_limit_do_not_match(offset, matches):
+    line = np.column_stack((np.arange(61.0), np.zeros(61), np.ones(61)))
+    other = Chain(line + np.array([0.0, offset, 0.0]), 1.0, radius=1.0)
+    match = match_chains(Chain(line, 1.0, radius=1.0), other, TrackingConfig(max_motion_lengths=0.1))
+    assert (match != NO_MATCH) == matches

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...config import MergeConfig
 from ...geometry.curves import Curves
+from ...geometry.polyline import angle
 from ...types import Bools, Floats
 from ...visibility import Visibility
 from .. import FrameContext
@@ -153,9 +154,8 @@ class Candidates:
         """
         gap = self.points - self.points[:, None]
         distance = np.linalg.norm(gap, axis=2)
-        bend = _angles(self.tangents[:, None], gap / np.maximum(distance, np.finfo(float).tiny)[..., None])
-        bend = np.where(distance > 0, np.maximum(bend, bend.T), 0.0)
-        return distance, _angles(self.tangents[:, None], -self.tangents), bend
+        bend = np.where(distance > 0, angle(self.tangents[:, None], gap), 0.0)
+        return distance, angle(self.tangents[:, None], -self.tangents), np.maximum(bend, bend.T)
 
     @property
     def distance(self) -> Floats:
@@ -193,9 +193,3 @@ class Candidates:
             exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
             allowed &= ~(exiting & exiting[:, None])
         return np.where(np.triu(allowed, 1), cost, np.inf)
-
-
-def _angles(first: Floats, second: Floats) -> Floats:
-    """Return the angles between unit vectors (..., D), radians: Kahan's formula, exact for small ones too."""
-    apart, together = np.linalg.norm(first - second, axis=-1), np.linalg.norm(first + second, axis=-1)
-    return np.asarray(2 * np.arctan2(apart, together))

@@ -14,7 +14,6 @@ from ....geometry.gap_path import GapPath, gap_path
 from ....geometry.limits import AT_ONCE
 from ....geometry.polyline import steps
 from ....geometry.radii import STEP_RADII
-from ....kernels import straight_gap_costs, straight_gaps
 from ....types import Bools, Floats, Ints
 from ....visibility import Visibility
 from ..candidates import FORCED_COST_FACTOR, Candidates, End, Pair
@@ -25,6 +24,10 @@ CONNECTION_SHARES = np.linspace(0, 1, CONNECTION_POINTS)
 
 CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
 """Fractions of the straight connection at which its visibility is asked for `with_straight_gaps`."""
+
+
+OPEN = (PointVisibility.OUTSIDE, PointVisibility.FREE, PointVisibility.BARE)
+"""Where the camera would have seen an object, or a path leaves the image."""
 
 
 class GapCost(NamedTuple):
@@ -141,7 +144,7 @@ class GapPaths:
         ends, is_near = self.ends.points, self.ends.distance[first, second] < self.ends.window
         costly = ~is_near
         if self.visibility is not None and is_near.any():
-            samples = straight_gaps(ends, first[is_near], second[is_near], CONNECTION_SHARES)
+            samples = _straight_gaps(ends, first[is_near], second[is_near], CONNECTION_SHARES)
             bounds = np.arange(0, len(samples) + 1, CONNECTION_POINTS)
             costly[is_near] = self.visibility.lengths(samples, bounds)[:, [0, 2]].any(axis=1)
         cost = np.zeros((len(pairs), 3))
@@ -185,9 +188,21 @@ class GapPaths:
 
     def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
         """Return the cost of a straight gap between K ends and K others, given by their indices (K,)."""
-        points, config, unknown = self.ends.points, self.ends.config, int(PointVisibility.NO_DEPTH)
-        classes = np.full(len(first) * len(CONNECTION_SAMPLES), unknown)
-        if self.visibility is not None:
-            classes = self.visibility.model.classify(straight_gaps(points, first, second, CONNECTION_SAMPLES))
-        weights = config.free_space_weight, config.unknown_weight
-        return straight_gap_costs(points, first, second, classes, self.ends.window, self.ends.unit_cost, *weights)
+        points, config = self.ends.points, self.ends.config
+        classes = np.full((len(first), len(CONNECTION_SAMPLES)), int(PointVisibility.NO_DEPTH))
+        if self.visibility is not None and len(first):
+            classes = self.visibility.model.classify(_straight_gaps(points, first, second, CONNECTION_SAMPLES)).reshape(
+                classes.shape
+            )
+        is_open = np.isin(classes, OPEN).mean(axis=1)
+        unknown = (classes == PointVisibility.NO_DEPTH).mean(axis=1)
+        length = np.linalg.norm(points[second] - points[first], axis=1)
+        unknown[(length < self.ends.window) & (is_open == 0)] = 0.0
+        weighted = config.free_space_weight * is_open + config.unknown_weight * unknown
+        return np.asarray(self.ends.unit_cost * length * weighted)
+
+
+def _straight_gaps(points: Floats, first: Ints, second: Ints, shares: Floats) -> Floats:
+    """Return the positions at S shares of the straight lines between the ends of K pairs, (K S, D), pair by pair."""
+    lines = points[first, None] + shares[:, None] * (points[second] - points[first])[:, None]
+    return lines.reshape(-1, points.shape[1])
