@@ -144,18 +144,6 @@ def test_an_unknown_custom_cost_is_refused_by_name():
         joined(custom_costs={"height": 1.0})
 
 
-def test_two_ends_of_one_circle_match_if_they_keep_their_curvature():
-    at = np.array([0.0, 0.2])
-    points = np.column_stack((np.cos(at), np.sin(at)))
-    tangents = np.array([[1.0], [-1.0]]) * np.column_stack((-np.sin(at), np.cos(at)))
-    config = MergeConfig(tangent_window_radii=100, curvature_persistence=1)
-    both = Candidates(points, tangents, -points, np.zeros(2, dtype=bool), 0.01, config)
-    distance, turn, bend = both.pairs
-    assert distance[0, 1] == pytest.approx(2 * np.sin(0.1))
-    assert max(turn[0, 1], bend[0, 1]) < 1e-3
-    assert both.turns[0, 1] == pytest.approx(0.2)
-
-
 @pytest.mark.parametrize("allow_closed", [True, False])
 def test_pairs_beyond_a_limit_are_not_allowed(allow_closed):
     rng = np.random.default_rng(0)
@@ -166,7 +154,7 @@ def test_pairs_beyond_a_limit_are_not_allowed(allow_closed):
         np.arange(12) // 2 == 2,
     )
     config = MergeConfig(chains=None, max_gap=0.9, max_cost=0.8, allow_closed_chains=allow_closed)
-    candidates = Candidates(points, tangents, np.zeros_like(points), closed, 0.01, config, max_turn=2.0)
+    candidates = Candidates(points, tangents, closed, 0.01, config, max_turn=2.0)
     expected = cost.copy()
     expected[(candidates.distance > 0.9) | (cost > 0.8) | (candidates.turns > 2.0) | np.tri(12, dtype=bool)] = np.inf
     expected[closed] = expected[:, closed] = np.inf
