@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from ..errors import require
-from ..types import Chain, Detection
+from ..types import Chain, Detection, Floats
 from .base import RadiusExport, colors, is_z_up, labels, times
 
 
@@ -41,16 +41,8 @@ class Usd(RadiusExport):
         MissingDependency
             OpenUSD (usd-core) is not installed.
         """
-        pxr = {name: require(f"pxr.{name}", "usd") for name in ("Usd", "UsdGeom", "Gf", "Sdf", "Vt")}
-        stage = pxr["Usd"].Stage.CreateNew(str(path))
+        pxr, stage = new_stage(path, frames, "Sdf", "Vt")
         geometry = pxr["UsdGeom"]
-        z_up = all(is_z_up(frame) for frame in frames)
-        geometry.SetStageUpAxis(stage, geometry.Tokens.z if z_up and frames else geometry.Tokens.y)
-        geometry.SetStageMetersPerUnit(stage, 1.0)
-        root = geometry.Xform.Define(stage, "/doo3d")
-        if not z_up:  # a camera's y down, z away becomes y up, z towards the viewer
-            root.AddRotateXOp().Set(180.0)
-        stage.SetDefaultPrim(root.GetPrim())
         codes = self._time_codes(stage, frames)
         parents = _objects(frames)
         for number in sorted(set(parents.values())):
@@ -75,6 +67,44 @@ class Usd(RadiusExport):
         stage.SetEndTimeCode(codes[-1])
         stage.GetRootLayer().customLayerData = {"doo3d:start": float(seconds[0])}
         return list(codes)
+
+
+def new_stage(path: Path, frames: Sequence[Detection], *modules: str) -> tuple[dict[str, Any], Any]:
+    """Return modules of OpenUSD by their names, and a stage of metres for a new file, with an Xform /doo3d in it.
+
+    It turns the coordinates of a camera, y down and z away, to y up and z towards the viewer.
+
+    Parameters
+    ----------
+    path
+        the file.
+    frames
+        detections whose coordinates the stage is to have.
+    modules
+        names of modules that are needed besides Usd, UsdGeom and Gf.
+
+    Raises
+    ------
+    MissingDependency : OpenUSD is not installed.
+    """
+    pxr = {name: require(f"pxr.{name}", "usd") for name in ("Usd", "UsdGeom", "Gf", *modules)}
+    stage, geometry = pxr["Usd"].Stage.CreateNew(str(path)), pxr["UsdGeom"]
+    z_up = all(is_z_up(frame) for frame in frames)
+    geometry.SetStageUpAxis(stage, geometry.Tokens.z if z_up and frames else geometry.Tokens.y)
+    geometry.SetStageMetersPerUnit(stage, 1.0)
+    root = geometry.Xform.Define(stage, "/doo3d")
+    if not z_up:
+        root.AddRotateXOp().Set(180.0)
+    stage.SetDefaultPrim(root.GetPrim())
+    return pxr, stage
+
+
+def _sphere_arrays(pxr: dict[str, Any], points: Floats, widths: Floats) -> list[Any]:
+    """Return points (N, 3) m, their widths (N,) m, and the box around the spheres that they are, as arrays of OpenUSD."""
+    vt, half = pxr["Vt"], widths.max(initial=0.0) / 2
+    box = np.array([points.min(axis=0) - half, points.max(axis=0) + half]) if len(points) else np.zeros((2, 3))
+    pairs = ((vt.Vec3fArray, points), (vt.FloatArray, widths), (vt.Vec3fArray, box))
+    return [kind.FromNumpy(values.astype(np.float32)) for kind, values in pairs]
 
 
 def _chain_of(frame: Detection, label: int) -> Chain | None:
@@ -129,11 +159,8 @@ def _junctions(
         own = [each for each in frame.junctions if members & {numbers[end.chain] for end in each.ends}]
         at = np.array([each.position for each in own]).reshape(-1, 3)
         widths = np.array([2 * np.nanmax([0.0, *each.radii]) for each in own])
-        box = np.array([at.min(axis=0) - widths.max() / 2, at.max(axis=0) + widths.max() / 2]) if own else np.zeros((2, 3))
         values = (
-            vt.Vec3fArray.FromNumpy(at.astype(np.float32)),
-            vt.FloatArray.FromNumpy(widths.astype(np.float32)),
-            vt.Vec3fArray.FromNumpy(box.astype(np.float32)),
+            *_sphere_arrays(pxr, at, widths),
             vt.IntArray([len(each.ends) for each in own]),
             vt.IntArray([numbers[end.chain] for each in own for end in each.ends]),
         )
@@ -181,7 +208,7 @@ def _curve(
     occluded = prim.CreateAttribute("doo3d:occluded", types.BoolArray, True)
     filled = prim.CreateAttribute("doo3d:depthFilled", types.BoolArray, True)
     prim.CreateAttribute("doo3d:segmentLength", types.Double, True).Set(first.segment_length)
-    attributes = curve.CreatePointsAttr(), curve.CreateCurveVertexCountsAttr(), curve.CreateWidthsAttr(), curve.CreateExtentAttr()
+    attributes = curve.CreatePointsAttr(), curve.CreateWidthsAttr(), curve.CreateExtentAttr(), curve.CreateCurveVertexCountsAttr()
     for chain, code in zip(chains, codes, strict=True):
         when = () if code is None else (pxr["Usd"].TimeCode(code),)
         if code is not None:
@@ -190,13 +217,7 @@ def _curve(
             continue
         points = chain.joints[:-1] if ring else chain.joints  # a periodic curve closes itself
         widths = 2 * kind.radii_of(chain)[: len(points)]
-        box = np.array([points.min(axis=0) - widths.max() / 2, points.max(axis=0) + widths.max() / 2])
-        values = (
-            vt.Vec3fArray.FromNumpy(points.astype(np.float32)),
-            vt.IntArray([len(points)]),
-            vt.FloatArray.FromNumpy(widths.astype(np.float32)),
-            vt.Vec3fArray.FromNumpy(box.astype(np.float32)),
-        )
+        values = (*_sphere_arrays(pxr, points, widths), vt.IntArray([len(points)]))
         for attribute, value in zip(attributes, values, strict=True):
             attribute.Set(value, *when)
         occluded.Set(vt.BoolArray(chain.occluded.tolist()), *when)

@@ -10,17 +10,16 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial.transform import Rotation
 
-from ..errors import require
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors, is_z_up
 from .gravity import gravity_of, ground_of
 from .link_frames import link_frames
 from .overlaps import overlapping_bodies
 from .trees import grown
+from .usd import new_stage
 
 AXES = ("rotX", "rotY", "rotZ")
 LOCKED = ("transX", "transY", "transZ")
-MODULES = ("Usd", "UsdGeom", "UsdPhysics", "Gf", "Sdf")
 
 
 class UsdPhysics(BodyExport):
@@ -54,18 +53,11 @@ class UsdPhysics(BodyExport):
         MissingDependency
             OpenUSD (usd-core) is not installed.
         """
-        pxr = {name: require(f"pxr.{name}", "usd") for name in MODULES}
-        detection, geometry, physics = frames[0], pxr["UsdGeom"], pxr["UsdPhysics"]
-        stage = pxr["Usd"].Stage.CreateNew(str(path))
-        geometry.SetStageUpAxis(stage, geometry.Tokens.z if is_z_up(detection) else geometry.Tokens.y)
-        geometry.SetStageMetersPerUnit(stage, 1.0)
+        detection = frames[0]
+        pxr, stage = new_stage(path, [detection], "UsdPhysics")
+        geometry, physics = pxr["UsdGeom"], pxr["UsdPhysics"]
         physics.SetStageKilogramsPerUnit(stage, 1.0)
-        root = geometry.Xform.Define(stage, "/doo3d")
-        stage.SetDefaultPrim(root.GetPrim())
-        turn = np.eye(3)
-        if not is_z_up(detection):  # a camera's y down, z away becomes y up, z towards the viewer
-            root.AddRotateXOp().Set(180.0)
-            turn = np.diag((1.0, -1.0, -1.0))
+        turn = np.eye(3) if is_z_up(detection) else np.diag((1.0, -1.0, -1.0))
         tree = grown(detection)
         gravity, chains = gravity_of(detection), self.bodies_of(tree.detection)
         scene = physics.Scene.Define(stage, "/doo3d/physics")

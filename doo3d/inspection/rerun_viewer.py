@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..config import Config, load_config
 from ..errors import DooError, InputError, require
-from ..inputs import FrameRef, ReadOptions
-from ..outputs import CONFIG
+from ..inputs import FrameRef
 from ..outputs.run_reader import Results
 from ..pipeline import as_mode_data, run_with_stages
-from ..rig.opening import open_frames
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
 from ..types.display import objects_text
 from ..viz import draw
@@ -57,8 +54,7 @@ class RerunRecording:
     def __init__(self, results: Results, save: Path | None) -> None:
         self.rr: Any = require("rerun", "view")
         self.results, self.warning = results, ""
-        file = results.path / CONFIG
-        self.config = load_config(file) if file.is_file() else None
+        self.config = results.config()
         self.frame_refs = self._open_capture()
         self.recording = self.rr.RecordingStream(APPLICATION)
         self.viewer: LocalViewer | None = None
@@ -100,15 +96,9 @@ class RerunRecording:
 
     def _open_capture(self) -> dict[str, FrameRef]:
         """Return name -> frame of the capture; empty, with a warning, if it cannot be read any more."""
-        source = self.results.manifest.get("input", {})
         try:
-            reading = ReadOptions(**source.get("reading", {}))
-            capture = open_frames(source["path"], self.config or Config(), source.get("masks"), reading)
-            if capture.format != source.get("format"):
-                sentence = "is a capture of another format now; run doo3d detect again"
-                raise InputError(f"{source['path']}: {sentence}", code="input-changed")
-            return {ref.name: ref for ref in capture.frames}
-        except (DooError, KeyError, TypeError, ValueError) as error:
+            return self.results.capture_frames()
+        except DooError as error:
             self.warning = f"the capture cannot be read any more, so only the chains are shown ({error})"
             return {}
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from ..errors import InputError
 from ..guard.image_size import announced_size, read_encoded
 from ..guard.limits import current_limits
 from ..types import Array
-from . import JOURNAL, MANIFEST, PICTURES, SUFFIXES
+from . import JOURNAL, MANIFEST, SUFFIXES
 from .journal import Journal
 from .run_reader import Results
 
@@ -68,30 +67,15 @@ def frame_statuses(results: Results) -> list[FrameStatus]:
 
 def _status(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> FrameStatus:
     """Return the status of one frame from its entry in the manifest and its line of the journal."""
-    seconds, stamp = line.get("seconds", frame.get("seconds")), frame.get("timestamp")
+    seconds, stamp, kind = line.get("seconds", frame.get("seconds")), frame.get("timestamp"), frame.get("picture")
     return FrameStatus(
         name=str(frame["name"]),
         error=None if frame["status"] == "ok" else str(frame.get("error") or "no reason is given"),
         timestamp=None if stamp is None else float(stamp),
         seconds=None if seconds is None else float(seconds),
         stages={str(stage): float(duration) for stage, duration in (line.get("stages") or {}).items()},
-        picture=None if (kind := picture_kind(frame)) is None else folder / f"{frame['name']}{SUFFIXES[kind]}",
+        picture=None if kind is None else folder / f"{frame['name']}{SUFFIXES[kind]}",
     )
-
-
-def picture_kind(frame: Mapping[str, Any]) -> str | None:
-    """Return the kind of the picture of a frame, "jpg" or "png"; None if none was drawn.
-
-    `frame` is its entry in the manifest or its line in the journal.
-
-    Raises
-    ------
-    KeyError, ValueError : the entry names none, or another kind.
-    """
-    kind: str | None = frame["picture"]
-    if kind not in (None, *PICTURES):
-        raise ValueError(f"picture {kind!r}")
-    return kind
 
 
 def read_picture(path: Path | None) -> Array | None:

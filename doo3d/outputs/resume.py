@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from . import PICTURES, STRANDS, SUFFIXES
+from . import STRANDS, SUFFIXES
 
 Line = dict[str, Any]
 """A line of a run's journal: the record of a frame."""
@@ -69,12 +69,11 @@ def file_checks(files: Mapping[str, bytes]) -> dict[str, list[int]]:
 
 
 def _is_complete(folder: Path, line: Line) -> bool:
-    """Return whether the files of a frame are as its line says; without such an entry, whether all files exist."""
+    """Return whether the files of a frame are as its line says."""
     checks = line.get("files")
-    paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in (*SUFFIXES.values(), STRANDS)}
-    if not isinstance(checks, dict):  # the journal of an early version
-        return paths[SUFFIXES["json"]].exists() and any(paths[SUFFIXES[kind]].exists() for kind in PICTURES)
-    paths = {suffix: path for suffix, path in paths.items() if suffix in checks}
+    if not isinstance(checks, dict):
+        return False
+    paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in (*SUFFIXES.values(), STRANDS) if suffix in checks}
     try:
         return file_checks({suffix: path.read_bytes() for suffix, path in paths.items()}) == checks
     except OSError:

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ..config import Config, load_config
 from ..errors import InputError
 from ..guard.file_names import check_file_name
 from ..guard.guarding import first_line
 from ..guard.parsing import read_json
+from ..inputs import FrameRef, ReadOptions
 from ..types import (
     COORDINATES,
     DEPTH_WORDS,
@@ -28,7 +30,7 @@ from ..types import (
     Plane,
     SegmentRef,
 )
-from . import MANIFEST
+from . import CONFIG, MANIFEST
 from .detection_json import read_object
 
 
@@ -73,6 +75,36 @@ class Results:
         """
         for name in self.frames:
             yield self.detection(name)
+
+    def config(self) -> Config | None:
+        """Return the settings of the run; None without their file; raise ConfigError if it is damaged."""
+        path = self.path / CONFIG
+        return load_config(path) if path.is_file() else None
+
+    def capture_frames(self, with_masks: bool = True) -> dict[str, FrameRef]:
+        """Return name -> frame of the capture that the run was made from.
+
+        with_masks : false leaves out masks that are no part of the capture.
+
+        Raises
+        ------
+        DooError
+            the capture cannot be read now, or is of another format.
+        """
+        from ..rig.opening import open_frames
+
+        source = self.manifest.get("input", {})
+        try:
+            options = ReadOptions(**source.get("reading", {}))
+            masks = source.get("masks") if with_masks or options.cameras else None
+            capture = open_frames(source["path"], self.config() or Config(), masks, options)
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"{self.path / MANIFEST}: its input is damaged ({error})", code="results-damaged") from None
+        if capture.format != source.get("format"):
+            raise InputError(
+                f"{source['path']}: is a capture of another format now; run doo3d detect again", code="input-changed"
+            )
+        return {frame.name: frame for frame in capture.frames}
 
 
 def open_results(path: str | Path, min_confidence: float = 0.0) -> Results:

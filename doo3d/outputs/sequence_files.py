@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from ..errors import InputError
 from ..sequence.background import BackgroundView
-from ..sequence.objects import Anchor, SequenceObject
+from ..sequence.objects import SequenceObject
 from ..sequence.observations import Observation, ObservedStrand
 from ..sequence.readings import NODES, PER_NODE
-from ..sequence.topology import Node
 from ..types import Array, Detection, Floats
 from . import STRANDS
 from .atomic import write_text
@@ -23,6 +23,8 @@ from .detection_json import dumps, read_object
 from .run_reader import read_detection
 
 STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/2", "doo3d/sequence/1"
+
+_OBJECT = TypeAdapter(SequenceObject)
 
 OBJECTS = "objects.json"
 """File of the objects, in the folder of the first pass."""
@@ -56,15 +58,7 @@ class SequenceFile:
 def encode_strands(observation: Observation) -> bytes:
     """Return the strands of a frame as JSON, UTF-8 bytes."""
     strands = [
-        {
-            "points": strand.points.tolist(),
-            "arcs": strand.arcs.tolist(),
-            "length": strand.length,
-            "tips": list(strand.tips),
-            "chain": strand.chain,
-            "sight": None if strand.sight is None else strand.sight.tolist(),
-            "joined": None if strand.joined is None else strand.joined.tolist(),
-        }
+        {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(strand).items()}
         for strand in observation.strands
     ]
     pose = None if observation.pose is None else observation.pose.tolist()
@@ -168,15 +162,8 @@ def read_objects(folder: Path) -> SequenceFile:
 
 
 def _object(values: dict[str, Any]) -> SequenceObject:
-    radius = float("nan") if values["radius"] is None else float(values["radius"])
-    anchors = tuple(
-        Anchor(int(item["frame"]), int(item["chain"]), bool(item["backwards"]), float(item.get("start", 0.0)))
-        for item in values["anchors"]
-    )
-    first, last = (None if node is None else Node(int(node[0]), float(node[1])) for node in values["nodes"])
-    parts = tuple((int(frame), int(chain)) for frame, chain in values["parts"])
-    known = (int(values["id"]), float(values["length"]), radius, int(values["segments"]), anchors)
-    return SequenceObject(*known, (first, last), bool(values["is_trunk"]), parts, bool(values.get("closed", False)))
+    radius = float("nan") if values["radius"] is None else values["radius"]
+    return _OBJECT.validate_python(values | {"radius": radius})
 
 
 def _damaged(path: Path, error: Exception) -> InputError:

@@ -338,30 +338,10 @@ def bubbles(rng: Rng, size: int) -> Array:
 
 Background = Callable[[Rng, int], Array]
 
-KINDS: dict[str, Background] = {
-    f.__name__: f
-    for f in (
-        plain,
-        stone,
-        wood,
-        tiles,
-        holes,
-        brushed,
-        cloth,
-        polygons,
-        clutter,
-        splatter,
-        painted,
-        board,
-        terrazzo,
-        text,
-        keys,
-        rails,
-        grille,
-        pieces,
-        dark,
-    )
-}
+TEXTURES = (plain, stone, wood, tiles, holes, brushed, cloth)
+DRAWN = (polygons, clutter, splatter, painted, board, terrazzo, text, keys, rails, grille, pieces, dark)
+
+KINDS: dict[str, Background] = {f.__name__: f for f in (*TEXTURES, *DRAWN)}
 HELD_OUT: dict[str, Background] = {f.__name__: f for f in (hexagons, bubbles)}
 
 

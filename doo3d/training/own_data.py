@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from ..errors import DooError, InputError
-from ..inputs import FrameRef, ReadOptions, open_capture
+from ..inputs import FrameRef, open_capture
 from ..outputs import MANIFEST
 from ..outputs.run_reader import Results, open_results
 from ..types import Array, Bools, Cloud, Detection, Frame, Image
@@ -54,14 +54,11 @@ def own_images(path: Path) -> list[Array]:
 def _frames(path: Path, results: Results | None) -> list[FrameRef]:
     if results is None:
         return list(open_capture(path, images_only=True))
-    source = results.manifest.get("input", {})
     try:
-        capture = open_capture(
-            source["path"], results.manifest.get("mode") == "2d", options=ReadOptions(**source.get("reading", {}))
-        )
-    except (DooError, KeyError, TypeError, ValueError) as error:
+        frames = results.capture_frames(with_masks=False)
+    except DooError as error:
         raise InputError(f"{path}: the capture of these results cannot be read now ({error})", code="training-data") from None
-    return [frame for frame in capture if frame.name in results.frames]
+    return [frame for name, frame in frames.items() if name in results.frames]
 
 
 def drawn_chains(detection: Detection, shape: tuple[int, ...], data: Frame | Image) -> Bools:

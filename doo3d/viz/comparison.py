@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
 from ..types import Array, Floats, Frame
 from .backdrop import backdrop_of
 from .canvas import Canvas
-from .palette import CHAINS, DARK, LIGHT, UNIT_PX, Rgb
+from .palette import CHAINS, DARK, Rgb, line_unit
+from .writing import write_legend
 
 COLOR_3D, COLOR_2D = CHAINS[0], CHAINS[1]
 CIRCLE_COLOR: Rgb = (255, 60, 60)
@@ -45,7 +45,7 @@ def draw_comparison(
     """
     image = backdrop_of(data).image
     height, width = image.shape[:2]
-    unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)
+    unit = line_unit(image)
     canvas = Canvas(height, width)
     for at, tolerance in differences:
         radius = max(MIN_CIRCLE_RADIUS * unit, 2.5 * tolerance)
@@ -58,17 +58,6 @@ def draw_comparison(
             canvas.line(line, DARK, 0.6, (line_width + 1.6) * unit)
             canvas.line(line, color, 1.0, line_width * unit)
             canvas.disc(line[0], 1.6 * line_width * unit, color, 1.0)
-    return _legend(canvas.blend_over(image), unit)
-
-
-def _legend(picture: Array, unit: float) -> Array:
-    """Return the picture with a legend in its upper left corner."""
-    size, row = 0.42 * unit, round(20 * unit)
-    if picture.shape[1] < 10 * row or picture.shape[0] < 4 * row:
-        return picture
-    cv2.rectangle(picture, (0, 0), (round(5.0 * row), round(2.4 * row)), DARK, -1)
-    for i, (text, color) in enumerate((("3-D, projected", COLOR_3D), ("2-D", COLOR_2D))):
-        base = round((i + 0.95) * row)
-        cv2.rectangle(picture, (round(0.3 * row), base - row // 3), (round(0.7 * row), base), color, -1)
-        cv2.putText(picture, text, (row, base), cv2.FONT_HERSHEY_DUPLEX, size * 0.9, LIGHT, max(1, round(unit)), cv2.LINE_AA)
+    picture = canvas.blend_over(image)
+    write_legend(picture, [("3-D, projected", COLOR_3D), ("2-D", COLOR_2D)])
     return picture

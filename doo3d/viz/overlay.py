@@ -11,8 +11,9 @@ from ..types.display import tree_text
 from .backdrop import Backdrop, backdrop_of, planar_backdrop
 from .canvas import Canvas
 from .chain_ribbon import ChainRibbon, upper_pieces
-from .palette import DARK, LIGHT, UNIT_PX, all_chains, chain_numbers
+from .palette import DARK, LIGHT, UNIT_PX, all_chains, chain_numbers, line_unit
 from .segment_kinds import DEPTH_FILLED, FROM_TIME, segment_kinds
+from .writing import write_outlined
 
 _MAX_CAPTION_LINES = 8
 _FONT = cv2.FONT_HERSHEY_DUPLEX
@@ -52,7 +53,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     if detection.mode == "2d":
         backdrop = planar_backdrop(backdrop.image)
     height, width = backdrop.image.shape[:2]
-    unit = max(1.0, np.sqrt(height * width) / UNIT_PX)
+    unit = line_unit(backdrop.image)
     drawn = [ChainRibbon.of(chain, backdrop, style, unit) for chain, style, _ in all_chains(detection)]
     strands = drawn[: len(detection.chains)]
     canvas = Canvas(height, width)
@@ -83,9 +84,8 @@ def _label(picture: Array, text: str, joint: Floats, unit: float) -> None:
     (width, height), _ = cv2.getTextSize(text, _FONT, size, 1)
     limit = np.array(picture.shape[1::-1]) - (width + 2, 2)
     offset = LABEL_OFFSET_PX * unit
-    left, base = np.clip(joint + np.array((offset, -offset)), (2, height + 2), limit).astype(int).tolist()
-    for color, thickness in ((DARK, 4.0), (LIGHT, 1.4)):
-        cv2.putText(picture, text, (left, base), _FONT, size, color, max(1, round(thickness * unit)), cv2.LINE_AA)
+    at = np.floor(np.clip(joint + np.array((offset, -offset)), (2, height + 2), limit))
+    write_outlined(picture, text, at, size, (4.0 * unit, 1.4 * unit))
 
 
 def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, unit: float) -> None:

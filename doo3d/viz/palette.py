@@ -5,7 +5,9 @@ from __future__ import annotations
 import colorsys
 from typing import NamedTuple
 
-from ..types import Chain, Detection
+import numpy as np
+
+from ..types import Array, Chain, Detection
 from ..types.display import doubt_text
 
 Rgb = tuple[int, int, int]
@@ -30,6 +32,11 @@ DOUBTFUL_WIDTH = 0.55
 _HUE_STEP = 0.618034  # golden ratio, in turns of hue between consecutive chains: never close to a recent one
 
 UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit width; larger pictures have wider lines
+
+
+def line_unit(picture: Array) -> float:
+    """Return the unit of the widths of lines in a picture (H, W, 3), px: 1 or more."""
+    return max(1.0, float(np.sqrt(picture.shape[0] * picture.shape[1])) / UNIT_PX)
 
 
 def chain_color(index: int) -> Rgb:

@@ -10,7 +10,8 @@ import numpy as np
 from ..types import Array, Bools, Floats, Ints
 from .backdrop import Backdrop
 from .canvas import Canvas
-from .palette import DARK, LIGHT, UNIT_PX
+from .palette import line_unit
+from .writing import write_outlined
 
 DIMMING = 0.45  # factor of the image's brightness below the product
 
@@ -57,7 +58,7 @@ def draw_product(backdrop: Backdrop, product: Product) -> Array:
         the points and edges, or the mask.
     """
     height, width = backdrop.image.shape[:2]
-    unit = max(1.0, float(np.sqrt(height * width)) / UNIT_PX)
+    unit = line_unit(backdrop.image)
     picture = np.asarray(np.rint(backdrop.image * DIMMING), dtype=np.uint8)
     mask = np.zeros((0, 0), dtype=bool) if product.mask is None else product.mask[:height, :width]
     if mask.shape == (height, width):
@@ -82,15 +83,9 @@ def draw_product(backdrop: Backdrop, product: Product) -> Array:
             while any((np.abs(position - other) < (48 * unit, 12 * unit)).all() for other in positions):
                 position = position + np.array((0.0, 13 * unit))
             positions.append(position)
-            _write(picture, text, position, unit)
+            write_outlined(picture, text, position, 0.42 * unit, (3 * unit, unit))
     return picture
 
 
 def _rgb(color: Array) -> tuple[int, int, int]:
     return int(color[0]), int(color[1]), int(color[2])
-
-
-def _write(picture: Array, text: str, at: Floats, unit: float) -> None:
-    size, (x, y) = 0.42 * unit, np.rint(at).astype(int).tolist()
-    for color, width in ((DARK, 3), (LIGHT, 1)):
-        cv2.putText(picture, text, (x, y), cv2.FONT_HERSHEY_DUPLEX, size, color, max(1, round(width * unit)), cv2.LINE_AA)

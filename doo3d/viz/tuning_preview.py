@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 
 from ..types import Array, Bools
-from .palette import DARK, LIGHT, UNIT_PX, Rgb
+from .palette import Rgb
+from .writing import write_legend
 
 SEGMENTED: Rgb = (60, 220, 90)
 MISSED: Rgb = (255, 50, 50)
@@ -40,15 +41,5 @@ def draw_tuning(image: Array, mask: Bools, object_mask: Bools | None) -> Array:
         parts += [("missed", MISSED, object_mask & ~mask), ("other", OTHER, mask & ~object_mask)]
     for _, color, region in parts:
         picture[region] = np.rint((1 - TINT) * image[region] + TINT * np.array(color)).astype(np.uint8)
-    unit = max(1.0, float(np.sqrt(picture.shape[0] * picture.shape[1])) / UNIT_PX)
-    row = round(20 * unit)
-    if picture.shape[1] < 10 * row or picture.shape[0] < 5 * row:
-        return picture
-    cv2.rectangle(picture, (0, 0), (round(5.5 * row), round((len(parts) + 0.4) * row)), DARK, -1)
-    for i, (text, color, _) in enumerate(parts):
-        base = round((i + 0.95) * row)
-        cv2.rectangle(picture, (round(0.3 * row), base - row // 2), (round(0.8 * row), base), color, -1)
-        cv2.putText(
-            picture, text, (round(1.1 * row), base), cv2.FONT_HERSHEY_DUPLEX, 0.42 * unit, LIGHT, max(1, round(unit)), cv2.LINE_AA
-        )
+    write_legend(picture, [(text, color) for text, color, _ in parts])
     return picture

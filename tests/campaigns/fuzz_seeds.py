@@ -261,12 +261,13 @@ def _texts(folder: Path) -> dict[str, Path]:
     out.mkdir()
     (out / "a.json").write_text(dumps(detection.to_dict()))
     (out / "a.png").write_bytes(encode_png(detection, frame))
-    frames = [{"name": "a", "status": "ok", "source": "a", "timestamp": 1.0, "seconds": 0.1}]
+    frames = [{"name": "a", "status": "ok", "source": "a", "timestamp": 1.0, "seconds": 0.1, "picture": "png"}]
     source = {"path": str(folder / "open3d"), "format": "folder", "reading": {"depth_scale": 1000}}
     manifest = {"schema": "doo3d/manifest/1", "finished": True, "versions": {"doo3d": "0"}, "input": source, "frames": frames}
     (out / "manifest.json").write_text(json.dumps(manifest))
     line = {"name": "a", "status": "ok", "source": "a", "units": "m", "error": None, "code": None, "timestamp": 1.0}
     line |= {"seconds": 0.1, "occluded": 0.0, "lengths": [0.3], "radii": [0.004], "notes": [], "stages": {"read": 0.1}}
+    line |= {"confidences": [0.9], "doubtful": [], "picture": "png", "evidence": {}}
     (out / "progress.jsonl").write_text((json.dumps(line) + "\n") * 2)
     (out / "config.yaml").write_text(load_config().to_yaml())
     (folder / "mine.yaml").write_text(load_config("default", {"merge.chains": 2}).to_yaml())

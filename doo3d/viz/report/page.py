@@ -14,10 +14,8 @@ from typing import Any
 from urllib.parse import quote
 
 from ... import __version__
-from ...config import load_config
-from ...errors import DooError, InputError, require
-from ...inputs import FrameRef, ReadOptions, open_capture
-from ...outputs import CONFIG
+from ...errors import DooError, require
+from ...inputs import FrameRef
 from ...outputs.detection_json import finite
 from ...outputs.frame_status import FrameStatus, frame_statuses, read_picture
 from ...outputs.run_reader import Results
@@ -189,21 +187,9 @@ class _CapturePoints:
         self._frames: dict[str, FrameRef] = {}
         points = int(MAX_CLOUD_BYTES * BASE64_RATIO / POINT_BYTES / max(frames, 1))
         self._max_points = min(max(points, POINTS_PER_FRAME[0]), POINTS_PER_FRAME[1])
-        source = results.manifest.get("input", {})
         try:
-            reading, settings = ReadOptions(**source.get("reading", {})), results.path / CONFIG
-            if reading.cameras is None:
-                capture = open_capture(source["path"], options=reading)
-            else:
-                from ...rig.opening import open_rig
-
-                capture = open_rig(source["path"], reading.cameras, load_config(settings), source.get("masks"), reading)
-            if capture.format != source.get("format"):
-                raise InputError(
-                    f"{source['path']}: is a capture of another format now; run doo3d detect again", code="input-changed"
-                )
-            self._frames = {ref.name: ref for ref in capture.frames}
-        except (DooError, KeyError, TypeError, ValueError) as error:
+            self._frames = results.capture_frames(with_masks=False)
+        except DooError as error:
             self.warning = f"The capture cannot be read any more, so the chains are shown without their surroundings ({error})."
 
     def packed(self, name: str, detection: Detection) -> dict[str, Any] | None:
