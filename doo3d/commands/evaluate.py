@@ -151,8 +151,7 @@ def results(
       doo3d detect sample_clouds/crossing -o out && doo3d evaluate results out --truth sample_clouds/crossing/truth.json
     """
     from ..config import Config
-    from ..evaluation.benchmark.evaluate import frame_benchmark
-    from ..evaluation.benchmark.stored_results import result_rows
+    from ..evaluation.benchmark.evaluate import frame_benchmark, result_rows
 
     settings = {"results": str(folder), "truth": str(truth)}
     shared.show(result_rows(folder, truth), frame_benchmark(Config()), settings, shared.Outputs(table, document))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from . import families, harnesses, knots, tough_families, tubes, without
+from . import families, harnesses, tough_families, tubes, without
 from . import handled_families as handled
 from . import hard_families as hard
 from . import wound_families as wound
@@ -27,9 +27,9 @@ _BUILDERS: dict[str, Builder] = {
         builder.__name__: builder
         for builder in (
             *(families.straight, families.occluded, families.air, families.several),
-            *(hard.clutter, hard.hairpin, hard.shiny, hard.thin, knots.knots),
+            *(hard.clutter, hard.hairpin, hard.shiny, hard.thin),
             *(handled.gripper, handled.hook, handled.plugs, handled.striped, handled.leaving, handled.touch),
-            *(wound.coil, wound.bundle, wound.two_radii, wound.ring, wound.figure_eight),
+            *(wound.coil, wound.bundle, wound.two_radii, wound.ring, wound.figure_eight, wound.knots),
         )
     },
 }

@@ -30,8 +30,7 @@ from ..metrics.score import score
 from ..rendering.renderer import Rendered
 from ..scenes.model import Truth
 from .motions import FRAME_RATE
-from .nodes import find_jumps, measured_nodes, node_offsets
-from .oracle import ORACLES, oracle_detections
+from .nodes import ORACLES, find_jumps, measured_nodes, node_offsets, oracle_detections
 from .recorded import RecordedSequence
 from .scenes import Sequence as TrueSequence
 

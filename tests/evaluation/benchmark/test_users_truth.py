@@ -9,7 +9,7 @@ from builders.paths import SAMPLES
 from builders.photos import save
 
 from doo3d.evaluation.benchmark.cases import capture_cases
-from doo3d.evaluation.benchmark.stored_results import result_rows
+from doo3d.evaluation.benchmark.evaluate import result_rows
 from doo3d.evaluation.truth_file import read_truth
 from doo3d.kernels import lay_equal_chords
 from doo3d.outputs.detection_json import dumps

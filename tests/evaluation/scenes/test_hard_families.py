@@ -6,10 +6,10 @@ import pytest
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.curves import curve_crossings
 from doo3d.evaluation.scenes.hard_families import HAIRPIN_GAP_DIAMETERS, SHINY_LENGTHS, THIN_WIDTHS_PX
-from doo3d.evaluation.scenes.knots import KNOTS, alternating, planar_knot
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.evaluation.scenes.stacking import min_clearance
 from doo3d.evaluation.scenes.studio import make_studio
+from doo3d.evaluation.scenes.wound_families import KNOTS, alternating, planar_knot
 
 
 @pytest.mark.slow

@@ -5,8 +5,7 @@ import pytest
 
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.scenes.model import Truth
-from doo3d.evaluation.sequences.nodes import NODES, node_offsets
-from doo3d.evaluation.sequences.oracle import ORACLES, oracle_detections, oracle_nodes
+from doo3d.evaluation.sequences.nodes import NODES, ORACLES, node_offsets, oracle_detections, oracle_nodes
 
 LINE = np.column_stack((np.linspace(0, 0.4, 5), np.zeros(5), np.ones(5)))
 

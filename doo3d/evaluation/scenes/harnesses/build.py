@@ -16,8 +16,8 @@ from .boxes import box_on_junction, wide_box
 from .heights import are_clear, hanging_shape, lay
 from .kinds import Kind
 from .plan import TRUNK_RADII, Plan, plan_harness, plan_two
+from .strands import add_touching
 from .swaps import plan_swap
-from .touching import add_touching
 
 Size = tuple[int, int]
 """Width and height of the image, px."""

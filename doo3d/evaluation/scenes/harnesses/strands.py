@@ -1,14 +1,16 @@
-"""Strands in the plane: where they cross, and whether they keep clear of each other."""
+"""Strands in the plane: where they cross, and whether they keep clear of each other; a cable that only touches one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.random import Generator
 from scipy.spatial import cKDTree
 
 from ....types import Floats
-from ..curves import STEP, curve_crossings
+from ..curves import STEP, curve_crossings, headed_curve, random_curves
+from ..studio import pick
 
 CLEARANCE = 1.6
 """Least distance in the plane of two strands that do not cross, in sums of their radii."""
@@ -107,3 +109,33 @@ def near_points(first: Floats, second: Floats, limit: float, apart: float) -> tu
         chosen = (j - i) * STEP > 4 * apart
         i, j = i[chosen], j[chosen]
     return i, j
+
+
+def add_touching(rng: Generator, strands: list[Strand], nodes: list[Floats]) -> bool:
+    """Add a cable of its own whose tip touches a strand from the side; False if there is no room."""
+    radius = max(strand.radius for strand in strands)
+    for _ in range(30):
+        host = pick(rng, strands)
+        reach = int(2.5 * NEAR_JUNCTION_RADII * radius / STEP)
+        if len(host.curve) <= 2 * reach + 2:
+            continue
+        index = int(rng.integers(reach, len(host.curve) - reach))
+        heading = host.curve[index + 2] - host.curve[index - 2]
+        normal = rng.choice((-1, 1)) * np.array([-heading[1], heading[0]]) / np.linalg.norm(heading)
+        thin = host.radius * rng.uniform(0.6, 1.0)
+        gap = rng.uniform(0.0, 0.0006)
+        flat = np.sqrt((host.radius + thin) ** 2 - (host.radius - thin) ** 2)
+        curve = random_curves(rng, 1, rng.uniform(0.12, 0.22), 0.03)[0]
+        angle = np.arctan2(normal[1], normal[0]) + rng.uniform(-0.5, 0.5)
+        curve = headed_curve(curve, angle) + host.curve[index] + normal * (flat + gap)
+        added = Strand(curve, thin, (len(nodes), len(nodes) + 1), np.full(len(curve), thin))
+        limit = CLEARANCE * (radius + thin)
+        clear = True
+        for strand in strands:
+            i, _ = near_points(curve, strand.curve, limit, 0.0)
+            clear &= not len(i) or (strand is host and bool((i * STEP < 3 * limit).all()))
+        if clear:
+            strands.append(added)
+            nodes.extend((curve[0], curve[-1]))
+            return True
+    return False
