@@ -6,7 +6,6 @@ import csv
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 from ...outputs.detection_json import dumps
@@ -94,7 +93,7 @@ def json_text(rows: Records, columns: Sequence[Column], settings: Mapping[str, A
     """Return the results of an evaluation as JSON text (schema doo3d/evaluation/3).
 
     It holds the settings, a summary for each group and for "all" by the columns, the reliability of the confidence where frames
-    have one (`ReliabilityBin`, for each bin, then for the 75 % most confident frames), and all records; unknown values are null.
+    have one (see `reliability`, for each bin, then for the 75 % most confident frames), and all records; unknown values are null.
 
     Parameters
     ----------
@@ -111,8 +110,7 @@ def json_text(rows: Records, columns: Sequence[Column], settings: Mapping[str, A
     }
     document = {"schema": SCHEMA, "settings": dict(settings), "summary": summaries}
     if has_confidence(rows):
-        bins = [asdict(each) for each in reliability(rows)]
-        document["reliability"] = {"bins": bins, "most_confident": asdict(most_confident_part(rows))}
+        document["reliability"] = {"bins": reliability(rows), "most_confident": most_confident_part(rows)}
     return dumps(document | {"frames": [row.plain() for row in rows]})
 
 

@@ -6,15 +6,11 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
-from scipy.optimize import linear_sum_assignment
-
 from ...config import Config
 from ...errors import ConfigError, InputError
 from ...types import Chain
-from ..metrics.alignment import align_chain, overlaps
 from ..metrics.correct import MAX_OFF_FRACTION, MIN_COVERAGE
-from ..metrics.distances import measure_distances
-from ..metrics.observed import covered_fraction
+from ..metrics.observed import Observed
 from ..metrics.record import Record, Records, amount, flags, share
 from ..scenes.model import Truth
 from ..scenes.registry import TUBES
@@ -109,15 +105,11 @@ def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool
     truths
         the true tubes, m, in the frame of the chains.
     """
-    chains, truths = tuple(chains), tuple(truths)
-    alignments = [align_chain(chain, truths) for chain in chains]
+    observed = Observed(tuple(chains), tuple(truths))
     result = [False] * len(truths)
-    for c, t in zip(*linear_sum_assignment(-overlaps(chains, alignments, len(truths))), strict=True):
-        alignment = alignments[c]
-        result[t] = (
-            {stretch.cable for stretch in alignment.stretches} == {t}
-            and not alignment.wrong
-            and covered_fraction(alignment, truths[t], t) >= MIN_COVERAGE
-            and measure_distances(chains[c], alignment, truths).off_fraction < MAX_OFF_FRACTION
-        )
+    for chain, tube in observed.pairs:
+        alignment = observed.alignments[chain]
+        follows = {stretch.cable for stretch in alignment.stretches} == {tube} and not alignment.wrong
+        off = observed.distances[chain].off_fraction
+        result[tube] = follows and observed.coverage[tube] >= MIN_COVERAGE and off < MAX_OFF_FRACTION
     return result

@@ -68,21 +68,6 @@ class ChainAlignment:
     connections: int = 0
     wrong: int = 0
 
-    def overlap(self, cables: int, segment_length: float) -> Floats:
-        """Return the length in m of the chain that lies on each cable, (cables,).
-
-        Parameters
-        ----------
-        cables
-            number of true cables.
-        segment_length
-            length of the chain's segments, m.
-        """
-        result = np.zeros(cables)
-        for stretch in self.stretches:
-            result[stretch.cable] += len(stretch.joints) * segment_length
-        return result
-
 
 def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
     """Return the stretches of a cable that the camera does not see, as (first, last) indices of axis samples, both included.
@@ -110,22 +95,6 @@ def axis_tolerance(truth: Truth) -> Floats:
         index = np.arange(first, last + 1) % len(result)
         result[index] = np.maximum(result[index], HIDDEN_RUN_TOLERANCE * (last - first + 1) * truth.spacing)
     return result
-
-
-def overlaps(chains: tuple[Chain, ...], alignments: list[ChainAlignment], cables: int) -> Floats:
-    """Return the length in m of each chain that lies on each cable, (number of chains, cables).
-
-    Parameters
-    ----------
-    chains
-        the detected chains.
-    alignments
-        the alignment of each chain with the true cables, in the order of `chains`, from `align_chain`.
-    cables
-        number of true cables.
-    """
-    rows = [alignment.overlap(cables, chain.segment_length) for alignment, chain in zip(alignments, chains, strict=True)]
-    return np.array(rows).reshape(len(chains), cables)
 
 
 def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,34 +20,7 @@ MOST_CONFIDENT_FRACTION = 0.75
 """Fraction of the frames, those of most confidence, whose share of correct frames is said beside the bins."""
 
 
-@dataclass(frozen=True)
-class ReliabilityBin:
-    """The frames of similar confidence, and how many of them are right.
-
-    Attributes
-    ----------
-    low, high
-        bounds of the confidence; `high` itself belongs to the next bin, except for 1.
-    frames
-        number of frames.
-    confidence
-        mean confidence of these frames; NaN without frames.
-    correct
-        number of frames correct by the strict rule.
-    image_frames, image_correct
-        number of frames that are scored in the image, too, and number of those that are right there.
-    """
-
-    low: float
-    high: float
-    frames: int
-    confidence: float
-    correct: int
-    image_frames: int
-    image_correct: int
-
-
-def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> list[ReliabilityBin]:
+def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> list[Record]:
     """Return how many frames of each confidence are right: a reliability curve, bin by bin from the lowest confidence.
 
     Parameters
@@ -57,6 +29,12 @@ def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> li
         a record for each frame.
     bounds
         ascending bounds of the bins, from 0 to 1; the lower bound of each bin belongs to the bin, and 1 to the last.
+
+    Returns
+    -------
+    For each bin: low, high, its bounds. frames: number of frames. confidence: their mean confidence, NaN without frames. correct:
+    number of frames correct by the strict rule. image_frames, image_correct: frames that are scored in the image, too, and those
+    that are right there.
     """
     return [
         _bin(low, high, [row for row in rows if low <= row.confidence < high or row.confidence == high == bounds[-1]])
@@ -64,16 +42,17 @@ def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> li
     ]
 
 
-def most_confident_part(rows: Records, fraction: float = MOST_CONFIDENT_FRACTION) -> ReliabilityBin:
+def most_confident_part(rows: Records, fraction: float = MOST_CONFIDENT_FRACTION) -> Record:
     """Return how many frames are right among the given fraction of the rows, rounded up, that has the most confidence."""
     order = sorted(rows, key=lambda row: -row.confidence)[: math.ceil(fraction * len(rows))]
     return _bin(min((row.confidence for row in order), default=math.nan), 1.0, order)
 
 
-def _bin(low: float, high: float, rows: Records) -> ReliabilityBin:
+def _bin(low: float, high: float, rows: Records) -> Record:
     in_image = [row.image_correct for row in rows if row.image_correct is not None]
     mean = float(np.mean([row.confidence for row in rows])) if rows else math.nan
-    return ReliabilityBin(low, high, len(rows), mean, sum(row.correct for row in rows), len(in_image), sum(in_image))
+    counts = {"frames": len(rows), "confidence": mean, "correct": sum(row.correct for row in rows)}
+    return Record({"low": low, "high": high} | counts | {"image_frames": len(in_image), "image_correct": sum(in_image)})
 
 
 def most_confident(rows: Records) -> list[Record]:

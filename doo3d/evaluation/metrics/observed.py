@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ...types import Camera, Chain, Crossing
 from ..scenes.model import Truth
-from .alignment import ChainAlignment, align_chain, overlaps
+from .alignment import ChainAlignment, align_chain
 from .distances import ChainDistances, measure_distances
 from .image import project
 
@@ -51,7 +51,10 @@ class Observed:
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
         """(chain, object) indices, matched one to one by the greatest total length in common."""
-        overlap = overlaps(self.chains, self.alignments, len(self.truths))
+        overlap = np.zeros((len(self.chains), len(self.truths)))
+        for c, alignment in enumerate(self.alignments):
+            for stretch in alignment.stretches:
+                overlap[c, stretch.cable] += len(stretch.joints) * self.chains[c].segment_length
         return [(int(c), int(t)) for c, t in zip(*linear_sum_assignment(-overlap), strict=True) if overlap[c, t] > 0]
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 
@@ -9,8 +10,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
-from ...types import Detection, Floats
-from ..scenes.model import Scene, Tree
+from ...types import Chain, Detection, Floats
+from ..scenes.model import Scene, Tree, Truth
+from .crossings import true_crossings as crossings_of_cables
+from .nodes import axis_points
 from .record import TIME, Record, Records, added, amount, parts, share
 
 NODE_RADII = 3.0
@@ -69,16 +72,14 @@ def score_trees(detection: Detection, scene: Scene) -> Record:
     reach = NODE_RADII * np.concatenate([_node_radii(tree, scene) for tree in scene.trees])
     places, kinds, of_end = _places(detection)
     matched = _matched(places, nodes, reach, kinds >= 3, degree >= 3)
-    right, used = 0, set()
+    used: list[int] = []
     first = 0
     for tree in scene.trees:
-        own = range(first, first + len(tree.nodes))
-        for number, each in enumerate(detection.objects):
-            if _is_right(tree, scene, detection, each.chains, of_end, matched, own):
-                right += 1
-                used.add(number)
-                break
+        ends = [tuple(matched.get(of_end[chain, side], -1) - first for side in (0, 1)) for chain in range(len(detection.chains))]
+        found = (k for k, each in enumerate(detection.objects) if _is_right(tree, scene, detection, each.chains, ends))
+        used += itertools.islice(found, 1)
         first += len(tree.nodes)
+    right = len(used)
     is_junction = degree >= 3
     hits = {node for place, node in matched.items() if is_junction[node] and kinds[place] >= 3}
     crossings = true_crossings(scene)
@@ -91,7 +92,7 @@ def score_trees(detection: Detection, scene: Scene) -> Record:
     counts = {
         "objects": len(scene.trees),
         "right": right,
-        "spurious": len(detection.objects) - len(used),
+        "spurious": len(detection.objects) - len(set(used)),
         "junctions": int(is_junction.sum()),
         "found": len(hits),
         "false": len(detection.junctions) - len(hits),
@@ -106,23 +107,14 @@ def score_trees(detection: Detection, scene: Scene) -> Record:
 
 def true_crossings(scene: Scene) -> Floats:
     """Return the points of upper strands where strands cross in the view without meeting, (C, 3) m."""
-    axes = [cable.axis for cable in scene.cables]
-    pixels = [scene.camera.project(axis) for axis in axes]
-    meet = [tree.nodes[tree.degree >= 3] for tree in scene.trees]
-    junctions = np.concatenate(meet) if meet else np.zeros((0, 3))
+    junctions = np.concatenate([np.zeros((0, 3)), *(tree.nodes[tree.degree >= 3] for tree in scene.trees)])
+    crossings = crossings_of_cables(scene.cables)
     found: list[Floats] = []
-    for a in range(len(axes)):
-        for b in range(a, len(axes)):
-            pairs = cKDTree(pixels[a]).sparse_distance_matrix(cKDTree(pixels[b]), 1.5, output_type="coo_matrix")
-            for i, j in zip(pairs.row.tolist(), pairs.col.tolist(), strict=True):
-                if a == b and abs(i - j) < 60:
-                    continue
-                point = axes[a][i] if axes[a][i][2] < axes[b][j][2] else axes[b][j]
-                limit = 6 * scene.cables[a].radius
-                if np.linalg.norm(junctions - point, axis=1).min(initial=np.inf) < limit:
-                    continue
-                if all(np.linalg.norm(other - point) > 3 * limit for other in found):
-                    found.append(point)
+    for upper, arc in zip(crossings.cable[:, 0], crossings.arc[:, :1], strict=True):
+        point, limit = axis_points(scene.cables[upper], arc)[0], 6 * scene.cables[upper].radius
+        apart = all(np.linalg.norm(other - point) > 3 * limit for other in found)
+        if apart and np.linalg.norm(junctions - point, axis=1).min(initial=np.inf) >= limit:
+            found.append(point)
     return np.array(found).reshape(-1, 3)
 
 
@@ -162,29 +154,23 @@ def _matched(places: Floats, nodes: Floats, reach: Floats, joined: np.ndarray, t
     return {int(i): int(j) for i, j in zip(rows, columns, strict=True) if allowed[i, j]}
 
 
-def _is_right(
-    tree: Tree,
-    scene: Scene,
-    detection: Detection,
-    chains: Sequence[int],
-    of_end: dict[tuple[int, int], int],
-    matched: dict[int, int],
-    own: range,
-) -> bool:
-    """Tell whether the chains of one detected object are the edges of a tree, between the right nodes and along the strands."""
-    if len(chains) != len(tree.edges):
+def _is_right(tree: Tree, scene: Scene, detection: Detection, chains: Sequence[int], ends: Sequence[tuple[int, ...]]) -> bool:
+    """Tell whether the chains of one detected object are the edges of a tree, between the right nodes and along the strands.
+
+    ends : the nodes of the tree that the ends of each chain are at.
+    """
+    if Counter(tuple(sorted(ends[chain])) for chain in chains) != Counter(tuple(sorted(edge[1:])) for edge in tree.edges):
         return False
-    ends = [tuple(sorted(matched.get(of_end[number, side], -1) - own.start for side in (0, 1))) for number in chains]
-    true = [tuple(sorted(edge[1:])) for edge in tree.edges]
-    if Counter(ends) != Counter(true):
-        return False
-    for number, pair in zip(chains, ends, strict=True):
-        near = []
-        for cable, a, b in tree.edges:
-            if tuple(sorted((a, b))) == pair:
-                truth = scene.cables[cable]
-                distance = cKDTree(truth.axis).query(detection.chains[number].joints)[0]
-                near.append(float((distance > EDGE_RADII * truth.radius).mean()) <= EDGE_OUTSIDE)
-        if not any(near):
-            return False
-    return True
+    return all(
+        any(
+            _runs_along(detection.chains[chain], scene.cables[cable])
+            for cable, *nodes in tree.edges
+            if sorted(nodes) == sorted(ends[chain])
+        )
+        for chain in chains
+    )
+
+
+def _runs_along(chain: Chain, truth: Truth) -> bool:
+    distance = cKDTree(truth.axis).query(chain.joints)[0]
+    return float((distance > EDGE_RADII * truth.radius).mean()) <= EDGE_OUTSIDE
