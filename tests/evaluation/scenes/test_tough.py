@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 from doo3d.evaluation.benchmark.cases import known_frame
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, WITHOUT, make_scene
-from doo3d.evaluation.scenes.stacking import min_bend_radius, min_clearance
+from doo3d.evaluation.scenes.stacking import min_clearance
 
 SMALL = (320, 180)
 SEEDS = range(2)
@@ -15,20 +15,6 @@ SEEDS = range(2)
 
 def heights(scene, cable=0):
     return (scene.cables[cable].axis - scene.table.point) @ scene.table.normal
-
-
-@pytest.mark.parametrize("family", TOUGH)
-def test_tough_cables_do_not_intersect_and_are_in_view(family):
-    for seed in SEEDS:
-        scene = make_scene(family, seed)
-        axes = [cable.axis for cable in scene.cables]
-        assert min_clearance(axes, np.array([cable.radius for cable in scene.cables])) >= 0.999
-        for cable in scene.cables:
-            assert min_bend_radius(cable.axis) >= 3.99 * cable.radius
-            pixels = scene.camera.project(cable.axis)
-            assert (pixels > 5).all()
-            assert (pixels < (1275, 715)).all()
-            assert ((cable.axis - scene.table.point) @ scene.table.normal).min() > 0.99 * cable.radius
 
 
 @pytest.mark.parametrize("family", ["tough_hook", "tough_gripper"])
