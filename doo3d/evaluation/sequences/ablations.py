@@ -132,8 +132,8 @@ def main(
     """Take out each step that finds objects over time, and yield the lines of a table.
 
     own : motions that need no file, or none. seeds, start : sequences of each motion, and the first seed. frames : of each
-    sequence, 30 a second. motions : a file of motion capture, repeated for more. sensor, width : the camera that sees them, and px of its images,
-    which are 480 px high. captures : a folder of captures with truth.npz, repeated for more.
+    sequence, 30 a second. motions : a file of motion capture, repeated for more. sensor, width : the camera that sees them, and
+    px of its images, which are 480 px high. captures : a folder of captures with truth.npz, repeated for more.
     """
     names: list[str | Path] = [*([] if own == "none" else own.split(",")), *(motions or [])]
     chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
