@@ -196,10 +196,9 @@ class Capture(Sequence[FrameRef]):
             has = f"it has {len(self)}, from 0: {names}" if names else "it has none"
             raise UnknownFrame(f"{self.path}: has no frame {key!r}; {has}", code="frame-unknown") from None
         except TypeError:
-            raise ArgumentError(
-                f"a capture was given a {type(key).__name__} for a frame, expected its number, its name or a slice of numbers",
-                code="argument-type",
-            ) from None
+            given = f"a capture was given a {type(key).__name__} for a frame"
+            sentence = f"{given}, expected its number, its name or a slice of numbers"
+            raise ArgumentError(sentence, code="argument-type") from None
 
     def _slice(self, part: slice) -> Capture:
         if part.step is not None and operator.index(part.step) < 1:

@@ -81,11 +81,9 @@ def _poses_by_time(capture: Capture, trajectory: Trajectory, tolerance: float, f
     times = [frame.timestamp for frame in capture if frame.timestamp is not None]
     poses = [None if frame.timestamp is None else trajectory.at(frame.timestamp, tolerance) for frame in capture]
     if all(pose is None for pose in poses):
-        raise InputError(
-            f"{file}: its poses are from {trajectory.times[0]} to {trajectory.times[-1]} s, the frames from {min(times)} to "
-            f"{max(times)} s: no pose is within {tolerance} s of a frame (--input-option tolerance=...)",
-            code="times-apart",
-        )
+        spans = f"from {trajectory.times[0]} to {trajectory.times[-1]} s, the frames from {min(times)} to {max(times)} s"
+        apart = f"no pose is within {tolerance} s of a frame (--input-option tolerance=...)"
+        raise InputError(f"{file}: its poses are {spans}: {apart}", code="times-apart")
     return poses
 
 
@@ -115,9 +113,7 @@ def _load_in_base_frame(frame: FrameRef, pose: Floats | None, source: str) -> Fr
     loaded = frame.load()
     base_pose = loaded.pose if pose is None else pose
     if base_pose is None:
-        raise InputError(
-            f"frame {frame.name} has no camera pose, which pose={source} needs (doo3d info says whether there are poses): give "
-            "the pose itself, as a file or x,y,z,qx,qy,qz,qw",
-            code="pose-missing",
-        )
+        fault = f"has no camera pose, which pose={source} needs (doo3d info says whether there are poses)"
+        remedy = "give the pose itself, as a file or x,y,z,qx,qy,qz,qw"
+        raise InputError(f"frame {frame.name} {fault}: {remedy}", code="pose-missing")
     return replace(loaded, base_pose=base_pose)

@@ -65,13 +65,9 @@ def select_frames(capture: Capture, selection: Selection) -> Capture:
     if not str(selection):
         return capture
     index = _FrameIndex(capture)
-    selected = np.ones(index.count, dtype=bool)
-    if selection.frames is not None:
-        selected &= index.listed(selection.frames)
-    if selection.start is not None:
-        selected &= index.span(selection.start, None, "--start")
-    if selection.end is not None:
-        selected &= index.span(None, selection.end, "--end")
+    selected = np.ones(index.count, dtype=bool) if selection.frames is None else index.listed(selection.frames)
+    selected &= index.span(selection.start, None, "--start")
+    selected &= index.span(None, selection.end, "--end")
     indices = np.flatnonzero(selected)[:: selection.every].tolist()
     if not indices:
         raise InputError(f"{capture.path}: {selection} selects no frame; {index.describe()}", code="selection-empty")

@@ -285,12 +285,11 @@ def _color_warnings(summary: CaptureSummary) -> list[str]:
 
 
 def _cloud_warnings(summary: CaptureSummary) -> list[str]:
-    boxes = [
-        (frame.name, frame.low, frame.high) for frame in summary.readable if frame.low is not None and frame.high is not None
-    ]
-    sizes = [(name, float(np.linalg.norm(np.subtract(high, low)))) for name, low, high in boxes]
-    odd = [(name, size) for name, size in sizes if not CLOUD_SIZE_RANGE_M[0] <= size <= CLOUD_SIZE_RANGE_M[1]]
-    return [f"the cloud {name} is {size:.4g} m across: coordinates have to be metres, are they?" for name, size in odd[:1]]
+    for frame in summary.readable:
+        size = None if frame.low is None or frame.high is None else float(np.linalg.norm(np.subtract(frame.high, frame.low)))
+        if size is not None and not CLOUD_SIZE_RANGE_M[0] <= size <= CLOUD_SIZE_RANGE_M[1]:
+            return [f"the cloud {frame.name} is {size:.4g} m across: coordinates have to be metres, are they?"]
+    return []
 
 
 def _frame_warnings(summary: CaptureSummary) -> list[str]:

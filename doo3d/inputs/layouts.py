@@ -103,11 +103,9 @@ def _list_tum(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]
     others, color = listed(_LISTED_COLOR)
     pairs = associate(times, others, options.tolerance)
     if not pairs:
-        raise InputError(
-            f"{path}: the times of {_LISTED_DEPTH} are {times[0]} to {times[-1]} s, of {_LISTED_COLOR} {others[0]} to "
-            f"{others[-1]} s: no two images are within {options.tolerance} s of each other (--input-option tolerance=...)",
-            code="times-apart",
-        )
+        spans = f"the times of {_LISTED_DEPTH} are {times[0]} to {times[-1]} s, of {_LISTED_COLOR} {others[0]} to {others[-1]} s"
+        apart = f"no two images are within {options.tolerance} s of each other (--input-option tolerance=...)"
+        raise InputError(f"{path}: {spans}: {apart}", code="times-apart")
     return [Files(depth[i].stem, depth[i], color[j], time=float(times[i])) for i, j in pairs]
 
 
@@ -153,11 +151,8 @@ def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Fi
         return [each.with_color(color.get(each.name), f"{missing}/{each.name}") for each in files]
     images, pairs = list(color.values()), associate(times, others, options.tolerance)
     if not pairs:
-        raise InputError(
-            f"{path}: by the times in the file names no depth and colour image are within {options.tolerance} s "
-            "(--input-option tolerance=...)",
-            code="times-apart",
-        )
+        apart = f"no depth and colour image are within {options.tolerance} s (--input-option tolerance=...)"
+        raise InputError(f"{path}: by the times in the file names {apart}", code="times-apart")
     return [files[i]._replace(color=images[j]) for i, j in pairs]
 
 

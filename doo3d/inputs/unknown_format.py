@@ -28,7 +28,8 @@ def unknown_format(path: Path, formats: Sequence[CaptureFormat]) -> InputError:
     """Return the error for a file or folder that none of the formats can read."""
     listed = "doo3d info --formats lists what can be read"
     if path.is_file():
-        return InputError(f"{path}: the format of this file is unknown: {_remedy_of_file(path)}; {listed}", code="format-unknown")
+        remedy = _remedy_of([path.suffix.lower()]) or "is it a capture?"
+        return InputError(f"{path}: the format of this file is unknown: {remedy}; {listed}", code="format-unknown")
     inside = sorted(path.iterdir())
     if not inside:
         return InputError(f"{path}: this folder is empty; {listed}", code="folder-empty")
@@ -53,10 +54,6 @@ def _inventory(inside: Sequence[Path]) -> str:
     folders, kinds = [f"{item.name}/" for item in inside if item.is_dir()], files.most_common(_MAX_LISTED)
     more = [f"{len(folders) - _MAX_LISTED} more folders"] if len(folders) > _MAX_LISTED else []
     return ", ".join([*(f"{count} {suffix}" for suffix, count in kinds), *folders[:_MAX_LISTED], *more])
-
-
-def _remedy_of_file(path: Path) -> str:
-    return _remedy_of([path.suffix.lower()]) or "is it a capture?"
 
 
 def _remedy_of(suffixes: Sequence[str]) -> str:

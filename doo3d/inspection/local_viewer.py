@@ -68,11 +68,9 @@ def start_viewer() -> LocalViewer:
     while not _answers(port):
         if process.poll() is not None or time.monotonic() > deadline:
             process.kill()
-            raise InputError(
-                "the viewer cannot be opened: it ends at once or does not answer; write a recording with --save FILE.rrd, and "
-                "open it with: rerun FILE.rrd",
-                code="viewer-unavailable",
-            )
+            fault = "the viewer cannot be opened: it ends at once or does not answer"
+            remedy = "write a recording with --save FILE.rrd, and open it with: rerun FILE.rrd"
+            raise InputError(f"{fault}; {remedy}", code="viewer-unavailable")
         time.sleep(POLL_SECONDS)
     return LocalViewer(process, server, page)
 

@@ -68,11 +68,9 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     )
     seen = np.concatenate([strand.known for strand in strands])
     if seen.mean() < MIN_SEEN:
-        raise InputError(
-            f"{images.name}: the right image shows {seen.mean():.0%} of the strands that were found in the left one: do the "
-            "images belong together, and to this calibration?",
-            code="pair-unmatched",
-        )
+        share = f"the right image shows {seen.mean():.0%} of the strands that were found in the left one"
+        question = "do the images belong together, and to this calibration?"
+        raise InputError(f"{images.name}: {share}: {question}", code="pair-unmatched")
     mask = _mask(stages, left.shape[:2])
     depth = _depth(strands, mask, pair)
     return FrameData(Frame(left, depth, pair.camera, images.name), mask)

@@ -33,6 +33,13 @@ def rope(amplitude: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return images
 
 
+def cut(path: Path, share: float) -> Path:
+    """Cut off a file, so that this share of it is left."""
+    data = path.read_bytes()
+    path.write_bytes(data[: int(len(data) * share)])
+    return path
+
+
 def save(path: Path, image: np.ndarray) -> None:
     """OpenCV's imwrite for any name, non-ASCII letters too."""
     path.parent.mkdir(parents=True, exist_ok=True)

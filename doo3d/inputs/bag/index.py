@@ -271,8 +271,7 @@ def files_of(path: Path) -> tuple[list[Path], bool]:
 
 def stamp_of(path: Path) -> Stamp:
     """Return (path, modification time in ns, size in bytes) of each file of a bag, to detect a changed bag."""
-    stats = [(file, file.stat()) for file in files_of(path)[0]]
-    return tuple((os.fspath(file), stat.st_mtime_ns, stat.st_size) for file, stat in stats)
+    return tuple((os.fspath(file), file.stat().st_mtime_ns, file.stat().st_size) for file in files_of(path)[0])
 
 
 @lru_cache(maxsize=1)

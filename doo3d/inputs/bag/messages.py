@@ -19,22 +19,17 @@ from .rvl import decode_rvl, rvl_size
 DEPTH = {"16UC1": np.uint16, "mono16": np.uint16, "32FC1": np.float32}
 _TO_RGB: dict[str, tuple[int, int | None]] = {  # channels, OpenCV's conversion
     "rgb8": (3, None),
-    "8UC3": (3, cv2.COLOR_BGR2RGB),
-    "bgr8": (3, cv2.COLOR_BGR2RGB),
+    **dict.fromkeys(("8UC3", "bgr8"), (3, cv2.COLOR_BGR2RGB)),
     "rgba8": (4, cv2.COLOR_RGBA2RGB),
-    "bgra8": (4, cv2.COLOR_BGRA2RGB),
-    "8UC4": (4, cv2.COLOR_BGRA2RGB),
-    "mono8": (1, cv2.COLOR_GRAY2RGB),
-    "8UC1": (1, cv2.COLOR_GRAY2RGB),
+    **dict.fromkeys(("bgra8", "8UC4"), (4, cv2.COLOR_BGRA2RGB)),
+    **dict.fromkeys(("mono8", "8UC1"), (1, cv2.COLOR_GRAY2RGB)),
     # ROS names a Bayer pattern by its first two pixels of the first row and of the second, OpenCV by the diagonal one in
     "bayer_rggb8": (1, cv2.COLOR_BayerRGGB2RGB),
     "bayer_bggr8": (1, cv2.COLOR_BayerBGGR2RGB),
     "bayer_gbrg8": (1, cv2.COLOR_BayerGBRG2RGB),
     "bayer_grbg8": (1, cv2.COLOR_BayerGRBG2RGB),
-    "yuv422": (2, cv2.COLOR_YUV2RGB_UYVY),
-    "uyvy": (2, cv2.COLOR_YUV2RGB_UYVY),
-    "yuv422_yuy2": (2, cv2.COLOR_YUV2RGB_YUY2),
-    "yuyv": (2, cv2.COLOR_YUV2RGB_YUY2),
+    **dict.fromkeys(("yuv422", "uyvy"), (2, cv2.COLOR_YUV2RGB_UYVY)),
+    **dict.fromkeys(("yuv422_yuy2", "yuyv"), (2, cv2.COLOR_YUV2RGB_YUY2)),
 }
 _TRANSPORT, _PNG16 = "compressedDepth", "compressed 16-bit PNG"
 _GREY = ("mono8", "8UC1")
@@ -182,11 +177,8 @@ def _rows(message: Any, channels: int, dtype: Any) -> Array:
     used = width * channels * kind.itemsize
     data = np.asarray(message.data, dtype=np.uint8)
     if not height or not width or step < used or data.size < step * (height - 1) + used:
-        raise InputError(
-            f"an image of {width}x{height} and encoding {message.encoding} has {data.size} bytes, rows of {step}: "
-            "it is incomplete",
-            code="message-damaged",
-        )
+        held = f"an image of {width}x{height} and encoding {message.encoding} has {data.size} bytes, rows of {step}"
+        raise InputError(f"{held}: it is incomplete", code="message-damaged")
     rows = np.ascontiguousarray(np.lib.stride_tricks.as_strided(data, (height, used), (step, 1)))
     return np.asarray(rows.view(kind).astype(dtype).reshape(height, width, channels))
 

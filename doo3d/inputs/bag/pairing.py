@@ -12,6 +12,7 @@ from ...errors import InputError
 from ...types import Array, Floats
 from . import realsense
 from .index import Bag, TopicIndex
+from .realsense import DEPTH_ALONE
 from .tf import Transforms, values_of
 from .topics import Stream
 from .undistortion import Lens
@@ -57,8 +58,7 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
         least, names = apart.min() / 1e9, f"no image of {color.topic.name} is within {tolerance} s of one of {depth.topic.name}"
         fault = f"{names}, the nearest differs by {least:.3f} s"
         if required:
-            remedy = "give --input-option tolerance=..., or read the depth alone, with --input-option color_topic=none"
-            raise InputError(f"{path}: {fault}: {remedy}", code="times-apart")
+            raise InputError(f"{path}: {fault}: give --input-option tolerance=..., or {DEPTH_ALONE}", code="times-apart")
         wider = math.ceil(least * 100) / 100
         note = f"{fault}, so depth is read alone: --input-option tolerance={wider:g} reads the color with it"
     return np.asarray(np.where(apart <= tolerance * 1e9, nearest, -1)), note
@@ -106,19 +106,15 @@ def color_geometry(
         if depth_to_color is None and is_same_size and (color.lens is None or _same_pixels(depth.lens, color.lens)):
             depth_to_color = np.eye(4)
     if depth_to_color is None:
-        raise InputError(
-            f"{bag.path}: {color.name} ({color.size[0]}x{color.size[1]}, frame {frames[1]!r}) is not aligned to {depth.name} "
-            f"({depth.size[0]}x{depth.size[1]}, frame {frames[0]!r}), and the bag has no transform between the two: "
-            "name an aligned topic, or read the depth alone, with --input-option color_topic=none",
-            code="extrinsics-missing",
+        first, second = (
+            f"{each.name} ({each.size[0]}x{each.size[1]}, frame {each.topic_index.frame!r})" for each in (color, depth)
         )
+        fault = f"{first} is not aligned to {second}, and the bag has no transform between the two"
+        raise InputError(f"{bag.path}: {fault}: name an aligned topic, or {DEPTH_ALONE}", code="extrinsics-missing")
     same_position = np.allclose(depth_to_color, np.eye(4), atol=1e-7)
     if color.lens is None and not (same_position and is_same_size):
-        raise InputError(
-            f"{bag.path}: there is no CameraInfo for {color.name}, so it cannot be aligned to {depth.name}: "
-            "read the depth alone, with --input-option color_topic=none",
-            code="intrinsics-missing",
-        )
+        fault = f"there is no CameraInfo for {color.name}, so it cannot be aligned to {depth.name}"
+        raise InputError(f"{bag.path}: {fault}: {DEPTH_ALONE}", code="intrinsics-missing")
     lens = color.lens or depth.lens
     if same_position and _same_pixels(depth.lens, lens):
         return lens, None

@@ -20,6 +20,9 @@ from ..formats.trajectory import matrix
 from .index import Bag, TopicIndex
 from .tf import values_of
 
+DEPTH_ALONE = "read the depth alone, with --input-option color_topic=none"
+"""Remedy for color that cannot be aligned."""
+
 _STREAM = re.compile(r"(/device_\d+/sensor_\d+)/([^/]+)/image/data")
 
 
@@ -51,11 +54,8 @@ def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
     option = index.get(name) or index.get(name.replace(" ", "_"))
     unit = float(bag.message(option.topic, option.location(0)).data) if option else 0.0
     if not 0 < unit < 1:
-        raise InputError(
-            f"{bag.path}: has no unit of depth, or an impossible one (topic {name}: {unit} m): give it, such as --input-option "
-            "depth_scale=1000",
-            code="depth-unit",
-        )
+        fault = f"has no unit of depth, or an impossible one (topic {name}: {unit} m)"
+        raise InputError(f"{bag.path}: {fault}: give it, such as --input-option depth_scale=1000", code="depth-unit")
     return 1 / unit
 
 
@@ -76,11 +76,8 @@ def extrinsics(bag: Bag, index: Mapping[str, TopicIndex], depth: str, color: str
     transforms = {stream: _stream_transforms(bag, index, stream_of(stream) or "") for stream in (depth, color)}
     shared = sorted(set(transforms[depth]) & set(transforms[color]))
     if not shared:
-        raise InputError(
-            f"{bag.path}: has no transform between the cameras of {color} and {depth} (no common tf topics): "
-            "read the depth alone, with --input-option color_topic=none",
-            code="extrinsics-missing",
-        )
+        fault = f"has no transform between the cameras of {color} and {depth} (no common tf topics)"
+        raise InputError(f"{bag.path}: {fault}: {DEPTH_ALONE}", code="extrinsics-missing")
     return np.asarray(transforms[color][shared[0]] @ np.linalg.inv(transforms[depth][shared[0]]))
 
 

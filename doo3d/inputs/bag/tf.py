@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -76,9 +76,9 @@ class Transforms:
         at most 1 s apart, the pose is interpolated. Up to 0.1 s before the first transform the first one is used, up to 0.1 s
         after the last transform the last one. None if the tree has none of the three frames, or no transform at this time.
         """
-        ancestors = [name for name, _ in self._chain(frame)]
-        world = next((name for name in FIXED if name in ancestors), None)
-        return None if world is None else self._to_ancestor(frame, world, time)
+        path = self._path(frame)
+        world = next((name for name in FIXED if name in path[1:]), None)
+        return None if world is None else self._combined(path[: path.index(world)], time)
 
     def between(self, source: str, target: str, time: int) -> Floats | None:
         """Return the (4, 4) transform T between two frames at a time (ns): x_target = T @ x_source, m.
@@ -86,36 +86,29 @@ class Transforms:
         Transforms are interpolated over gaps of up to 1 s. None if the two frames are not connected in the tree, or a transform
         between them is unknown at this time.
         """
-        if source == target:
-            return np.eye(4)
-        ancestors = {name for name, _ in self._chain(target)} | {target}
-        shared = next((name for name in [source, *(name for name, _ in self._chain(source))] if name in ancestors), None)
+        paths = [self._path(frame) for frame in (source, target)]
+        shared = next((name for name in paths[0] if name in paths[1]), None)
         if shared is None:
             return None
-        from_source, from_target = (self._to_ancestor(frame, shared, time) for frame in (source, target))
+        from_source, from_target = (self._combined(path[: path.index(shared)], time) for path in paths)
         return None if from_source is None or from_target is None else np.linalg.inv(from_target) @ from_source
 
-    def _chain(self, frame: str) -> Iterator[tuple[str, str]]:
-        """Yield parent and child, from `frame` upwards."""
-        for _ in range(_MAX_DEPTH):
-            parent = self._parents.get(frame)
-            if parent is None:
-                return
-            yield parent, frame
-            frame = parent
+    def _path(self, frame: str) -> list[str]:
+        """Return a frame and those above it in the tree, from the frame upwards."""
+        path = [frame]
+        while len(path) <= _MAX_DEPTH and path[-1] in self._parents:
+            path.append(self._parents[path[-1]])
+        return path
 
-    def _to_ancestor(self, frame: str, ancestor: str, time: int) -> Floats | None:
+    def _combined(self, frames: Sequence[str], time: int) -> Floats | None:
+        """Return the transform from the first of successive frames to the parent of the last; None if one is unknown."""
         total = np.eye(4)
-        if frame == ancestor:
-            return total
-        for parent, child in self._chain(frame):
+        for child in frames:
             step = self._static[child] if child in self._static else self._transform_at(child, time)
             if step is None:
                 return None
             total = step @ total
-            if parent == ancestor:
-                return total
-        return None
+        return total
 
     def _transform_at(self, child: str, time: int) -> Floats | None:
         times, values = self._tracks[child]

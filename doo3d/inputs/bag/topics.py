@@ -142,8 +142,7 @@ class Streams:
         if requested is not None:
             stream = self._images.get(requested.topic.name)
             if stream is None:
-                name = requested.topic.name
-                cause = self._unread[name]
+                name, cause = requested.topic.name, self._unread[requested.topic.name]
                 raise InputError(f"{self._bag.path}: {name} has no image that can be read: {cause}", code=cause.code)
             return stream
         candidates = [stream.topic_index for stream in self._images.values() if fits(stream)]
@@ -180,11 +179,9 @@ class Streams:
             scale = realsense.depth_scale(self._bag, self._index, stream.name)
         lens = Lens(Camera(*options.camera, *stream.size)) if options.camera is not None else self._lens(stream, info)
         if lens is None:
-            raise InputError(
-                f"{self._bag.path}: has no CameraInfo for {stream.name} (expected on {_info_name(stream.name)}): "
-                "name its topic with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'",
-                code="intrinsics-missing",
-            )
+            fault = f"has no CameraInfo for {stream.name} (expected on {_info_name(stream.name)})"
+            remedy = "name its topic with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'"
+            raise InputError(f"{self._bag.path}: {fault}: {remedy}", code="intrinsics-missing")
         return replace(stream, lens=lens, scale=stream.scale if scale is None else scale)
 
     def _lens(self, stream: Stream, info: str | None) -> Lens | None:
@@ -203,13 +200,10 @@ class Streams:
         where = f"{self._bag.path}: {name}"
         size = (int(info.width) or stream.size[0], int(info.height) or stream.size[1])
         if size != stream.size:
-            remedy = "read the depth alone, with --input-option color_topic=none"
-            if _is_depth(stream):
-                remedy = "name the right one with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'"
-            of_images = f"{stream.name} are {stream.size[0]}x{stream.size[1]}"
-            raise InputError(
-                f"{where} is for {size[0]}x{size[1]} but the images of {of_images}: {remedy}", code="intrinsics-size"
-            )
+            remedy = "name the right one with --input-option info_topic=..., or give --input-option 'camera=[fx, fy, cx, cy]'"
+            remedy = remedy if _is_depth(stream) else realsense.DEPTH_ALONE
+            sizes = f"is for {size[0]}x{size[1]} but the images of {stream.name} are {stream.size[0]}x{stream.size[1]}"
+            raise InputError(f"{where} {sizes}: {remedy}", code="intrinsics-size")
         matrix, projection, distortion = (info.K, info.P, info.D) if hasattr(info, "K") else (info.k, info.p, info.d)
         pinhole, coefficients = matrix[[0, 4, 2, 5]], tuple(distortion.tolist())
         if _is_rectified(stream.name) and projection[0] > 0:

@@ -73,8 +73,7 @@ def read_open3d(path: Path, kind: str) -> Points:
         raise damaged(path, _first_message(native.text))
     if kind == "pcd":
         _check_ascii_pcd(path, len(points))
-    viewpoint = _pcd_viewpoint(path) if kind == "pcd" else None
-    return Points(points, colors if len(colors) else None, viewpoint)
+    return Points(points, colors if len(colors) else None, _pcd_viewpoint(path) if kind == "pcd" else None)
 
 
 def _check_announced(path: Path, kind: str) -> None:
@@ -84,13 +83,14 @@ def _check_announced(path: Path, kind: str) -> None:
     if end is None and kind == "pcd":  # Open3D reads on for it
         raise damaged(path, f"it has no line DATA within {MAX_CLOUD_HEADER_BYTES} bytes")
     head = head[: end.end()] if end else head
-    least, pattern = 1, rb"^element\s+vertex\s+(\d{1,30})"
+
+    def numbers(name: bytes) -> list[int]:
+        return [int(number) for number in re.findall(rb"^" + name + rb"\s+(\d{1,30})", head, re.MULTILINE)]
+
+    least, announced = 1, max(numbers(rb"element\s+vertex"), default=0)
     if kind == "pcd":
-        least, pattern = _MAX_LZF_RATIO, rb"^POINTS\s+(\d{1,30})"
-    announced = max((int(match[1]) for match in re.finditer(pattern, head, re.MULTILINE)), default=0)
-    if kind == "pcd":
-        sizes = [int(number) for number in re.findall(rb"^(?:WIDTH|HEIGHT)\s+(\d{1,30})", head, re.MULTILINE)]
-        announced = max(announced, math.prod(sizes[:2]) if sizes else 0)
+        least, sizes = _MAX_LZF_RATIO, numbers(b"(?:WIDTH|HEIGHT)")[:2]
+        announced = max([math.prod(sizes) if sizes else 0, *numbers(b"POINTS")])
     check_points(announced, str(path))
     if announced > least * path.stat().st_size:
         raise damaged(path, f"its header declares {announced} points, more than fit into the file")

@@ -17,18 +17,18 @@ from ...errors import InputError, require
 from ...guard.guarding import first_line, prefixed, read_head
 from ...guard.limits import check_points
 from ...types import Array, Floats
+from ..support.calibration import NUMBER
 from ._cloud_files import Points, damaged
 
 _LAS_HEADER_BYTES, _VLR_HEADER_BYTES, _EVLR_HEADER_BYTES = 375, 54, 60  # LAS 1.4: file header, record headers
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")
-
-
 _WIRES = (13, 14)  # LAS 1.4 R15, table 17: wire - guard (shield), wire - conductor (phase)
 _WKT, _GEO_KEYS, _LINEAR_UNIT, _VERTICAL_UNIT = 2112, 34735, 3076, 4099  # record IDs of the CRS; keys of its units (GeoTIFF 1.0)
 _FEET = {9002: ("foot", 0.3048), 9003: ("US survey foot", 1200 / 3937)}  # codes of units (EPSG) -> name, m
-_UNIT = re.compile(r'\bUNIT\["([^"]+)",\s*([-+.\deE]+)|\bLENGTHUNIT\["([^"]+)",\s*([-+.\deE]+)')
+_METRE = ("metre", 1.0)
+_UNIT = re.compile(rf'\b(?:LENGTH)?UNIT\["([^"]+)",\s*({NUMBER})')
 _VERTICAL = re.compile(r"\bVERT(?:_CS|CRS)\[")
 _UNIT_RANGE_M = (0.001, 1000.0)  # length of a unit; radians and degrees are recognized by their names
 
@@ -68,9 +68,8 @@ def read_las(path: Path, converted: bool = True, classes: tuple[int, ...] | None
     points = points if units is None else points * units
     kept, class_notes = _kept_classes(np.asarray(las.classification), classes, path)
     points, notes = points[kept], (*unit_notes, *class_notes)
-    if "red" not in las.point_format.dimension_names:
-        return Points(points, notes=notes)
-    colors = np.column_stack([las.red, las.green, las.blue])[kept]
+    has_colors = "red" in las.point_format.dimension_names
+    colors: Array = np.column_stack([las.red, las.green, las.blue])[kept] if has_colors else np.zeros(0)
     if not colors.any():
         return Points(points, notes=notes)
     # v >> 8 inverts both conversions from 8 to 16 bits, v * 257 and v << 8
@@ -93,39 +92,26 @@ def _kept_classes(found: Array, classes: tuple[int, ...] | None, path: Path) -> 
 
 def _declared_units(las: Any) -> tuple[Floats | None, list[str]]:
     """Return the length of the units of x, y, z (3,) in m that the file declares if one is no metre, with a note."""
-    records = [*las.vlrs, *(las.evlrs or ())]
-    wkt = next((record for record in records if record.record_id == _WKT), None)
-    keys = next((record for record in records if record.record_id == _GEO_KEYS), None)
-    if wkt is not None:
+    records = {record.record_id: record for record in reversed([*las.vlrs, *(las.evlrs or ())])}
+    if (wkt := records.get(_WKT)) is not None:
         text = getattr(wkt, "string", None) or wkt.record_data_bytes().decode("utf-8", "replace")
-        parts = _VERTICAL.split(text, maxsplit=1)
-        found = [_last_unit(part) for part in parts]
+        found = [_last_unit(part) for part in _VERTICAL.split(text, maxsplit=1)]
     else:
-        values = {key.id: key.value_offset for key in getattr(keys, "geo_keys", ())}
-        found = [_FEET.get(values[key]) for key in (_LINEAR_UNIT, _VERTICAL_UNIT) if key in values]
-    horizontal, vertical = found[0] if found else None, found[-1] if found else None
-    if (horizontal is None or horizontal[1] == 1) and (vertical is None or vertical[1] == 1):
+        values = {key.id: key.value_offset for key in getattr(records.get(_GEO_KEYS), "geo_keys", ())}
+        found = [_FEET.get(values[key], _METRE) for key in (_LINEAR_UNIT, _VERTICAL_UNIT) if key in values] or [_METRE]
+    horizontal, vertical = found[0], found[-1]
+    if horizontal[1] == vertical[1] == 1:
         return None, []
-    names = " and ".join(dict.fromkeys(unit[0] for unit in (horizontal, vertical) if unit is not None and unit[1] != 1))
-    lengths = [1.0 if unit is None else unit[1] for unit in (horizontal, horizontal, vertical)]
-    return np.array(lengths), [f"coordinates in units of {names}, as the file declares, are converted to metres"]
+    names = " and ".join(dict.fromkeys(name for name, length in (horizontal, vertical) if length != 1))
+    note = f"coordinates in units of {names}, as the file declares, are converted to metres"
+    return np.array([horizontal[1], horizontal[1], vertical[1]]), [note]
 
 
-def _last_unit(text: str) -> tuple[str, float] | None:
-    """Return name and length (m) of the last unit of length in well-known text, that of the axes; None without one."""
-    units = [
-        (match[0] or match[2], float(match[1] or match[3])) for match in _UNIT.findall(text) if _is_number(match[1] or match[3])
-    ]
+def _last_unit(text: str) -> tuple[str, float]:
+    """Return name and length (m) of the last unit of length in well-known text, that of the axes; the metre without one."""
     low, high = _UNIT_RANGE_M
-    lengths = [(name, length) for name, length in units if low <= length <= high and not name.lower().startswith(("deg", "rad"))]
-    return lengths[-1] if lengths else None
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return bool(np.isfinite(float(text)))
-    except ValueError:
-        return False
+    units = [(name, float(length)) for name, length in _UNIT.findall(text) if not name.lower().startswith(("deg", "rad"))]
+    return next((unit for unit in reversed(units) if low <= unit[1] <= high), _METRE)
 
 
 def _las_fault(path: Path) -> str:
@@ -152,10 +138,10 @@ def count_e57(path: Path) -> int:
 
     Raises
     ------
-    InputError : the file cannot be read. MissingDependency : pye57 is not installed.
+    InputError : the file cannot be read, or holds no scans. MissingDependency : pye57 is not installed.
     """
-    with _opened(path) as (_, image):
-        return len(image.root()["data3D"])
+    with _opened(path) as (_, _, scans):
+        return len(scans)
 
 
 def read_e57(path: Path, scan: int) -> Points:
@@ -171,10 +157,7 @@ def read_e57(path: Path, scan: int) -> Points:
     InputError : the file holds no scans or no scan of this number, or the scan is damaged.
     MissingDependency : pye57 is not installed.
     """
-    with _opened(path) as (library, image):
-        scans = image.root()["data3D"]
-        if not len(scans):
-            raise InputError(f"{path}: holds no scans: export at least one scan into it", code="file-empty")
+    with _opened(path) as (library, image, scans):
         if scan >= len(scans):
             raise InputError(f"{path}: holds {len(scans)} scans only", code="frame-unknown")
         with prefixed(f"{path}: scan {scan}"):
@@ -187,15 +170,17 @@ def read_e57(path: Path, scan: int) -> Points:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
-    """Yield the library of pye57 and the open file, which stays open; what the library raises becomes an InputError."""
+def _opened(path: Path) -> Iterator[tuple[ModuleType, Any, Any]]:
+    """Yield pye57's library, the open file, which stays open, and its scans; what the library raises becomes an InputError."""
     require("pye57", "e57")
     library = require("pye57.libe57", "e57")
     if not path.stat().st_size:
         raise InputError(f"{path}: is empty", code="file-empty")
     try:
-        status = path.stat()
-        yield library, _image_file(str(path), status.st_mtime_ns, status.st_size)
+        image = _image_file(str(path), path.stat().st_mtime_ns, path.stat().st_size)
+        if not len(scans := image.root()["data3D"]):
+            raise InputError(f"{path}: holds no scans: export at least one scan into it", code="file-empty")
+        yield library, image, scans
     except library.E57Exception as error:
         raise damaged(path, first_line(error)) from None
 

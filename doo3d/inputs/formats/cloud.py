@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
@@ -72,17 +71,13 @@ def _frames_of(file: Path, options: ReadOptions, single: bool) -> list[FrameRef]
     try:
         if _kind(file) == "e57":
             count = isolated(count_e57, file, where=str(file))
-        if not count:
-            raise InputError(f"{file}: holds no scans: export at least one scan into it", code="file-empty")
     except (InputError, OSError):
         if single:
             raise
-        count = 1  # loading this frame reports the error
+        # loading this frame reports the error
     names = [f"{file.stem}_{i:03d}" for i in range(count)] if count > 1 else [file.stem]
-    return [
-        FrameRef(name, file, partial(_load, file, name, options.depth_scale, options.classification, i))
-        for i, name in enumerate(names)
-    ]
+    load = partial(_load, file, options.depth_scale, options.classification)
+    return [FrameRef(name, file, partial(load, name, i)) for i, name in enumerate(names)]
 
 
 def _is_cloud(file: Path) -> bool:
@@ -129,22 +124,17 @@ def _is_mesh(path: Path) -> bool:
         return False
 
 
-def _load(path: Path, name: str, scale: float | None, classes: tuple[int, ...] | None, scan: int = 0) -> FrameData:
+def _load(path: Path, scale: float | None, classes: tuple[int, ...] | None, name: str, scan: int) -> FrameData:
     with prefixed(str(path), path):
         if not path.stat().st_size:
             raise InputError(f"{path}: is empty", code="file-empty")
         read = _read(path, scan, scale is None, classes)
-        points, viewpoint = (
-            (read.points, read.viewpoint) if scale in (None, 1) else (read.points / scale, _scaled(read.viewpoint, scale))
-        )
+        points = read.points if scale in (None, 1) else read.points / scale
+        viewpoint = None if read.viewpoint is None else read.viewpoint / (scale or 1)
         cloud = Cloud(points, _colors_8_bit(read.colors), viewpoint, name, notes=read.notes)
     if not len(cloud.points):
         raise InputError(f"{path}: holds no points with finite coordinates", code="cloud-empty")
     return FrameData(cloud)
-
-
-def _scaled(point: Array | None, scale: float) -> Array | None:
-    return None if point is None else point / scale
 
 
 def _read(path: Path, scan: int, converted: bool, classes: tuple[int, ...] | None) -> Points:
@@ -158,7 +148,9 @@ def _read(path: Path, scan: int, converted: bool, classes: tuple[int, ...] | Non
         return isolated(read_e57, path, scan, where=str(path))
     if _is_mesh(path):
         return isolated(read_mesh, path, kind, where=str(path))
-    return isolated(_NATIVE[kind], path, where=str(path)) if kind in _NATIVE else _READERS[kind](path)
+    if kind in ("ply", "pcd"):
+        return isolated(read_open3d, path, kind, where=str(path))
+    return {"text": read_text, "ptx": read_ptx, "npz": read_npz, "npy": read_npy}[kind](path)
 
 
 def _colors_8_bit(colors: Array | None) -> Array | None:
@@ -168,10 +160,3 @@ def _colors_8_bit(colors: Array | None) -> Array | None:
     if not np.issubdtype(colors.dtype, np.floating) or not ((colors >= 0) & (colors <= 1)).all():
         raise InputError(f"colors are {colors.dtype}, expected uint8, or floats from 0 to 1", code="color-type")
     return np.asarray(np.rint(colors * 255), dtype=np.uint8)
-
-
-_NATIVE: dict[str, Callable[[Path], Points]] = {
-    "ply": partial(read_open3d, kind="ply"),
-    "pcd": partial(read_open3d, kind="pcd"),
-}
-_READERS: dict[str, Callable[[Path], Points]] = {"text": read_text, "ptx": read_ptx, "npz": read_npz, "npy": read_npy}

@@ -13,7 +13,6 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, ClassVar, NamedTuple
 
-import cv2
 import numpy as np
 
 from ...errors import InputError, require
@@ -25,11 +24,11 @@ from ...types import Array, Floats, Frame
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, NONE, OF_CAMERA, ReadOptions, without_color
 from ..support.camera_search import REMEDY
-from ..support.depth_frames import camera_for, check_unit
+from ..support.color_registration import scaled_to_depth
+from ..support.depth_frames import Pinhole, camera_for, check_unit
 
 _INFO = Path("meta", "info.json")
 _EXTRA = "lerobot"
-_MAX_ASPECT_ERROR = 0.02  # relative, of a color image against the depth image: sizes are rounded
 _CODE_BITS = range(9, 17)  # of a pixel's depth code; LeRobot writes 12
 _COLOR_NOTE = "depth is read alone: LeRobot does not align color to it; if yours is, give --input-option color_topic={}"
 _MAX_REORDERED = 16  # frames by which HEVC decodes one before those that are shown earlier: the size of its buffer
@@ -87,13 +86,15 @@ class LeRobotCapture:
         self.path = path
         where, info = path / _INFO, read_json(path / _INFO)
         features = info["features"]
-        depth = _chosen(options.depth_topic, [name for name in features if _is_depth(features[name])], where)
-        others = [name for name in features if features[name].get("dtype") == "video" and not _is_depth(features[name])]
+        depths = [name for name, feature in features.items() if _entries(feature).get("is_depth_map") is True]
+        others = [name for name, feature in features.items() if feature.get("dtype") == "video" and name not in depths]
+        depth = _chosen(options.depth_topic, depths, where)
         color = None if without_color(options) or options.color_topic == NONE else options.color_topic
-        _check_color(color, others, where)
-        self.notes = (
-            [_COLOR_NOTE.format(others[0])] if others and options.color_topic is None and not without_color(options) else []
-        )
+        if color is not None and color not in others:
+            listed = ", ".join(others) or "none"
+            raise InputError(f"{where}: color_topic={color}: the color videos are {listed}", code="topic-missing")
+        is_unasked = others and options.color_topic is None and not without_color(options)
+        self.notes = [_COLOR_NOTE.format(others[0])] if is_unasked else []
         coding = _coding(features[depth], f"{where}: {depth}")
         if options.camera is None:
             raise InputError(f"{where}: LeRobot stores no intrinsics of its cameras: {REMEDY}", code="intrinsics-missing")
@@ -103,15 +104,10 @@ class LeRobotCapture:
             sentence = f"{path}: {depth} has {len(places)} frames and {color} {len(colors)}: is the data set complete?"
             raise InputError(sentence, code="frame-count")
         times = _times(path, len(places), info.get("fps"))
-        self.frames = [
-            FrameRef(
-                f"{i:06d}",
-                place.file,
-                partial(_load, f"{i:06d}", place, None if colors is None else colors[i], coding, options.camera, times[i]),
-                times[i],
-            )
-            for i, place in enumerate(places)
-        ]
+        self.frames = []
+        for i, (place, time) in enumerate(zip(places, times, strict=True)):
+            load = partial(_load, f"{i:06d}", place, None if colors is None else colors[i], coding, options.camera, time)
+            self.frames.append(FrameRef(f"{i:06d}", place.file, load, time))
 
     @staticmethod
     def can_read(path: Path) -> bool:
@@ -122,24 +118,15 @@ class LeRobotCapture:
             info = read_json(path / _INFO)
         except InputError:
             return False
-        return isinstance(info, dict) and "codebase_version" in info and _is_features(info.get("features"))
-
-
-def _is_features(features: Any) -> bool:
-    """Return whether an object has features, under names that lead to no other folder."""
-    if not isinstance(features, dict):
-        return False
-    return all(isinstance(feature, dict) and is_file_name(name) for name, feature in features.items())
+        features = info.get("features") if isinstance(info, dict) and "codebase_version" in info else None
+        # names of features become folders: they must lead to no other
+        return isinstance(features, dict) and all(isinstance(features[name], dict) and is_file_name(name) for name in features)
 
 
 def _entries(feature: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a feature says of its video, the names without the word before the dot: video.is_depth_map, is_depth_map."""
     parts = (part for part in (feature, feature.get("video_info"), feature.get("info")) if isinstance(part, dict))
     return {str(key).rpartition(".")[2]: value for part in parts for key, value in part.items()}
-
-
-def _is_depth(feature: Mapping[str, Any]) -> bool:
-    return _entries(feature).get("is_depth_map") is True
 
 
 def _chosen(wanted: str | None, depth: list[str], where: Path) -> str:
@@ -150,13 +137,6 @@ def _chosen(wanted: str | None, depth: list[str], where: Path) -> str:
     if wanted is not None and wanted not in depth:
         raise InputError(f"{where}: depth_topic={wanted}: the depth features are {', '.join(depth)}", code="topic-missing")
     return wanted or depth[0]
-
-
-def _check_color(wanted: str | None, color: list[str], where: Path) -> None:
-    if wanted is not None and wanted not in color:
-        raise InputError(
-            f"{where}: color_topic={wanted}: the color videos are {', '.join(color) or 'none'}", code="topic-missing"
-        )
 
 
 def _coding(feature: Mapping[str, Any], where: str) -> _Coding:
@@ -181,12 +161,8 @@ def _places(path: Path, feature: str) -> list[_Place]:
     files = [file for place in places for file in sorted(place.rglob("*.mp4"))]
     if not files:
         raise InputError(f"{folder / feature}: holds no video (.mp4) of this feature", code="file-missing")
-    stamps = [(stat.st_mtime_ns, stat.st_size) for stat in (file.stat() for file in files)]
-    return [
-        _Place(file, stamp, number)
-        for file, stamp in zip(files, stamps, strict=True)
-        for number in range(len(_presentation_times(file, stamp)))
-    ]
+    stamps = {file: (file.stat().st_mtime_ns, file.stat().st_size) for file in files}
+    return [_Place(*each, number) for each in stamps.items() for number in range(len(_presentation_times(*each)))]
 
 
 def _times(path: Path, count: int, fps: Any) -> list[float | None]:
@@ -200,9 +176,8 @@ def _times(path: Path, count: int, fps: Any) -> list[float | None]:
         opened = [parquet.ParquetFile(file) for file in files]
         rows = sum(file.metadata.num_rows for file in opened)
         if rows != count:
-            raise InputError(
-                f"{path / 'data'}: has {rows} rows for {count} frames: is the data set complete?", code="frame-count"
-            )
+            sentence = f"has {rows} rows for {count} frames: is the data set complete?"
+            raise InputError(f"{path / 'data'}: {sentence}", code="frame-count")
         tables = [file.read(_TIME_COLUMNS) for file in opened]
         stamps, episodes = (np.concatenate([table[name].to_numpy() for table in tables]) for name in _TIME_COLUMNS)
         begins = np.r_[True, np.diff(episodes) != 0]
@@ -211,17 +186,8 @@ def _times(path: Path, count: int, fps: Any) -> list[float | None]:
         return [float(time) for time in stamps + starts[np.cumsum(begins) - 1]]
 
 
-def _load(
-    name: str,
-    depth: _Place,
-    color: _Place | None,
-    coding: _Coding,
-    pinhole: tuple[float, float, float, float],
-    time: float | None,
-) -> FrameData:
-    decoded = _video(depth.file, depth.stamp).frame(depth.number)
-    codes, bits = _codes(decoded, depth.file)
-    metres = coding.metres(codes, bits)
+def _load(name: str, depth: _Place, color: _Place | None, coding: _Coding, pinhole: Pinhole, time: float | None) -> FrameData:
+    metres = coding.metres(*_codes(_video(depth.file, depth.stamp).frame(depth.number), depth.file))
     check_unit(metres, depth.file, 1.0)
     image = None if color is None else _color(color, metres.shape)
     return FrameData(Frame(image, metres, camera_for(pinhole, metres.shape), name, time))
@@ -240,14 +206,7 @@ def _codes(decoded: Any, file: Path) -> tuple[Array, int]:
 def _color(place: _Place, shape: tuple[int, ...]) -> Array:
     """Return a color image (H, W, 3) uint8 RGB, scaled to the shape of the depth image."""
     image = _video(place.file, place.stamp).frame(place.number).to_ndarray(format="rgb24")
-    height, width = shape
-    if abs(image.shape[1] * height / (image.shape[0] * width) - 1) > _MAX_ASPECT_ERROR:
-        sizes = f"color is {image.shape[1]}x{image.shape[0]}, depth {width}x{height}"
-        remedy = "the two must have the same aspect ratio, or give --input-option color=none"
-        raise InputError(f"{place.file}: {sizes}: {remedy}", code="color-size")
-    if image.shape[:2] == shape:
-        return np.asarray(image)
-    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA))
+    return scaled_to_depth(image, shape, str(place.file))
 
 
 @lru_cache(maxsize=64)

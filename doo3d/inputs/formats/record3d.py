@@ -12,7 +12,6 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-import cv2
 import numpy as np
 
 from ...errors import InputError, require
@@ -20,6 +19,7 @@ from ...guard.guarding import guarded
 from ...types import Array, Floats, Frame
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, OF_CAMERA, ReadOptions, without_color
+from ..support.color_registration import scaled_to_depth
 from ..support.depth_frames import Pinhole, camera_for, check_unit, json_object, numbers, pinhole_of
 from ..support.images import read_color
 from ..support.listing import natural_key
@@ -31,7 +31,6 @@ _MAX_METADATA_BYTES, _MAX_IMAGE_BYTES = 1 << 28, 1 << 26  # unpacked: an hour of
 _MAX_PIXELS = 1 << 24  # of a depth image
 _MIN_BLOCK_BYTES = 10_000  # decompressed size of an LZFSE block, but for the last one (most have 30 000)
 _MAX_OVERHEAD_BYTES = 64  # of LZFSE data longer than its content: headers of blocks
-_MAX_ASPECT_ERROR = 1e-2  # relative difference of the aspect ratios of colour and depth
 
 
 class Record3DCapture:
@@ -127,13 +126,8 @@ def _load(
 
 def _color(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
     """Read the colour of a frame, (H, W, 3) uint8 RGB, scaled to the size (W, H) of the depth."""
-    where = f"{path}: {FOLDER}{stem}"
     data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MAX_IMAGE_BYTES)
-    color = read_color(path / FOLDER / f"{stem}.jpg", data=data)
-    if abs(color.shape[1] * size[1] / (color.shape[0] * size[0]) - 1) > _MAX_ASPECT_ERROR:
-        sizes = f"colour is {color.shape[1]}x{color.shape[0]}, depth {size[0]}x{size[1]}"
-        raise InputError(f"{where}: {sizes}: the two must have the same aspect ratio", code="color-size")
-    return color if color.shape[1::-1] == size else np.asarray(cv2.resize(color, size, interpolation=cv2.INTER_AREA))
+    return scaled_to_depth(read_color(path / FOLDER / f"{stem}.jpg", data=data), size[::-1], f"{path}: {FOLDER}{stem}")
 
 
 def _depth(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+import cv2
 import numpy as np
 
 from ...errors import InputError
@@ -157,7 +158,7 @@ def _zed_pair(values: Values, source: str, size: Size | None, unit: Unit, rectif
     shift = np.array([-number("Baseline", "BaseLine"), number("TY", default=0.0), number("TZ", default=0.0)]) / UNITS[unit]
     if rectified:
         raise InputError(f"{source}: a ZED's factory calibration is of its raw images, not of rectified ones", code="rig-invalid")
-    return _pair(lenses, _rotation(vector), shift, source)
+    return _pair(lenses, cv2.Rodrigues(vector)[0], shift, source)
 
 
 def _ros_pair(contents: Sequence[Values], names: Sequence[str], size: Size | None, unit: Unit, rectified: bool) -> StereoPair:
@@ -232,13 +233,6 @@ def _check_size(pair: StereoPair, size: Size | None, source: str) -> None:
 
 def _pair(lenses: Sequence[Lens], rotation: Floats, translation: Floats, source: str) -> StereoPair:
     return StereoPair(lenses[0], lenses[1], tuple(rotation.ravel().tolist()), tuple(translation.tolist()), source)
-
-
-def _rotation(vector: Floats) -> Floats:
-    """Return the rotation matrix of a rotation vector (axis times angle, rad)."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_rotvec(vector).as_matrix())
 
 
 def _object(values: Values, key: str, source: str) -> Mapping[str, Any]:

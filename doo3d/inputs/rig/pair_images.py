@@ -94,12 +94,9 @@ class CameraImages:
         return whole if self.half is None else whole[:, :middle] if self.half == SIDES[0] else whole[:, middle:]
 
     def _mask(self, file: Path, shape: tuple[int, ...]) -> Bools:
-        whole = (shape[0], 2 * shape[1])
-        return (
-            self._own(fit_mask(read_mask(file, whole), whole)[0])
-            if self.is_half(file)
-            else fit_mask(read_mask(file, shape), shape)[0]
-        )
+        size = (shape[0], 2 * shape[1]) if self.is_half(file) else shape
+        mask = fit_mask(read_mask(file, size), size)[0]
+        return self._own(mask) if self.is_half(file) else mask
 
     def is_half(self, mask: Path) -> bool:
         """Return whether a mask shows both cameras' views side by side, as the images do."""

@@ -130,9 +130,8 @@ def _check(rig: RigFile, path: Path) -> None:
             raise refused("`calibration` is for a stereo pair, whose cameras have `images`; these have `capture`")
         return
     if len(names) not in (0, 2) or (not names and not rig.calibration):
-        raise refused(
-            f"it has {counted(len(names), 'camera')}, expected two with `images`, left and right, or any number with `capture`"
-        )
+        has = counted(len(names), "camera")
+        raise refused(f"it has {has}, expected two with `images`, left and right, or any number with `capture`")
     if rig.calibration:
         return
     for camera in rig.cameras:

@@ -131,11 +131,9 @@ class RectifiedPair:
     def _rectify(self, image: Array, side: int) -> Array:
         camera = (self.pair.left, self.pair.right)[side].camera
         if image.shape[:2] != (camera.height, camera.width):
-            sizes = f"the {('left', 'right')[side]} image is {image.shape[1]}x{image.shape[0]}"
-            raise InputError(
-                f"{sizes} but {self.pair.source} is for {camera.width}x{camera.height}: give the calibration of this resolution",
-                code="intrinsics-size",
-            )
+            sizes = f"is {image.shape[1]}x{image.shape[0]} but {self.pair.source} is for {camera.width}x{camera.height}"
+            sentence = f"the {('left', 'right')[side]} image {sizes}: give the calibration of this resolution"
+            raise InputError(sentence, code="intrinsics-size")
         return np.asarray(cv2.remap(image, *self.maps[side], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=0))
 
 

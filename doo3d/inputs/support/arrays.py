@@ -1,4 +1,4 @@
-"""Depth and color as NumPy arrays, one image in a file that numpy.save wrote (.npy)."""
+"""Depth and color in files that OpenCV does not decode: arrays that numpy.save wrote (.npy), and OpenEXR."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, require
 from ...guard.guarding import check_not_pointer, check_regular, guarded
 from ...types import Array
 
 SATURATED = np.iinfo(np.uint16).max  # of 16-bit depth: no measurement, as 7-Scenes says and saturated sensors mean
 MAX_ARRAY_BYTES = 1 << 28  # of one image
 _HEAD_BYTES = 64
+_DEPTH_CHANNELS = ("z", "depth", "v")  # last words of EXR's, best first: Blender's Depth.Z and Depth.V, others' Z and depth
 _MAX_HEADER_BYTES = 10_000  # as NumPy allows
 
 
@@ -110,3 +111,29 @@ def read_array(path: Path) -> Array:
             raise InputError(f"{path}: is cut off: copy it again from where it was recorded", code="file-damaged")
         file.seek(0)
         return np.asarray(np.lib.format.read_array(file, allow_pickle=False))
+
+
+def read_exr(path: Path) -> Array:
+    """Return the depth in an EXR image as stored, (H, W) float32 or uint32.
+
+    It is the only channel, one named Z, depth or V, or any of several that are equal, where depth is written as a gray picture.
+
+    Raises
+    ------
+    InputError : the file is damaged, or has several channels of which none is depth.
+    MissingDependency : the package OpenEXR is not installed.
+    """
+    openexr = require("OpenEXR", "exr")
+    with guarded(path):
+        channels = openexr.File(str(path), separate_channels=True).channels()
+        images = {name: np.asarray(channel.pixels) for name, channel in channels.items()}
+    last = {name.lower().rpartition(".")[2]: name for name in images}
+    name = next((last[word] for word in _DEPTH_CHANNELS if word in last), None)
+    if name is None and (first := next(iter(images), None)) is not None:
+        equal = all(np.array_equal(image, images[first], equal_nan=True) for key, image in images.items() if key != "A")
+        name = first if equal and first != "A" else None
+    if name is None:
+        sentence = f"{path}: has the channels {', '.join(images) or '(none)'}, expected one of depth, such as Z or depth"
+        raise InputError(sentence, code="depth-shape")
+    image = images[name]
+    return image.astype(np.float32) if image.dtype.kind == "f" else image

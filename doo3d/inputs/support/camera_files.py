@@ -44,11 +44,8 @@ def read_camera_file(path: Path) -> list[Calibration]:
     else:
         found = list(_text_cameras(data.decode("utf-8-sig", "replace"), path))
     if not found:
-        raise InputError(
-            f"{path}: holds no camera: expected fx, fy, cx, cy, or a matrix called K, camera_matrix or intrinsic_matrix, "
-            "in pixels of the depth images, with width and height",
-            code="intrinsics-missing",
-        )
+        expected = "fx, fy, cx, cy, or a matrix called K, camera_matrix or intrinsic_matrix, in pixels of the depth images"
+        raise InputError(f"{path}: holds no camera: expected {expected}, with width and height", code="intrinsics-missing")
     return list(dict.fromkeys(found))
 
 

@@ -54,11 +54,9 @@ def choose_camera(cameras: Sequence[Calibration], size: Size, aligned: bool) -> 
         fitting = [camera for camera in fitting if set(words_of(camera.label)) & words] or fitting
     if len(fitting) > 1:
         listed = "; ".join(f"{c.label}: [{', '.join(f'{value:g}' for value in c.pinhole)}]" for c in fitting[:5])
-        raise InputError(
-            f"{where}: has several cameras for images of {size[0]}x{size[1]} px ({listed}): choose one, with --input-option "
-            "'camera=[fx, fy, cx, cy]'",
-            code="intrinsics-ambiguous",
-        )
+        fault = f"has several cameras for images of {size[0]}x{size[1]} px ({listed})"
+        remedy = "choose one, with --input-option 'camera=[fx, fy, cx, cy]'"
+        raise InputError(f"{where}: {fault}: {remedy}", code="intrinsics-ambiguous")
     return fitting[0], f"the camera is {fitting[0].label!r} of {where.name}, which has {len(distinct) - 1} more"
 
 
@@ -156,16 +154,13 @@ def find_camera(
             chosen, note = choose_camera([*plausible, *rest], size, aligned) if size else (plausible[0], "")
             notes = [note] * bool(note) + describe_camera(chosen)
             if chosen.file != root / RECORDER_FILE:
-                notes.append(f"the camera is read from {_below(chosen.file, root)}")
+                below = chosen.file.relative_to(root) if chosen.file.is_relative_to(root) else chosen.file
+                notes.append(f"the camera is read from {below}")
             return FoundCamera(chosen, notes, group)
         misfits += group if is_own else []
     if misfits and size is not None:
         raise _misfit(misfits, size)
     return None
-
-
-def _below(file: Path, root: Path) -> Path:
-    return file.relative_to(root) if file.is_relative_to(root) else file
 
 
 def fits(camera: Calibration, size: Size | None) -> bool:
@@ -215,11 +210,9 @@ def _misfit(cameras: Sequence[Calibration], size: Size) -> InputError:
         except InputError as error:
             return error
     file, (_, _, cx, cy) = cameras[0].file, cameras[0].pinhole
-    return InputError(
-        f"{file}: the principal point ({cx:g}, {cy:g}) is far from the middle of the depth images of {size[0]}x{size[1]} px, so "
-        f"this is the camera of others: {REMEDY}; --camera {file} takes this one all the same",
-        code="intrinsics-size",
-    )
+    place = f"the principal point ({cx:g}, {cy:g}) is far from the middle of the depth images of {size[0]}x{size[1]} px"
+    remedy = f"{REMEDY}; --camera {file} takes this one all the same"
+    return InputError(f"{file}: {place}, so this is the camera of others: {remedy}", code="intrinsics-size")
 
 
 def _is_named(file: Path, words: Collection[str] = _CAMERA_WORDS) -> bool:

@@ -19,6 +19,7 @@ from .listing import words_of
 
 _EXTRINSICS = ("extrinsic_depth.txt", "extrinsic_color.txt")  # of ScanNet's exporter: camera to device, 4x4
 _COLOR_WORDS = {"color", "colour", "rgb"}
+_MAX_ASPECT_ERROR = 0.02  # relative, of a color image against the depth image: sizes are rounded
 _OCCLUSION_TOLERANCE = 0.02  # relative depth: a point farther than the nearest by more than this is occluded
 
 
@@ -91,6 +92,21 @@ def _filled(depth: Array, valid: Bools) -> Floats:
     values = np.zeros(labels.max() + 1, np.float32)
     values[labels[valid]] = depth[valid]
     return np.asarray(values[labels])
+
+
+def scaled_to_depth(color: Array, shape: tuple[int, ...], where: str) -> Array:
+    """Return a color image (h, w, 3) uint8 scaled to the shape (H, W) of the depth image, whose pixels see the same.
+
+    Raises
+    ------
+    InputError : it has another aspect ratio; the message begins with `where`.
+    """
+    height, width = shape
+    if abs(color.shape[1] * height / (color.shape[0] * width) - 1) > _MAX_ASPECT_ERROR:
+        sizes = f"color is {color.shape[1]}x{color.shape[0]}, depth {width}x{height}"
+        remedy = "the two must have the same aspect ratio, or give --input-option color=none"
+        raise InputError(f"{where}: {sizes}: {remedy}", code="color-size")
+    return color if color.shape[:2] == shape else np.asarray(cv2.resize(color, (width, height), interpolation=cv2.INTER_AREA))
 
 
 class ColorCamera(NamedTuple):

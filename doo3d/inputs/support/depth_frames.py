@@ -71,11 +71,8 @@ def check_unit(depth: Array, path: Path, scale: float | None) -> None:
     measured = _measured(depth)
     if measured.size and not _is_plausible(median := float(np.median(measured))):
         read = " (floats are metres by default)," if scale is None else f" with depth_scale={scale:g} (units per metre),"
-        raise InputError(
-            f"{path}: the median depth is {median:.3g} m{read} which is implausible: "
-            "give the right scale, such as --input-option depth_scale=1000 for millimetres",
-            code="depth-unit",
-        )
+        remedy = "give the right scale, such as --input-option depth_scale=1000 for millimetres"
+        raise InputError(f"{path}: the median depth is {median:.3g} m{read} which is implausible: {remedy}", code="depth-unit")
 
 
 def _measured(depth: Array) -> Array:

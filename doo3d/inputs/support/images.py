@@ -18,9 +18,8 @@ from ...guard.isolation import isolated
 from ...guard.limits import check_pixels, current_limits
 from ...types import Array, Bools
 from ...types.arrays import fit_mask
-from .arrays import SATURATED, array_header, read_color_array, read_depth_array, to_metres
+from .arrays import SATURATED, array_header, read_color_array, read_depth_array, read_exr, to_metres
 from .camera_files import read_camera_file
-from .exr import read_exr
 from .native_output import capture_native_output
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp")
@@ -67,11 +66,9 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
         sentence = f"{path}: has {image.shape[2]} channels, expected one of depth: is it a colored preview of the depth?"
         raise InputError(sentence, code="depth-shape")
     if image.dtype not in (np.uint16, np.float32, np.float64):
-        raise InputError(
-            f"{path}: is an {image.dtype.itemsize * 8}-bit {image.dtype} image, expected 16-bit depth (PNG) "
-            "or 32-bit float metres (TIFF): is it a preview of the depth?",
-            code="depth-type",
-        )
+        kind = f"an {image.dtype.itemsize * 8}-bit {image.dtype} image"
+        expected = "16-bit depth (PNG) or 32-bit float metres (TIFF)"
+        raise InputError(f"{path}: is {kind}, expected {expected}: is it a preview of the depth?", code="depth-type")
     return to_metres(image, scale, array_scale or 1.0)
 
 
@@ -214,9 +211,8 @@ def _eight_bits(path: Path, image: Array) -> Array:
         return np.asarray(cv2.convertScaleAbs(np.clip(image, int(low), int(high)), alpha=scale, beta=-low * scale))
     if np.issubdtype(image.dtype, np.floating) and ((image >= 0) & (image <= 1)).all():
         return np.asarray(cv2.convertScaleAbs(image, alpha=255.0))
-    raise InputError(
-        f"{path}: is a {image.dtype} image, expected unsigned 8 or 16 bits, or floats from 0 to 1", code="color-type"
-    )
+    expected = "unsigned 8 or 16 bits, or floats from 0 to 1"
+    raise InputError(f"{path}: is a {image.dtype} image, expected {expected}", code="color-type")
 
 
 def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:

@@ -23,9 +23,8 @@ def _renew_lock() -> None:
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_renew_lock)
 
-_beside: list[
-    IO[str]
-] = []  # files on stderr as it was, the last one on the present one; never closed, since others may hold them
+# files on stderr as it was, the last one on the present one; never closed, since others may hold them
+_beside: list[IO[str]] = []
 
 
 @dataclass

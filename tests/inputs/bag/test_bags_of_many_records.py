@@ -5,17 +5,25 @@ from __future__ import annotations
 import bz2
 import sqlite3
 import struct
+from contextlib import closing
+from pathlib import Path
 
 import pytest
 from builders.errors import refused
 
 from doo3d.inputs.bag import records
-from doo3d.inputs.bag.index import Bag
+from doo3d.inputs.bag.index import Bag, TopicIndex
 from doo3d.inputs.bag.mcap_storage import MAGIC as MCAP
 from doo3d.inputs.bag.rosbag1_storage import MAGIC as ROSBAG1
 
 pytest.importorskip("rosbags")
 COUNT = 100_000  # of records, ten times as many as a small file may have
+
+
+def indexed(path: Path) -> tuple[Bag, dict[str, TopicIndex]]:
+    """Return a bag after its scan, closed, and what it found."""
+    with closing(Bag(path)) as bag:
+        return bag, bag.index()
 
 
 def ros1(content: bytes) -> bytes:
@@ -68,41 +76,33 @@ ROS1_MESSAGE = ros1_record(bytes(16), op=b"\x02", conn=bytes(4), time=bytes(8))
 )
 def test_millions_of_records_in_a_small_file(tmp_path, name, content):
     (tmp_path / name).write_bytes(content())
-    bag = Bag(tmp_path / name)
-    indices = bag.index()
+    bag, indices = indexed(tmp_path / name)
     bound = records._FREE_RECORDS + bag.storages[0].size // records._MIN_RECORD_BYTES
     assert sum(len(index) for index in indices.values()) <= bound < COUNT
     assert any("records, too many for its size" in fault for fault in bag.faults())
     assert len(bag.faults()) <= records._MAX_FAULTS
-    bag.close()
 
 
 def test_more_topics_than_any_robot_has(tmp_path):
     (tmp_path / "a.mcap").write_bytes(mcap(SCHEMA + b"".join(map(mcap_topic, range(records._MAX_TOPICS + 1)))))
-    bag = Bag(tmp_path / "a.mcap")
-    bag.index()
+    bag, _ = indexed(tmp_path / "a.mcap")
     assert len(bag.topics) == records._MAX_TOPICS
     assert "declares more than" in bag.faults()[0]
-    bag.close()
 
 
 def test_a_tail_of_zeros_is_no_record(tmp_path):
     (tmp_path / "a.bag").write_bytes(ros1(CONNECTION) + bytes(1 << 20))
-    bag = Bag(tmp_path / "a.bag")
-    bag.index()
+    bag, _ = indexed(tmp_path / "a.bag")
     assert bag.storages[0]._records == 2
     assert "there is no valid record" in bag.faults()[0]
-    bag.close()
 
 
 def test_chunks_that_unpack_out_of_proportion(tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_FREE_BYTES", 1 << 20)
     chunk = ros1(CONNECTION + ros1_record(bytes(1 << 20), op=b"\x00")).removeprefix(ROSBAG1)
     (tmp_path / "a.bag").write_bytes(ROSBAG1 + chunk * 20)
-    bag = Bag(tmp_path / "a.bag")
-    bag.index()
+    bag, _ = indexed(tmp_path / "a.bag")
     assert "unpacks to more than" in bag.faults()[0]
-    bag.close()
 
 
 # --- SQLite ------------------------------------------------------------------------------------------------------------
@@ -112,13 +112,9 @@ TOPIC = "INSERT INTO topics VALUES(1, '/depth', 'sensor_msgs/msg/Image', 'cdr');
 MESSAGES = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data);"
 NUMBERS = "WITH RECURSIVE c(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM c)"
 ENDLESS = {
-    "messages in a view": TOPICS
-    + TOPIC
-    + f"CREATE VIEW messages AS {NUMBERS} SELECT id, 1 topic_id, 0 timestamp, '' data FROM c",
+    "messages in a view": f"{TOPICS}{TOPIC}CREATE VIEW messages AS {NUMBERS} SELECT id, 1 topic_id, 0 timestamp, '' data FROM c",
     "topics in a view": MESSAGES + f"CREATE VIEW topics AS {NUMBERS} SELECT id, '' name, '' type, '' serialization_format FROM c",
-    "a computed column": TOPICS
-    + TOPIC
-    + "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data AS (zeroblob(1000000000)));",
+    "a computed column": TOPICS + TOPIC + MESSAGES.replace("data", "data AS (zeroblob(1000000000))"),
     "a virtual table": TOPICS + TOPIC + "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data)",
 }
 
@@ -160,15 +156,11 @@ def test_a_query_ends_after_the_steps_that_a_file_needs(tmp_path, monkeypatch):
     database.executemany("INSERT INTO messages VALUES(?, 2, 0, x'00')", ((i,) for i in range(1, 50_000)))
     database.commit()
     database.close()
-    bag = Bag(tmp_path / "a.db3")
-    bag.index()
+    bag, _ = indexed(tmp_path / "a.db3")
     assert not bag.faults()
-    bag.close()
     from doo3d.inputs.bag import sqlite_storage
 
     monkeypatch.setattr(sqlite_storage, "_FREE_STEPS", 0)
     monkeypatch.setattr(sqlite_storage, "_STEPS_PER_BYTE", 0)
-    bag = Bag(tmp_path / "a.db3")
-    bag.index()
+    bag, _ = indexed(tmp_path / "a.db3")
     assert "interrupted" in bag.faults()[0]
-    bag.close()

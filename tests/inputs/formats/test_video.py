@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from builders.captures import cut
 from builders.errors import code_in, refused, refuses
 
 from doo3d.inputs import open_capture
@@ -35,12 +36,6 @@ def brightness(data: Image) -> int:
     """Return the number of a frame, from its red channel."""
     assert isinstance(data, Image)
     return round(float(data.color[100:, :, 0].mean()) / 20)
-
-
-def cut(path: Path, share: float) -> Path:
-    data = path.read_bytes()
-    path.write_bytes(data[: int(len(data) * share)])
-    return path
 
 
 def boxes(data: bytes) -> list[tuple[bytes, bytes]]:
