@@ -58,7 +58,8 @@ KINDS = {"device": "file-unreadable", "pipe": "file-unreadable", "sparse": "size
 @pytest.mark.parametrize("name", ["depth/0.png", "rgb/0.png"])
 def test_an_image_of_a_folder(folder, name, kind):
     replaced_by(folder / name, kind)
-    refused(folder, KINDS[kind], name, index=0)
+    with refuses(KINDS[kind], name):
+        open_capture(folder).frames[0].load()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -111,7 +112,8 @@ def test_a_text_of_more_lines_than_points_are_allowed(tmp_path):
 @pytest.mark.parametrize(("name", "text"), [("a.obj", "# " * 2000 + "x"), ("a.xyz", "1 2 " + "1" * 1_000_000 + "x\n")])
 def test_a_first_line_on_which_patterns_could_take_hours(tmp_path, name, text):
     (tmp_path / name).write_text(text)
-    refused(tmp_path / name, "file-damaged" if name == "a.xyz" else "format-unknown", name, index=0)
+    with refuses("file-damaged" if name == "a.xyz" else "format-unknown", name):
+        open_capture(tmp_path / name).frames[0].load()
 
 
 def test_a_cloud_without_the_end_of_its_header(tmp_path, monkeypatch):
