@@ -163,7 +163,7 @@ def test_an_e57_is_opened_once_for_all_of_its_scans(tmp_path, points, monkeypatc
 
 
 def test_e57_without_scans(tmp_path):
-    refused(write_e57(tmp_path / "a.e57"), "file-empty", "a.e57", "no scans", index=0)
+    refused(write_e57(tmp_path / "a.e57"), "file-empty", "a.e57", "no scans")
 
 
 def test_e57_without_coordinates(tmp_path):
