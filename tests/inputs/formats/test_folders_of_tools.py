@@ -90,7 +90,8 @@ def test_damaged_snapshot(tmp_path, content, numbers, code):
     folder = save_snapshot(tmp_path)
     (folder / "snap_Depth.raw").write_bytes(content)
     (folder / "snap_Depth_metadata.csv").write_text(numbers)
-    refused(folder, code, "snap_Depth", index=0)
+    with refuses(code, "snap_Depth"):  # the camera is read when it is opened
+        open_capture(folder)[0].load()
 
 
 @pytest.mark.parametrize(
