@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 
 import pytest
-from test_readme import NAV, ORDER, ROOT, commands
+from test_readme import ORDER, ROOT, commands
 
 PAGES = ROOT / "docs" / "pages"
 RUNS_RESUME = "detect"
@@ -31,10 +31,6 @@ def written(command: str) -> tuple[str, list[str]] | None:
     named = [words[i + 1] for i, word in enumerate(words[:-1]) if word in ("-o", "--out", "--save", "--json")]
     target = named[0] if named else default_of(words)
     return None if target is None else (target, sorted(words))
-
-
-def test_the_order_has_all_pages():
-    assert {page.name for page in PAGES.glob("*.md")} <= set(NAV)
 
 
 def test_a_collision_is_found():

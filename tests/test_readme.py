@@ -47,7 +47,7 @@ def runnable(block: str) -> list[str]:
 
 def small(command: str) -> str:
     """Return a command with a measurement on many large scenes made one on a small scene of each kind."""
-    size = " --size 640x360" if command.startswith("doo3d evaluate scenes") and "--size" not in command else ""
+    size = " --size 320x180" if command.startswith("doo3d evaluate scenes") and "--size" not in command else ""
     return re.sub(REPEATS, r"--\1 1", command) + size
 
 

@@ -6,6 +6,7 @@ import io
 import json
 import sys
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -55,12 +56,9 @@ def write_seeds(folder: Path) -> dict[str, Path]:
 
 def _folders(folder: Path) -> dict[str, Path]:
     color, depth, mask = scene()
-    both = {
-        "open3d": ("depth/0.png", "color/0.jpg"),
-        "tum": ("depth/1.0.png", "rgb/1.0.png"),
-        "icl": ("depth/0.png", "rgb/0.png"),
-    }
-    both |= {"redwood": ("depth/0000001-000000033369.png", "image/0000001-000000033369.jpg"), "bop": ("depth/0.png", "rgb/0.png")}
+    both = {"open3d": ("depth/0.png", "color/0.jpg"), "tum": ("depth/1.0.png", "rgb/1.0.png")}
+    both |= dict.fromkeys(("icl", "bop"), ("depth/0.png", "rgb/0.png"))
+    both |= {"redwood": ("depth/0000001-000000033369.png", "image/0000001-000000033369.jpg")}
     both |= {"roles": ("000_depth.png", "000_color.png"), "pairs": ("a.png", "a_color.png")}
     for name, (first, second) in both.items():
         _save(folder / name / first, depth)
@@ -77,21 +75,15 @@ def _folders(folder: Path) -> dict[str, Path]:
     (folder / "icl" / "associations.txt").write_text("0 depth/0.png 0 rgb/0.png\n")
     (folder / "icl" / "a.gt.freiburg").write_text(f"0 {POSE_LINE}\n1 {POSE_LINE}\n")
     (folder / "redwood" / "traj.log").write_text("0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
-    camera = {
-        "cam_K": np.ravel(MATRIX).tolist(),
-        "depth_scale": 1.0,
-        "cam_R_w2c": np.eye(3).ravel().tolist(),
-        "cam_t_w2c": [0, 0, 9],
-    }
+    camera = {"cam_K": np.ravel(MATRIX).tolist(), "depth_scale": 1.0}
+    camera |= {"cam_R_w2c": np.eye(3).ravel().tolist(), "cam_t_w2c": [0, 0, 9]}
     (folder / "bop" / "scene_camera.json").write_text(json.dumps({"0": camera}))
     (folder / "pairs" / "a.yaml").write_text(
         f"camera: {list(PINHOLE)}\ndepth_scale: 1000\ncolor: a_color.png\ntimestamp: 1.5\n"
         "pose: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
     )
-    try:
+    with suppress(ImportError):  # PyAV is not installed
         write_lerobot(folder / "lerobot", ramps(4), [color] * 4)
-    except ImportError:  # PyAV is not installed
-        pass
     both |= {"lerobot": ("", "")}
     return {**{name: folder / name for name in both}, "scannet": _scannet(folder / "scannet"), "stray": _stray(folder / "stray")}
 
@@ -229,16 +221,12 @@ def _bags(folder: Path) -> dict[str, Path]:
 
 def _pictures(folder: Path) -> dict[str, Path]:
     color, _, mask = scene()
-    names = ("a.png", "a.jpg", "a.tif", "a.bmp", "a.webp", "a.jp2", "a.gif", "a.avif", "a.exr")
     made = {}
-    for name in names:
-        try:
-            _save(
-                folder / "pictures" / name.replace(".", "_") / name, color.astype(np.float32) / 255 if ".exr" in name else color
-            )
-        except (cv2.error, RuntimeError):
-            continue
-        made[f"picture {name}"] = folder / "pictures" / name.replace(".", "_") / name
+    for kind in ("png", "jpg", "tif", "bmp", "webp", "jp2", "gif", "avif", "exr"):
+        path = folder / "pictures" / f"a_{kind}" / f"a.{kind}"
+        with suppress(cv2.error, RuntimeError):
+            _save(path, color.astype(np.float32) / 255 if kind == "exr" else color)
+            made[f"picture a.{kind}"] = path
     _save(folder / "photos" / "a.jpg", color)
     _save(folder / "photos" / "mask" / "a.png", mask.astype(np.uint8) * 255)
     video = cv2.VideoWriter(str(folder / "a.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 10, (WIDTH, HEIGHT))
@@ -287,15 +275,5 @@ def _texts(folder: Path) -> dict[str, Path]:
     cable = {"axis": [[0, 0, 0.5], [0.1, 0, 0.5], [0.2, 0.05, 0.5]], "radius": 0.004, "closed": False, "color": [1, 2, 3]}
     (folder / "truth.json").write_text(json.dumps({"schema": "doo3d/truth/1", "frames": {"a": [cable]}}))
     (folder / "trajectory.txt").write_text(f"# poses\n1.0 {POSE_LINE}\n2.0 {POSE_LINE}\n")
-    names = (
-        "results",
-        "mine.yaml",
-        "pose.json",
-        "pose.txt",
-        "pose.npy",
-        "opencv.yaml",
-        "realsense.txt",
-        "truth.json",
-        "trajectory.txt",
-    )
-    return {f"text {name}": folder / name for name in names}
+    names = "results mine.yaml pose.json pose.txt pose.npy opencv.yaml realsense.txt truth.json trajectory.txt"
+    return {f"text {name}": folder / name for name in names.split()}

@@ -182,18 +182,8 @@ def test_against_a_graph_searched_anew(seed, dim):
 
 
 def test_a_skeleton_without_voxels_has_no_paths():
-    none = np.zeros(3)
-    nothing = (
-        np.zeros((0, 26), np.int32),
-        np.zeros((0, 3)),
-        1,
-        none,
-        none,
-        none[:2],
-        np.zeros((0, 0), np.float32),
-        none[:2],
-        1.8,
-    )
+    none, without_widths = np.zeros(3), np.zeros((0, 0), np.float32)
+    nothing = (np.zeros((0, 26), np.int32), np.zeros((0, 3)), 1, none, none, none[:2], without_widths, none[:2], 1.8)
     points, bounds, closed, lengths, count = skeleton_paths(*nothing, 10)
     assert points.shape == (0, 3)
     assert (bounds.tolist(), closed.tolist(), lengths.tolist(), count) == ([0], [], [0, 0, 0], 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from doo3d.types import Chain, Crossing, SegmentRef
 STEP = 0.005
 
 
+@lru_cache
 def truths_of(family, seed):
     scene = make_scene(family, seed)
     caster = RayCaster(scene)

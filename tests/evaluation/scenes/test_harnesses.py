@@ -1,5 +1,7 @@
 """The families of branched objects are what they say, and vary."""
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -10,11 +12,12 @@ from doo3d.evaluation.scenes.registry import TREES, make_scene
 
 SMALL = (320, 180)
 SEEDS = range(4)
+scene_of = lru_cache(make_scene)
 
 
 @pytest.mark.parametrize("family", TREES)
 def test_strands_begin_and_end_at_the_nodes_of_their_tree(family):
-    scene = make_scene(family, 1)
+    scene = scene_of(family, 1)
     assert sorted(edge[0] for tree in scene.trees for edge in tree.edges) == list(range(len(scene.cables)))
     for tree in scene.trees:
         assert len(tree.edges) == len(tree.nodes) - 1
@@ -25,7 +28,7 @@ def test_strands_begin_and_end_at_the_nodes_of_their_tree(family):
 @pytest.mark.parametrize("family", ["tree_swap", "tree_two", "tree_under", "tree_crossing"])
 def test_strands_that_do_not_meet_never_run_into_each_other(family):
     for seed in SEEDS:
-        scene = make_scene(family, seed)
+        scene = scene_of(family, seed)
         nodes = [set(np.round(cable.axis[[0, -1]], 6).ravel().tolist()) for cable in scene.cables]
         for a, first in enumerate(scene.cables):
             for b, second in enumerate(scene.cables[:a]):
@@ -36,7 +39,7 @@ def test_strands_that_do_not_meet_never_run_into_each_other(family):
 def test_strands_swap_sides_by_crossing_once_after_running_side_by_side():
     kinds = set()
     for seed in range(12):
-        scene = make_scene("tree_swap", seed)
+        scene = scene_of("tree_swap", seed)
         kinds.add((len(scene.trees), sum(len(tree.nodes) for tree in scene.trees)))
         assert len(true_crossings(scene)) == 1
         lengths = []
@@ -64,7 +67,7 @@ def test_a_wide_box_hides_a_junction_and_the_ends_of_its_strands_and_nothing_els
 
 def test_two_harnesses_cross_each_other_only():
     for seed in SEEDS:
-        scene = make_scene("tree_two", seed)
+        scene = scene_of("tree_two", seed)
         assert len(scene.trees) == 2
         assert all((tree.degree >= 3).any() for tree in scene.trees)
         crossings = true_crossings(scene)
