@@ -23,6 +23,7 @@ from doo3d.visibility import Visibility
 STEP = 0.01
 RING = ring([0.01, 0.0, 0.5], 0.07, 0.5)
 WAVE = wave()
+STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
 
 
 def refine(paths, context, config):
@@ -134,9 +135,7 @@ def test_a_ring_closes(view):
 
 def flags(occluded, view="image", known=True):
     """A straight cable whose middle third has not been seen, as merging would hand it on, or with an unfilled gap."""
-    radius = 0.004
-    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
-    foreground = scene(axis, radius, view)
+    foreground = scene(STRAIGHT, 0.004, view)
     hole = np.abs(foreground.points[:, 0]) < 0.04
     mask = foreground.mask
     if mask is not None:
@@ -145,11 +144,11 @@ def flags(occluded, view="image", known=True):
     parts = {"points": foreground.points[~hole], "filtered": None, "mask": mask}
     kept = {name: getattr(foreground, name) for name in ("depth", "camera", "viewpoint")}
     foreground = Foreground(**parts, **kept)
-    path = rough(axis, radius, foreground, 0.0)
+    path = rough(STRAIGHT, 0.004, foreground, 0.0)
     middle = (path[1:, 0] + path[:-1, 0]) / 2
     filled = np.abs(middle) < 0.04 if known else np.zeros(len(middle), bool)
     config = RefineConfig(occluded=occluded)
-    (chain,) = run(axis, radius, view, filled=filled, config=config, foreground=foreground)
+    (chain,) = run(STRAIGHT, 0.004, view, filled=filled, config=config, foreground=foreground)
     middle = np.abs((chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2)
     return chain.occluded, middle
 
@@ -171,26 +170,22 @@ def test_a_gap_that_merging_did_not_fill(occluded, some):
 
 @pytest.mark.parametrize(("occluded", "some"), [("from_gaps", True), ("from_depth", False), ("both", False)])
 def test_a_filled_gap_where_there_are_points(occluded, some):
-    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
-    foreground = scene(axis, 0.004, "image")
-    path = rough(axis, 0.004, foreground)
-    filled = np.abs(path[1:, 0]) < 0.04
-    (chain,) = run(axis, 0.004, "image", filled=filled, config=RefineConfig(occluded=occluded), foreground=foreground)
+    foreground = scene(STRAIGHT, 0.004, "image")
+    filled = np.abs(rough(STRAIGHT, 0.004, foreground)[1:, 0]) < 0.04
+    (chain,) = run(STRAIGHT, 0.004, "image", filled=filled, config=RefineConfig(occluded=occluded), foreground=foreground)
     assert chain.occluded.any() == some
 
 
 def test_what_only_colour_saw_is_not_occluded():
     """The mask goes on where depth stops: seen, though there are no points."""
-    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
-    frame, mask = frame_of(axis, radius=0.004)
+    frame, mask = frame_of(STRAIGHT, radius=0.004)
     depth = frame.depth.copy()
     depth[:, 280:360] = 0
-    foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask).foreground
-    path = rough(axis, 0.004, foreground)
+    foreground = segment(replace(frame, depth=depth), SegmentConfig(), mask).foreground
+    filled = np.abs(rough(STRAIGHT, 0.004, foreground)[1:, 0]) < 0.02
     for occluded in ("both", "from_depth"):
-        (chain,) = run(
-            axis, 0.004, "image", filled=np.abs(path[1:, 0]) < 0.02, config=RefineConfig(occluded=occluded), foreground=foreground
-        )
+        config = RefineConfig(occluded=occluded)
+        (chain,) = run(STRAIGHT, 0.004, "image", filled=filled, config=config, foreground=foreground)
         assert not chain.occluded.any()
         middle = (chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2
         missing = np.abs(CAMERA.project(chain.joints[1:] * 0.5 + chain.joints[:-1] * 0.5)[:, 0] - 319.5) < 40
@@ -201,8 +196,7 @@ def test_what_only_colour_saw_is_not_occluded():
 
 def filled_depth(depth_of):
     """Return which segments of a straight cable have filled depth, and their middles along x, m; depth_of changes the depth."""
-    axis = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
-    frame, mask = frame_of(axis, radius=0.004)
+    frame, mask = frame_of(STRAIGHT, radius=0.004)
     foreground = segment(frame, SegmentConfig(), mask).foreground
     joints = np.column_stack((np.arange(-0.1, 0.101, STEP), np.zeros(21), np.full(21, 0.5)))
     foreground = replace(foreground, depth=depth_of(frame.depth.copy()))
@@ -283,14 +277,8 @@ def test_left_is_left_in_the_view_and_not_in_space():
 def test_the_order_of_points_does_not_matter(view):
     foreground = scene(WAVE, 0.004, view)
     order = np.random.default_rng(0).permutation(len(foreground.points))
-    shuffled = Foreground(
-        foreground.points[order],
-        filtered=None if foreground.filtered is None else foreground.filtered[order],
-        mask=foreground.mask,
-        depth=foreground.depth,
-        camera=foreground.camera,
-        viewpoint=foreground.viewpoint,
-    )
+    filtered = None if foreground.filtered is None else foreground.filtered[order]
+    shuffled = replace(foreground, points=foreground.points[order], filtered=filtered, pixels=None, facts=None)
     (one,), (other,) = (run(WAVE, 0.004, view, foreground=f) for f in (foreground, shuffled))
     np.testing.assert_allclose(other.joints, one.joints, atol=1e-4)
     assert other.radius == pytest.approx(one.radius, rel=1e-3)
