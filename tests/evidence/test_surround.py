@@ -27,6 +27,15 @@ def test_the_color_of_the_surface_is_learned_beside_a_strand():
     assert differs[:26].mean() + differs[38:].mean() < 0.01
 
 
+def test_raised_pixels_are_not_learned_from_unless_there_are_no_others():
+    wide = table(width=100)
+    raised = (wide[..., 0] > wide[..., 1] + 60).astype(bool)
+    gray, red = (to_lab(np.full((1, 1, 3), color, np.uint8))[0, 0] for color in (GRAY, RED))
+    np.testing.assert_allclose(learn_surround(wide, raised, 7.0)[0][17:23].mean(axis=(0, 1)), gray, atol=1.5)
+    around = learn_surround(wide, np.ones_like(raised), 7.0)[0]
+    np.testing.assert_allclose(around[19:23].mean(axis=(0, 1)), red, atol=3)
+
+
 def test_the_deviation_follows_the_noise():
     plain, noisy = (learn_surround(table(noise), NOTHING, 7.0)[1][0] for noise in (2.0, 20.0))
     assert noisy > 2 * plain
