@@ -1,7 +1,6 @@
 #include "depth_facts.h"
 #include "order_statistics.h"
 
-
 #include <cstdlib>
 #include <limits>
 

@@ -66,7 +66,7 @@ void bind_nearest(Module& m) {
     // distance : (N,) float64; infinite without a target within reach, as for a point that is not finite
     // index : (N,) int64, index of the nearest target; 0 where the distance is infinite
     m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a);
-    // Return the number of points within `reach` of each of S centers, and the sums of their offsets and of the products of these.
+    // Sum 1, the offsets and the products of their coordinates over the points within `reach` of each of S centers.
     //
     // points : (N, 3) float64, in the order of their first coordinate. centers : (S, 3) float64, in their unit. Returns (S, 13)
     // float64: the number, the sums of three offsets, and those of the 3 x 3 products, row by row.

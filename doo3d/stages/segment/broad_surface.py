@@ -6,7 +6,6 @@ import math
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...config import SegmentConfig
 from ...facts.cloud_facts import CloudFacts, longest_first, sampled, seeds_of, spreads
@@ -48,10 +47,14 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
         return False
     # strands side by side leave gaps in the plane of the first two principal axes, a surface none
-    axes, centers = np.linalg.eigh(covariances)[1][:, :, 1:], seeds + means
-    near = cKDTree(points).query_ball_point(seeds, radius)
-    cells = [np.floor((points[near[k]] - centers[k]) @ axes[k] / size) for k in np.flatnonzero(some)]
-    is_filled = [len(np.unique(each @ (1, 1j))) > filled for each in cells]
+    axes = np.linalg.eigh(covariances)[1][:, :, 1:]
+    begins, ends = np.searchsorted(points[:, 0], (seeds[:, 0] - radius, seeds[:, 0] + radius))
+    is_filled = []
+    for k in np.flatnonzero(some):
+        offset = points[begins[k] : ends[k]] - seeds[k]
+        offset = offset[(offset**2).sum(axis=1) <= radius**2]
+        cells = np.floor((offset - means[k]) @ axes[k] / size)
+        is_filled.append(len(np.unique(cells @ (1, 1j))) > filled)
     return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(data.points)
 
 
