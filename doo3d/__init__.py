@@ -27,33 +27,24 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_MODULE_OF = {
-    "ArgumentError": "errors",
-    "Camera": "types",
-    "Chain": "types",
-    "Cloud": "types",
-    "Config": "config",
-    "ConfigError": "errors",
-    "Detection": "types",
-    "Detector": "sequence.detector",
-    "DooError": "errors",
-    "Frame": "types",
-    "Image": "types",
-    "InputError": "errors",
-    "MissingDependency": "errors",
-    "Tracker": "sequence.tracking",
-    "detect": "pipeline",
-    "draw": "viz",
-    "detect_sequence": "sequence.detect_sequence",
-    "explain": "inspection.explain",
-    "export": "exports",
-    "fuse": "sequence.fusion",
-    "load_config": "config",
-    "open_capture": "inputs",
-    "open_rig": "rig.opening",
-    "report": "viz.report.write",
-    "run": "runs.detect_capture",
+_NAMES = {
+    "config": ("Config", "load_config"),
+    "errors": ("ArgumentError", "ConfigError", "DooError", "InputError", "MissingDependency"),
+    "exports": ("export",),
+    "inputs": ("open_capture",),
+    "inspection.explain": ("explain",),
+    "pipeline": ("detect",),
+    "rig.opening": ("open_rig",),
+    "runs.detect_capture": ("run",),
+    "sequence.detect_sequence": ("detect_sequence",),
+    "sequence.detector": ("Detector",),
+    "sequence.fusion": ("fuse",),
+    "sequence.tracking": ("Tracker",),
+    "types": ("Camera", "Chain", "Cloud", "Detection", "Frame", "Image"),
+    "viz": ("draw",),
+    "viz.report.write": ("report",),
 }
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
     "ArgumentError",

@@ -4,8 +4,6 @@ Command modules import only typer and each other at the top; heavy imports stay 
 `doo3d --help` answers within 0.3 s.
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from collections.abc import Callable

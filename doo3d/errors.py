@@ -1,7 +1,5 @@
 """Errors of doo3d, each a sentence that the user can act on and a stable code."""
 
-from __future__ import annotations
-
 import importlib
 import re
 import traceback

@@ -1,7 +1,5 @@
 """`doo3d compare`: the 3-D mode against the 2-D mode, frame by frame."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

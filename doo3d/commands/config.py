@@ -1,7 +1,5 @@
 """`doo3d config`: the settings, explained."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`doo3d detect`: the chains of every frame of a capture, into a folder."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
@@ -109,14 +107,12 @@ def detect(
 
         single_thread()
         from ..rig.opening import open_frames
-        from ..runs.option_checks import check_one_mode, check_pose_use, check_rig_use
+        from ..runs.option_checks import check_use
 
         effective = settings.load()
         read_options = reading.options(cameras, *([] if pose is None else [f"pose={pose}"]))
-        check_one_mode(fuse_views, sequence)
-        check_pose_use(read_options, effective, fuse_views)
+        check_use(read_options, effective, fuse_views, sequence)
         opened = open_frames(capture, effective, reading.mask, read_options)
-        check_rig_use(opened, fuse_views)
         opened = selection.of(opened)
         for note in () if quiet else opened.notes:
             typer.echo(wrapped(f"note: {note}", sys.stderr), err=True)

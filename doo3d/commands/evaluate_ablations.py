@@ -1,7 +1,5 @@
 """`doo3d evaluate ablations`: what each step of the method gives, and what it costs."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Annotated

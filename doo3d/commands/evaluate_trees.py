@@ -1,7 +1,5 @@
 """`doo3d evaluate trees`: the detection of branched objects on rendered harnesses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Exit codes of the commands; 0 is success."""
 
-from __future__ import annotations
-
 SOME_FAILED = 1
 """Some frames failed, or the results compared differ."""
 

@@ -1,7 +1,5 @@
 """The lines that a run prints: one per frame, and one about all of them."""
 
-from __future__ import annotations
-
 import os
 import textwrap
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """`doo3d presets`: the configurations shipped with doo3d."""
 
-from __future__ import annotations
-
 import typer
 
 

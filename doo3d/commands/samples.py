@@ -1,7 +1,5 @@
 """`doo3d samples`: captures and clouds with known truth, rendered."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`doo3d train`: train the network that finds thin objects, on drawn images and on the user's own."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

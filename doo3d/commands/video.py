@@ -1,7 +1,5 @@
 """`doo3d video`: the pictures of a run as a video."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

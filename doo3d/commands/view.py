@@ -1,7 +1,5 @@
 """`doo3d view`: show a run in the Rerun viewer."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Compare the 3-D mode with the 2-D mode, frame by frame."""
 
-from __future__ import annotations
-
 from .agreement import Comparison, Difference, compare, compare_chains
 from .report import Record, compare_capture
 

@@ -1,7 +1,5 @@
 """Align a chain in the image with other chains: the position of each of its points on them, and where their order breaks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

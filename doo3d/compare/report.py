@@ -1,7 +1,5 @@
 """Compare both modes over a whole capture: a line, a picture and an entry in `comparison.json` for each frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The configuration for people: YAML with a comment on each setting, and a page of the documentation."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, get_args, get_origin

@@ -1,7 +1,5 @@
 """Presets, YAML files and overrides, loaded as a Config."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any

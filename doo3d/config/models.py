@@ -15,24 +15,10 @@ from typing import Any, Literal
 import yaml
 from pydantic import Field, ValidationError, model_validator
 
+from . import sections
 from .merge import MergeConfig
 from .refusals import config_error
 from .section import Section, expert
-from .sections import (
-    CrossingsConfig,
-    ExtendMaskConfig,
-    FitConfig,
-    FusionConfig,
-    InputConfig,
-    OutputConfig,
-    PruneConfig,
-    RefineConfig,
-    SequenceConfig,
-    TrackingConfig,
-    TraverseConfig,
-    VisibilityConfig,
-    VoxelizeConfig,
-)
 from .segment import SegmentConfig
 
 
@@ -59,20 +45,20 @@ class Config(Section):
         ge=0,
     )
     segment: SegmentConfig = SegmentConfig()
-    voxelize: VoxelizeConfig = VoxelizeConfig()
-    traverse: TraverseConfig = TraverseConfig()
-    fit: FitConfig = FitConfig()
-    prune: PruneConfig = PruneConfig()
+    voxelize: sections.VoxelizeConfig = sections.VoxelizeConfig()
+    traverse: sections.TraverseConfig = sections.TraverseConfig()
+    fit: sections.FitConfig = sections.FitConfig()
+    prune: sections.PruneConfig = sections.PruneConfig()
     merge: MergeConfig = MergeConfig()
-    refine: RefineConfig = RefineConfig()
-    crossings: CrossingsConfig = CrossingsConfig()
-    extend_mask: ExtendMaskConfig = ExtendMaskConfig()
-    visibility: VisibilityConfig = VisibilityConfig()
-    tracking: TrackingConfig = TrackingConfig()
-    sequence: SequenceConfig = SequenceConfig()
-    fusion: FusionConfig = FusionConfig()
-    input: InputConfig = InputConfig()
-    output: OutputConfig = OutputConfig()
+    refine: sections.RefineConfig = sections.RefineConfig()
+    crossings: sections.CrossingsConfig = sections.CrossingsConfig()
+    extend_mask: sections.ExtendMaskConfig = sections.ExtendMaskConfig()
+    visibility: sections.VisibilityConfig = sections.VisibilityConfig()
+    tracking: sections.TrackingConfig = sections.TrackingConfig()
+    sequence: sections.SequenceConfig = sections.SequenceConfig()
+    fusion: sections.FusionConfig = sections.FusionConfig()
+    input: sections.InputConfig = sections.InputConfig()
+    output: sections.OutputConfig = sections.OutputConfig()
 
     @model_validator(mode="after")
     def _lengths_are_set(self) -> Config:

@@ -1,7 +1,5 @@
 """Why settings are refused: sentences and codes for the errors of pydantic."""
 
-from __future__ import annotations
-
 import difflib
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What every section of the settings is made of: frozen models, and fields in two tiers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """The settings of the stages that have few, of tracking, of fusion and of input."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from pydantic import Field

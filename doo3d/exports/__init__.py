@@ -4,8 +4,6 @@ To add a format, write a file with one class like `npz.Npz` and a line in `FORMA
 `FORMATS` itself.
 """
 
-from __future__ import annotations
-
 from .base import Export
 from .registry import FORMATS, export_class
 from .writer import Exportable, default_path, export

@@ -1,7 +1,5 @@
 """The base classes of all export formats, and the chain numbers, colors, times and up axis that they share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

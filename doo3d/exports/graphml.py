@@ -1,7 +1,5 @@
 """GraphML: chains as the edges of a graph, for NetworkX, igraph, Gephi and yEd."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar

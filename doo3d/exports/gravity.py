@@ -1,7 +1,5 @@
 """The direction of gravity, and the ground under the chains."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """How many segments the chains of a robot may have, where a simulator limits its joints."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from .resampling import MIN_RING

@@ -1,7 +1,5 @@
 """Orientations of a chain's segments as rigid links."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

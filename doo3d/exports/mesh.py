@@ -1,7 +1,5 @@
 """Meshes: a closed cylinder per segment, colored by chain, with occluded segments in a mesh of their own."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """MuJoCo: nested bodies with capsules and ball joints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path

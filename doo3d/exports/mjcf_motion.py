@@ -1,7 +1,5 @@
 """MuJoCo: the motion of a whole capture as keyframes of one model."""
 
-from __future__ import annotations
-
 import itertools
 import warnings
 from collections.abc import Iterator, Sequence

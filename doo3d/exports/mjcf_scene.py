@@ -1,7 +1,5 @@
 """What a MuJoCo model has around its chains: z up and the ground at z = 0, light, ground, and the camera of the capture."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Velocities and accelerations of joints, from the frames before and after."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

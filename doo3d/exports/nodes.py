@@ -1,7 +1,5 @@
 """Evenly spaced points along a chain, the initial state of a tracker."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

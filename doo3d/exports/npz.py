@@ -1,7 +1,5 @@
 """All frames in one file of arrays, bit-exact."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Bodies of branched objects that overlap near junctions, where simulators must not let them collide."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The export formats by name; each is imported on first use."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from pydantic import ValidationError

@@ -1,7 +1,5 @@
 """Chains with another number of segments, for simulators that are slow with many joints."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..errors import InputError

@@ -1,7 +1,5 @@
 """A ROS 2 bag: the chains as paths, and as markers for RViz."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal

@@ -1,7 +1,5 @@
 """SWC, the format of programs for skeletons and neurons."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """All frames in one table, one row per joint."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Branched objects for exports: chains that grow from a root, and the graph of nodes and edges."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

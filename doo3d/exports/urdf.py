@@ -1,7 +1,5 @@
 """URDF: cylinders and revolute joints, two or three for a ball joint."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """USD: curves with widths, animated by the timestamps of the capture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar

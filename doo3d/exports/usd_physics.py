@@ -1,7 +1,5 @@
 """USD for simulators: rigid bodies with capsules and D6 joints of UsdPhysics."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Plan and atomic writing of the files of an export."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import shutil

@@ -1,7 +1,5 @@
 """XML text; a chain nests deeper than the recursion of the standard library's writer allows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 from xml.sax.saxutils import escape as _escape

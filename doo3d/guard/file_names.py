@@ -1,7 +1,5 @@
 """Names from files that become names of files: never paths."""
 
-from __future__ import annotations
-
 from pathlib import PurePosixPath, PureWindowsPath
 
 from ..errors import InputError

@@ -1,7 +1,5 @@
 """The one place where an exception about data from outside becomes an error of doo3d."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The size that an image announces in its header, before it is decoded."""
 
-from __future__ import annotations
-
 import mmap
 import re
 import struct

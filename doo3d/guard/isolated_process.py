@@ -1,7 +1,5 @@
 """The process in which native readers are called; see `isolation`."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """Limits of announced sizes, checked before memory is taken."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

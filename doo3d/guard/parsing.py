@@ -1,7 +1,5 @@
 """JSON and YAML from outside, as plain values of a depth, size and magnitude that the rest of the program can use."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

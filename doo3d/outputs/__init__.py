@@ -1,7 +1,5 @@
 """Results on disk: the folder of a run, the JSON file of a detection, the journal, and their readers."""
 
-from __future__ import annotations
-
 SUFFIXES = {"json": ".json", "jpg": ".jpg", "png": ".png"}
 """The suffixes of the files that a run writes for each frame, by their kind."""
 

@@ -1,7 +1,5 @@
 """Atomic writing: a file is complete or absent, also after a kill."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import secrets

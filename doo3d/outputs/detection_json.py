@@ -1,7 +1,5 @@
 """A detection as JSON, schema doo3d/detection/2."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Checks of a run's folder and of the names of its files, before anything is written or removed."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Sequence
 from itertools import count

@@ -1,7 +1,5 @@
 """The status of each frame of a run, failed ones included, from the manifest and the journal."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

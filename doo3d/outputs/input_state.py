@@ -1,7 +1,5 @@
 """The state of a run's input files: which have changed since a frame failed, so that the frame is tried again."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The journal of a run: one line per finished frame, append-only, so that a killed run loses nothing."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """One file as the product of a command or a function, such as a report: its name, and writing it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ..errors import InputError

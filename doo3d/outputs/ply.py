@@ -1,7 +1,5 @@
 """Points and edges as PLY."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..types import Array, Floats, Ints

@@ -1,7 +1,5 @@
 """What was made from the results of a run, such as its report: such files may be replaced until somebody changes them."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import zlib

@@ -1,7 +1,5 @@
 """Which frames of an interrupted run are finished, so that repeating the command does only the others."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field

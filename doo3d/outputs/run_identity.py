@@ -1,7 +1,5 @@
 """The identity of a run: what makes the results in a folder those of the same input, configuration and versions."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import platform

@@ -1,7 +1,5 @@
 """Reader of the results that `doo3d detect` wrote."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

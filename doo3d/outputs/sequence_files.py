@@ -1,7 +1,5 @@
 """What the first pass leaves on disk for the second: the strands of each frame, and the objects of the whole capture."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """A manifest that a power failure cut off: the journal and `config.yaml` tell whose results are in the folder."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ Registration of the color, and exchanged channels, are looked at in a few frames
 the evidence is the same with any number of workers, and in a run that was resumed.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

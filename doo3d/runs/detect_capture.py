@@ -17,7 +17,7 @@ from ..rig.opening import open_frames
 from ..sequence.fused_capture import fused_capture
 from ..types.arguments import each, file_path, flag, number, refused, text, whole
 from .frame_record import FrameRecord
-from .option_checks import check_one_mode, check_pose_use, check_rig_use
+from .option_checks import check_use
 from .pictures import Pictures
 from .run import RunSummary
 from .run import run as run_capture
@@ -146,9 +146,7 @@ def run(
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
         opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera, cameras))
-        check_one_mode(fuse_views, sequence)
-        check_pose_use(opened.options, settings, fuse_views)
-        check_rig_use(opened, fuse_views)
+        check_use(opened.options, settings, fuse_views, sequence)
         chosen = select_frames(opened, _selection(every, start, end, frames))
         remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:

@@ -1,7 +1,5 @@
 """Frame data kept between a frame's two jobs, detecting and rendering, in the process that read it."""
 
-from __future__ import annotations
-
 import secrets
 from collections import OrderedDict
 

@@ -3,8 +3,6 @@
 To add a file, write a function like `detection_json.encode`, and add a line to ENCODERS and its suffix to `outputs.SUFFIXES`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 from ..outputs import PICTURES, SUFFIXES, detection_json

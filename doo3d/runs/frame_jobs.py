@@ -4,8 +4,6 @@ Workers may be other processes: arguments and results of the jobs are small and 
 neither; it stays in the FrameCache of the process that read it.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field, replace
 

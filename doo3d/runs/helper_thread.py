@@ -1,7 +1,5 @@
 """A thread that does tasks beside the detection: reading ahead, drawing, writing. Kernels, OpenCV and files let others run."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

@@ -1,7 +1,5 @@
 """How the chains of a frame of a run are found: from the frame alone, or in two passes from the whole capture."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache

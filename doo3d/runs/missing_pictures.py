@@ -1,7 +1,5 @@
 """Pictures of frames that an earlier run has finished without one, drawn from its results."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace

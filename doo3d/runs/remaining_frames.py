@@ -1,7 +1,5 @@
 """The frames that an earlier run has not finished, and those that it has finished after them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path

@@ -4,8 +4,6 @@ Frames are worked on by this process or by workers, and written by a thread of t
 not stop the run. Interrupted runs resume: call `run` again with the same arguments.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field, replace

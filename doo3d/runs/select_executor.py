@@ -1,7 +1,5 @@
 """The executor of a run: this process, workers on this machine, or those of a dask scheduler. All give the same results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 

@@ -1,7 +1,5 @@
 """A run over a capture whose frames are detected together: two passes, each a run of its own."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager

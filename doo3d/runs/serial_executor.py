@@ -1,7 +1,5 @@
 """Jobs done by this process: frames are detected one after the other, while the next are read and the last are drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from concurrent import futures
 from contextlib import AbstractContextManager, nullcontext

@@ -1,7 +1,5 @@
 """One thread per process: the frames run in parallel, and sums of floats come out the same on every machine."""
 
-from __future__ import annotations
-
 import os
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")

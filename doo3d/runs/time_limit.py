@@ -1,7 +1,5 @@
 """The time that a frame may take: a frame that takes longer fails, and the run goes on with the next one."""
 
-from __future__ import annotations
-
 import signal
 import threading
 import time

@@ -1,7 +1,5 @@
 """The number of worker processes that is meant by "auto": as many as processors, memory and frames allow."""
 
-from __future__ import annotations
-
 import math
 import os
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Backgrounds drawn by noise and by simple shapes, without photographs."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

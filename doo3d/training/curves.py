@@ -1,7 +1,5 @@
 """Curves of strands in an image: single, in parallel, in coils, from a connector."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

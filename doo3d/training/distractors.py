@@ -1,7 +1,5 @@
 """Objects that look like strands and are none: pens, tools, fingers, washers, connectors, cracks, profiles, blurred rooms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

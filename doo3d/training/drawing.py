@@ -1,7 +1,5 @@
 """Draw images of thin deformable objects with their truth, to train on."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

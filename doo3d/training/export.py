@@ -1,7 +1,5 @@
 """Write the network as an ONNX file that OpenCV runs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

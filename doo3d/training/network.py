@@ -1,7 +1,5 @@
 """The network that marks thin deformable objects in a color image: convolutions at five scales, joined from coarse to fine."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Noise from which backgrounds and textures are made."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Images of the user to train on: captures with masks, and runs whose results the user has accepted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """Strands painted into an image: round, shaded by a light, with texture, over and under each other."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """The HSV box that contains most pixels of an object and few of its background."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """A configuration from one frame, and optionally picks on the object."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

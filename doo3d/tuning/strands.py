@@ -1,7 +1,5 @@
 """The strands that detection finds in a frame, drawn into its image, and whether other settings find them again."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

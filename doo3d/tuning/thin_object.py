@@ -1,7 +1,5 @@
 """The thin, long object in an image, found by its color alone or by a pixel on it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

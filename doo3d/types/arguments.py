@@ -1,7 +1,5 @@
 """Checks of what a caller gives: each returns the value in the type that is worked with, or raises an error with a sentence."""
 
-from __future__ import annotations
-
 import math
 import numbers as abstract
 import operator

@@ -6,8 +6,6 @@ Three-dimensional data is float64 metres in the camera's optical frame (x right,
 the frame of the cloud that was given; two-dimensional data is pixels (x right, y down).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

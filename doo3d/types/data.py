@@ -1,7 +1,5 @@
 """What goes in: a camera, an RGB-D frame, an image, a point cloud. Checked on construction, read-only afterwards."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What flows from stage to stage: foreground, voxels, skeleton, paths."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

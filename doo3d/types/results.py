@@ -370,12 +370,9 @@ class Detection(Drawn):
     doubtful: tuple[Chain, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "chains", arguments.each(self.chains, Chain, "chains"))
-        object.__setattr__(self, "doubtful", arguments.each(self.doubtful, Chain, "doubtful"))
-        object.__setattr__(self, "crossings", arguments.each(self.crossings, Crossing, "crossings"))
-        object.__setattr__(self, "junctions", arguments.each(self.junctions, Junction, "junctions"))
-        object.__setattr__(self, "objects", arguments.each(self.objects, LinearObject, "objects"))
-        object.__setattr__(self, "notes", arguments.each(self.notes, str, "notes"))
+        kinds = {"chains": Chain, "doubtful": Chain, "crossings": Crossing, "junctions": Junction, "objects": LinearObject}
+        for name, kind in (kinds | {"notes": str}).items():
+            object.__setattr__(self, name, arguments.each(getattr(self, name), kind, name))
         object.__setattr__(self, "timestamp", arguments.timestamp(self.timestamp))
         arguments.text(self.frame, "frame")
         for name, choices in (("mode", MODES), ("coordinates", COORDINATES)):

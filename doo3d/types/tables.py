@@ -3,8 +3,6 @@
 Tables are functions of any detection-like object with chains and crossings, so that `results` can import this module.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Branched objects: junctions where chain ends meet, and the trees of chains that they make."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The image that chains are drawn upon, and the projection of points to its pixels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ premultiplied RGBA, in which antialiasing blends color and transparency correctl
 one call of a kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

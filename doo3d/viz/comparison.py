@@ -1,7 +1,5 @@
 """The picture of a comparison: the chains of both modes over the image, with circles where they differ."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A contact sheet: frames of a capture side by side, color beside depth, clouds along the axis of least spread."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

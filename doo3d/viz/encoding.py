@@ -1,7 +1,5 @@
 """A detection as a picture file: its chains drawn over the input."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Chains as an interactive figure of plotly: tubes in space, as in the report, or lines over the image in 2-D."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterator
 from dataclasses import replace

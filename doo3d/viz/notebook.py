@@ -1,7 +1,5 @@
 """Chains as HTML for notebooks: a small drawing and a table, without scripts and without a network."""
 
-from __future__ import annotations
-
 import html
 from itertools import pairwise
 

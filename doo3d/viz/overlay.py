@@ -1,7 +1,5 @@
 """The picture of a frame: its chains drawn over the image."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

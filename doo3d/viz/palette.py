@@ -1,7 +1,5 @@
 """The colors and numbers of chains: colors are distinct, also for color-blind readers, and bright on any image."""
 
-from __future__ import annotations
-
 import colorsys
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A plot of how the time of a detection grows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import cv2

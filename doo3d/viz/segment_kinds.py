@@ -1,7 +1,5 @@
 """Where each segment of a chain comes from: four kinds, each drawn in its own way in all pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..types import Array, Chain

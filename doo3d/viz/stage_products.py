@@ -1,7 +1,5 @@
 """Draw the intermediate result of one stage of the method: points and edges over the image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import cv2

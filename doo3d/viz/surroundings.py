@@ -1,7 +1,5 @@
 """The points of a frame around its chains, sampled for figures and reports."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The picture of a segmentation that tuning proposes: segmented, missed and wrongly segmented pixels in colors."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

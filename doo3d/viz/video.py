@@ -1,7 +1,5 @@
 """The pictures of a run as a video."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Words in pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

@@ -1,7 +1,5 @@
 """The commands: what they print, what they leave behind, and their exit codes."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

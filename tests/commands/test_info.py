@@ -1,7 +1,5 @@
 """`doo3d info` and the selection of frames, on the command line."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Completion in the shell, products named after their run, and the viewer without a display."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,7 +1,5 @@
 """Every command that shows progress, in a terminal: what is left on the screen is what a pipe gets, and nothing else."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

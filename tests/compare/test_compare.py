@@ -1,7 +1,5 @@
 """3-D against 2-D: differences made on purpose are found where they are, and the samples have none."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

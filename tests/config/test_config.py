@@ -1,7 +1,5 @@
 """The configuration: presets, files, overrides, and the errors of what cannot be used."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The configuration for people: it reads back, explains every setting, and the page in docs/ is up to date."""
 
-from __future__ import annotations
-
 import pytest
 import yaml
 from builders.paths import ROOT

@@ -3,21 +3,12 @@ import numpy as np
 import pytest
 from builders.chains import LENGTH, RADIUS, capture, helix, ring, straight
 from builders.errors import refuses
+from builders.simulation import joints_of as joints
+from builders.simulation import mujoco_state as load
 
 import doo3d
 
 pytestmark = pytest.mark.filterwarnings("ignore::doo3d.errors.DooWarning")  # where down is, test_simulators asks
-
-
-def load(path):
-    model = mujoco.MjModel.from_xml_path(str(path))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return model, data
-
-
-def joints(data, chain, name="chain0"):
-    return np.array([data.site(f"{name}_{k}").xpos for k in range(len(chain.joints))])
 
 
 def run(model, data, seconds=2.0):

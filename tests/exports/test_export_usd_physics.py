@@ -1,7 +1,5 @@
 """UsdPhysics: checked by OpenUSD's own validators, read back by its parser of physics."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from builders.chains import LENGTH, RADIUS, helix, ring

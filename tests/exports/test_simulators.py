@@ -1,13 +1,12 @@
 """Models stepped in simulators: mass, length and energy; the ground on the plane that was found, gravity along it."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest
 from builders.chains import LENGTH, RADIUS, helix, ring, straight
 from builders.errors import code_in, refuses
 from builders.paths import SAMPLES
+from builders.simulation import joints_of, mujoco_state
 
 import doo3d as library
 from doo3d.exports.resampling import resampled
@@ -23,11 +22,7 @@ def found(*chains: library.Chain, **values) -> library.Detection:
 
 
 def mujoco_model(tmp_path, detection, **options):
-    path = library.export(detection, "mjcf", tmp_path / "model.xml", force=True, **options)[0]
-    model = mujoco.MjModel.from_xml_path(str(path))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return model, data
+    return mujoco_state(library.export(detection, "mjcf", tmp_path / "model.xml", force=True, **options)[0])
 
 
 # --- where is down? -------------------------------------------------------------------------------------------------------
@@ -71,7 +66,7 @@ def test_z_is_up_and_the_ground_at_zero(tmp_path, coordinates, gravity):
     assert np.linalg.det(pose[:3, :3]) == pytest.approx(1)
     assert pose[:3, :3] @ gravity == pytest.approx(model.opt.gravity)
     assert pose[0, 0] >= 0
-    joints = np.array([data.site(f"chain0_{k}").xpos for k in range(26)])
+    joints = joints_of(data, detection.chains[0])
     assert joints == pytest.approx(detection.chains[0].joints @ pose[:3, :3].T + pose[:3, 3])
     assert data.geom("ground").xpos[2] == pytest.approx(0)
     assert data.geom("ground").xmat.reshape(3, 3)[:, 2] == pytest.approx((0, 0, 1))
@@ -168,9 +163,7 @@ def test_a_cable_below_a_camera_falls_onto_the_table(doo3d, capture, tmp_path):
         options = ["--set", "upright=false", "--segments", "20"]
         status, _, err = doo3d("export", name, "--to", "mjcf", "-o", f"{name}.xml", *options)
         assert (status, err) == (0, "")
-        model = mujoco.MjModel.from_xml_path(str(tmp_path / f"{name}.xml"))
-        data = mujoco.MjData(model)
-        mujoco.mj_forward(model, data)
+        model, data = mujoco_state(tmp_path / f"{name}.xml")
         start = data.site_xpos.copy()
         while data.time < 1.5:
             mujoco.mj_step(model, data)

@@ -1,16 +1,16 @@
 """Branched objects as trees and graphs: simulators, SWC, GraphML, arrays and tables."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json
 import xml.etree.ElementTree as ElementTree
 
+import mujoco
 import numpy as np
 import pytest
 from builders.contexts import context_of
 from builders.drawn_masks import line
+from builders.simulation import joints_of, mujoco_state
 
 import doo3d
 from doo3d.config import MergeConfig
@@ -109,11 +109,8 @@ def test_urdf_is_one_tree(harness, tmp_path):
 
 @pytest.mark.parametrize("fixed", ["none", "first", "last", "both"])
 def test_mujoco_bodies_branch(harness, tmp_path, fixed):
-    mujoco = pytest.importorskip("mujoco")
     doo3d.export([harness], "mjcf", tmp_path / "a.xml", fixed=fixed, gravity=(0, 0, -9.81))
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
+    model, data = mujoco_state(tmp_path / "a.xml")
     assert (model.body_parentid[1:] == 0).sum() == 2
     for number, each in enumerate(harness.chains):
         at = [data.body(f"chain{number}_segment{k}").xpos for k in range(len(each.occluded))]
@@ -123,23 +120,20 @@ def test_mujoco_bodies_branch(harness, tmp_path, fixed):
 
 @pytest.mark.parametrize("fixed", ["none", "first", "last", "both"])
 def test_mujoco_trees_simulate_without_gaining_energy(harness, tmp_path, fixed):
-    mujoco = pytest.importorskip("mujoco")
     doo3d.export([harness], "mjcf", tmp_path / "a.xml", fixed=fixed, gravity=(0, 0, -9.81), ground=False)
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
+    model, start = mujoco_state(tmp_path / "a.xml")
     volume = sum(np.pi * each.radius**2 * each.length for each in harness.chains)
     assert model.body_mass.sum() == pytest.approx(1100 * volume)
-    energies, data = stepped(mujoco, model, 1.0)
+    energies, data = stepped(model, 1.0)
     assert max(energies) <= energies[0] + 1e-6
     held = {"none": (), "first": (0,), "last": (1,), "both": (0, 1)}[fixed]
-    start = mujoco.MjData(model)
-    mujoco.mj_forward(model, start)
     for side, tip in enumerate(([-0.15, 0.0, 0.5], [0.15, 0.0, 0.5])):
         site = np.linalg.norm(start.site_xpos - tip, axis=1).argmin()
         fallen = start.site_xpos[site, 2] - data.site_xpos[site, 2]
         assert fallen < 0.005 if side in held else fallen > 0.02
 
 
-def stepped(mujoco, model, seconds):
+def stepped(model, seconds):
     """The energy at every step, and the state at the end."""
     model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
     data = mujoco.MjData(model)
@@ -155,11 +149,10 @@ def stepped(mujoco, model, seconds):
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
 def test_a_urdf_tree_simulates_without_gaining_energy(harness, tmp_path, base):
-    mujoco = pytest.importorskip("mujoco")
     doo3d.export([harness], "urdf", tmp_path / "a.urdf", base=base, segments=6)
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.urdf"))
+    model, _ = mujoco_state(tmp_path / "a.urdf")
     model.opt.timestep = 1e-3
-    energies, _ = stepped(mujoco, model, 0.5)
+    energies, _ = stepped(model, 0.5)
     assert max(energies) <= energies[0] + 1e-6
     root = ElementTree.parse(tmp_path / "a.urdf").getroot()
     mass = sum(float(each.get("value")) for each in root.iter("mass"))
@@ -178,14 +171,13 @@ def test_bodies_of_two_chains_overlap_as_far_as_their_axes_are_less_than_two_rad
 
 
 def test_a_branch_at_an_acute_angle_does_not_collide_with_its_trunk(acute, tmp_path):
-    mujoco = pytest.importorskip("mujoco")
     tree = grown(acute)
     pairs = overlapping_bodies(tree.detection.chains, [each.radius for each in acute.chains], tree.junctions)
     assert max(body.segment for pair in pairs for body in pair if tree.detection.chains[body.chain].length < 0.25) >= 3
     # MuJoCo reads 500 nested elements: the trunk after the junction is a tree of its own, tied to the one before
     doo3d.export([acute], "mjcf", tmp_path / "a.xml", gravity=(0, 0, -9.81), ground=False)
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
-    energies, _ = stepped(mujoco, model, 0.05)
+    model, _ = mujoco_state(tmp_path / "a.xml")
+    energies, _ = stepped(model, 0.05)
     assert max(energies) <= energies[0] + 1e-6
     doo3d.export([acute], "urdf", tmp_path / "a.urdf", max_joints=None)
     shapes = ElementTree.parse(tmp_path / "a.urdf").getroot().findall("link/collision")
@@ -194,7 +186,6 @@ def test_a_branch_at_an_acute_angle_does_not_collide_with_its_trunk(acute, tmp_p
 
 
 def test_the_motion_of_a_harness_has_every_joint_in_its_place_and_is_held_together(harness, tmp_path):
-    mujoco = pytest.importorskip("mujoco")
     rng = np.random.default_rng(0)
     frames = []
     for k in range(4):
@@ -205,13 +196,12 @@ def test_the_motion_of_a_harness_has_every_joint_in_its_place_and_is_held_togeth
         frames.append(dataclasses.replace(harness, chains=tuple(moved), frame=str(k), timestamp=k / 30))
     frames[2] = dataclasses.replace(frames[2], junctions=(), objects=())  # a junction that one frame does not tell
     doo3d.export(frames, "mjcf-motion", tmp_path / "a.xml", gravity=(0, 0, -9.81))
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "a.xml"))
-    data = mujoco.MjData(model)
+    model, data = mujoco_state(tmp_path / "a.xml")
     for key, frame in enumerate(frames):
         mujoco.mj_resetDataKeyframe(model, data, key)
         mujoco.mj_forward(model, data)
         for number, each in enumerate(frame.chains):
-            at = np.array([data.site(f"chain{number}_{k}").xpos for k in range(len(each.joints))])
+            at = joints_of(data, each, f"chain{number}")
             np.testing.assert_allclose(at, each.joints, atol=1e-9)
     assert model.neq == sum(len(junction.ends) - 1 for junction in harness.junctions)
     mujoco.mj_resetDataKeyframe(model, data, 0)

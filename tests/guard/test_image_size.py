@@ -1,7 +1,5 @@
 """The size that an image announces: of several in a file the largest, and none where the decoder may take another."""
 
-from __future__ import annotations
-
 import itertools
 import struct
 import sys

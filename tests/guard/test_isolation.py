@@ -1,7 +1,5 @@
 """The process for native readers: where it cannot be started, and in a process that was forked beside a working thread."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Texts of many values are refused by their number, before Python has objects for them."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """The JSON of a detection: schema, units, values kept, bytes the same every time."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Results read back: equal to what was written, damaged files are named."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

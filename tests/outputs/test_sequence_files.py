@@ -1,7 +1,5 @@
 """What the first pass of a sequence leaves of a frame is read as it was written."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import fields, replace
 

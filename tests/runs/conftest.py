@@ -1,7 +1,5 @@
 """Fixtures of the tests of runs."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs by the workers of a dask scheduler give the same bytes as runs by one process, even if workers are killed."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """`doo3d.run` and `doo3d.report` write what the commands write, and their errors name arguments of Python."""
 
-from __future__ import annotations
-
 import pytest
 from builders.errors import refuses
 

@@ -1,7 +1,5 @@
 """Runs by worker processes of this machine give the same bytes as runs by one process, even if workers are killed."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

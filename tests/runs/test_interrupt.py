@@ -1,7 +1,5 @@
 """Ctrl-C: one line with the command to go on, and exit code 130."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal

@@ -1,7 +1,5 @@
 """What else may be in the folder of a run: foreign lines in the journal, damaged products, links, leftovers."""
 
-from __future__ import annotations
-
 import json
 import sys
 

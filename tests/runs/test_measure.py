@@ -1,7 +1,5 @@
 """The scripts that measure runs and reports still run; the pages show what they print."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Which frames of a run get a picture, and of which format; pictures that are drawn later."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

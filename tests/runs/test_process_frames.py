@@ -1,7 +1,5 @@
 """Frames are handed out in jobs of several, sized by their measured time, and come back in order."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

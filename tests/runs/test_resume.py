@@ -1,7 +1,5 @@
 """Runs that resume after any interruption, and refuse results of another input, configuration or version."""
 
-from __future__ import annotations
-
 import json
 import os
 

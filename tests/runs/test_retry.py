@@ -1,7 +1,5 @@
 """Failed frames are tried again when their files have changed, or on demand; the results are those of a run in one go."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from dataclasses import replace

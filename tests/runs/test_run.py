@@ -1,7 +1,5 @@
 """A run: the files it writes, one frame that fails, and a run of which every frame fails."""
 
-from __future__ import annotations
-
 import json
 import os
 import tracemalloc

@@ -1,7 +1,5 @@
 """Two runs never write into one folder at once; the lock of a killed one is taken over."""
 
-from __future__ import annotations
-
 import json
 import os
 import socket

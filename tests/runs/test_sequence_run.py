@@ -1,7 +1,5 @@
 """`doo3d detect --sequence`: a rope that moves, half hidden in some frames, with a frame that lost its depth."""
 
-from __future__ import annotations
-
 import json
 
 import mujoco

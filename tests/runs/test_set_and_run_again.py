@@ -1,7 +1,5 @@
 """Settings that change between two runs into one folder: what doo3d made is replaced, nothing else is."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

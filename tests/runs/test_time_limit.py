@@ -1,7 +1,5 @@
 """A frame that takes too long fails; a worker that hangs or is stopped is replaced."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """A manifest that a power failure left empty, cut off or full of zero bytes."""
 
-from __future__ import annotations
-
 import json
 import os
 

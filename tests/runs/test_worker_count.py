@@ -1,7 +1,5 @@
 """The number of worker processes: as given, or as many as processors, memory and frames allow."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

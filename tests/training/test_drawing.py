@@ -1,7 +1,5 @@
 """Images drawn to train on: repeatable, varied, and true."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Training learns, resumes where it was, and exports what OpenCV runs to the same numbers."""
 
-from __future__ import annotations
-
 import sys
 
 import cv2

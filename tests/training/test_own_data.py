@@ -1,7 +1,5 @@
 """Images of the user become images to train on."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tuning: the proposed ranges segment the object with high recall and precision, and detection with them finds the chain."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The contact sheet."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from doo3d.types import Camera, Cloud, Frame, Image

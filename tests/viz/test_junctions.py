@@ -1,7 +1,5 @@
 """Junctions and objects in pictures, figures, notebooks, tables, the report and the lines of a run."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The picture: what is drawn where, by its pixels."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

@@ -1,7 +1,5 @@
 """The report of a run in which something went wrong: notes to check, failed frames, a slow first frame."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """The report: a self-contained page, safe against any names and errors; opened in Chromium if there is one."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

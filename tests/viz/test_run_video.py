@@ -1,7 +1,5 @@
 """The video, read back."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

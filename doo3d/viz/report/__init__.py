@@ -1,7 +1,5 @@
 """The report: a run as one self-contained HTML page."""
 
-from __future__ import annotations
-
 from .page import report_page
 
 __all__ = ["report_page"]

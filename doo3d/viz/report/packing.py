@@ -1,7 +1,5 @@
 """Encode the chains, the cloud and the picture of a frame as short texts, for the page of the report."""
 
-from __future__ import annotations
-
 import base64
 from typing import Any
 

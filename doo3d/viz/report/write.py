@@ -1,7 +1,5 @@
 """`doo3d.report`: a run as one HTML page, written to a file, as the command `doo3d report` does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
