@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from ..types import Chain, Detection, Floats
+from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
 from .gravity import gravity_of
 from .link_frames import link_frames, relative_rotations
@@ -91,13 +91,13 @@ class Mjcf(BodyExport):
         yield "</worldbody>"
         yield "<contact>"
         for bodies in chains:
-            yield from self._contact_exclusions(bodies.name, bodies.chain)
+            yield from self._contact_exclusions(bodies)
         yield from self._junction_exclusions(chains, tree)
         yield "</contact>"
         yield "<equality>"
         for number, bodies in enumerate(chains):
             is_held = self.fixed == "both" and (not _is_branched(number, tree) or number in tree.trunk_tips)
-            yield from self._constraints(bodies.name, bodies.chain, _is_branched(number, tree), is_held)
+            yield from self._constraints(bodies, _is_branched(number, tree), is_held)
         yield from self._ties(chains, tree)
         yield "</equality>"
         yield "</mujoco>"
@@ -159,17 +159,17 @@ class Mjcf(BodyExport):
             if k == 0 and base is not None:
                 at = base[1].T @ (joints[0] - base[0])
                 quaternion = np.roll(relative_rotations((base[1].T @ frames[0])[None]).as_quat()[0], 1)
-                yield tag("body", False, name=_body(name, segment), pos=at, quat=quaternion)
+                yield tag("body", False, name=chains[number].body(segment), pos=at, quat=quaternion)
                 yield tag("joint", name=f"{name}_joint{segment}", type="ball", **joint)
             elif k % MAX_NESTED_BODIES == 0:
                 yield "</body>" * depth
                 depth = 0
                 quaternion = np.roll(relative_rotations(frames[k : k + 1]).as_quat()[0], 1)
-                yield tag("body", False, name=_body(name, segment), pos=joints[k], quat=quaternion)
+                yield tag("body", False, name=chains[number].body(segment), pos=joints[k], quat=quaternion)
                 if k or self.fixed == "none" or tree.parents[number] is not None:
                     yield tag("freejoint", name=f"{name}_free{k}")
             else:
-                yield tag("body", False, name=_body(name, segment), pos=(0, 0, length), quat=relative[k])
+                yield tag("body", False, name=chains[number].body(segment), pos=(0, 0, length), quat=relative[k])
                 yield tag("joint", name=f"{name}_joint{segment + is_reversed}", type="ball", **joint)
             rgba = np.round((*np.array(colors(label)[int(chain.occluded[segment])]) / 255, 1), 3)
             yield tag("geom", **{"class": "chain"}, name=f"{name}_capsule{segment}", **shape, rgba=rgba)
@@ -188,32 +188,33 @@ class Mjcf(BodyExport):
             names = [chains[body.chain].body(body.segment) for body in (first, second)]
             yield tag("exclude", body1=names[0], body2=names[1])
 
-    def _contact_exclusions(self, name: str, chain: Chain) -> Iterator[str]:
-        count = len(chain.occluded)
+    def _contact_exclusions(self, bodies: ChainBodies) -> Iterator[str]:
+        chain, count = bodies.chain, len(bodies.chain.occluded)
         reach = 1 + math.ceil(CONTACT_FREE_RADII * self.radius_of(chain) / chain.segment_length)
         for k in range(count):
             for step in range(1, reach + 1):
                 if k + step < count:
-                    yield tag("exclude", body1=_body(name, k), body2=_body(name, k + step))
+                    yield tag("exclude", body1=bodies.body(k), body2=bodies.body(k + step))
                 elif chain.closed and step < count - reach:  # across the seam of a ring
-                    yield tag("exclude", body1=_body(name, k), body2=_body(name, (k + step) % count))
+                    yield tag("exclude", body1=bodies.body(k), body2=bodies.body((k + step) % count))
 
-    def _constraints(self, name: str, chain: Chain, is_branched: bool, is_held: bool) -> Iterator[str]:
+    def _constraints(self, bodies: ChainBodies, is_branched: bool, is_held: bool) -> Iterator[str]:
+        name, chain = bodies.name, bodies.chain
         last, base, tip = len(chain.occluded) - 1, (0, 0, 0), (0, 0, chain.segment_length)
         stiff = self._stiff()
         is_reversed = self.fixed == "last" and not is_branched
         for k in range(MAX_NESTED_BODIES, last + 1, MAX_NESTED_BODIES):
             above, below = (last + 1 - k, last - k) if is_reversed else (k - 1, k)
-            yield tag("connect", name=f"{name}_tie{k}", body1=_body(name, above), body2=_body(name, below), anchor=tip, **stiff)
+            yield tag("connect", name=f"{name}_tie{k}", body1=bodies.body(above), body2=bodies.body(below), anchor=tip, **stiff)
         if chain.closed:
             ends = (0, last) if is_reversed else (last, 0)
             yield tag(
-                "connect", name=f"{name}_closed", body1=_body(name, ends[0]), body2=_body(name, ends[1]), anchor=tip, **stiff
+                "connect", name=f"{name}_closed", body1=bodies.body(ends[0]), body2=bodies.body(ends[1]), anchor=tip, **stiff
             )
         elif is_held:  # for a ring, the first segment is enough
             # two points instead of a weld, which is unstable at the end of a light chain
-            yield tag("connect", name=f"{name}_hold{last}", body1=_body(name, last), anchor=base, **stiff)
-            yield tag("connect", name=f"{name}_hold{last + 1}", body1=_body(name, last), anchor=tip, **stiff)
+            yield tag("connect", name=f"{name}_hold{last}", body1=bodies.body(last), anchor=base, **stiff)
+            yield tag("connect", name=f"{name}_hold{last + 1}", body1=bodies.body(last), anchor=tip, **stiff)
 
 
 def _roots(chains: Sequence[ChainBodies], tree: Grown) -> set[int]:
@@ -236,7 +237,3 @@ def _roots(chains: Sequence[ChainBodies], tree: Grown) -> set[int]:
 def _is_branched(number: int, tree: Grown) -> bool:
     """Tell whether a chain is part of a branched object."""
     return tree.parents[number] is not None or bool(tree.children(number))
-
-
-def _body(name: str, segment: int) -> str:
-    return f"{name}_segment{segment}"

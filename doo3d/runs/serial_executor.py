@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from concurrent import futures
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from ..inputs import FrameData, FrameRef
@@ -40,52 +41,31 @@ class _ReadAhead:
 
 
 @dataclass(frozen=True)
-class _DeferredJob:
-    """A job that is done when its result is asked for."""
+class _Job:
+    """A job whose values come from functions without arguments: those that do it now, or those that wait for a thread.
 
-    cache: FrameCache
-    function: Callable[..., Any]
-    calls: Sequence[Call]
+    begun : what the thread does, if it has begun the job. give_up : called if a value takes too long.
+    """
+
+    values: Sequence[Callable[[], Any]]
     limit: Callable[[], AbstractContextManager[None]]
+    begun: Sequence[futures.Future[Any]] = ()
+    give_up: Callable[[], None] = lambda: None
 
     def done(self) -> bool:
-        """Return False: there is always work to do before the result is there."""
-        return False
+        """Return whether a thread has done the job; one that is done here is never done before its result is asked for."""
+        return bool(self.begun) and all(value.done() for value in self.begun)
 
     def result(self) -> list[Any]:
-        """Do the job now and return the values of its function; each call does the job again."""
-        return [self._value(call) for call in self.calls]
-
-    def _value(self, call: Call) -> Any:
-        try:
-            with self.limit():
-                return self.function(self.cache, *call)
-        except TimeLimitReached as error:
-            return WorkerTooSlow(str(error))
-
-
-@dataclass(frozen=True)
-class _BegunJob:
-    """A job that a thread has begun."""
-
-    values: Sequence[futures.Future[Any]]
-    helper: HelperThread
-    limit: Callable[[], AbstractContextManager[None]]
-
-    def done(self) -> bool:
-        """Return whether all calls are done."""
-        return all(value.done() for value in self.values)
-
-    def result(self) -> list[Any]:
-        """Wait for the values of the job's function and return them."""
+        """Return the values of the job's function."""
         return [self._value(value) for value in self.values]
 
-    def _value(self, value: futures.Future[Any]) -> Any:
+    def _value(self, value: Callable[[], Any]) -> Any:
         try:
-            with self.limit() if not value.done() else nullcontext():
-                return value.result()
+            with self.limit():
+                return value()
         except TimeLimitReached as error:
-            self.helper.replace()
+            self.give_up()
             return WorkerTooSlow(str(error))
 
 
@@ -127,9 +107,9 @@ class SerialExecutor:
         """
         if affinity is not None:
             begun = [self._drawer.submit(function, self.cache, *call) for call in calls]
-            return _BegunJob(begun, self._drawer, self._limit)
+            return _Job([each.result for each in begun], self._limit, begun, self._drawer.replace)
         ahead = [tuple(self._read_ahead(each) if isinstance(each, FrameRef) else each for each in call) for call in calls]
-        return _DeferredJob(self.cache, function, ahead, self._limit)
+        return _Job([partial(function, self.cache, *call) for call in ahead], self._limit)
 
     def close(self) -> None:
         """End the threads; what they have not begun is dropped."""

@@ -1,6 +1,7 @@
 """Fixtures of the tests of runs."""
 
 import shutil
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -15,11 +16,29 @@ from doo3d.runs.process_frames import JobSize
 from doo3d.types import Chain, Detection
 
 
+class FakeDetection(dict):
+    """The function "do" that stands in for the method."""
+
+    @contextmanager
+    def failing(self, error, frame=None):
+        """Let the detection of a frame, or of all, raise an error."""
+        inner = self["do"]
+
+        def do(data, config, mask):
+            if frame in (None, data.name):
+                raise error
+            return inner(data, config, mask)
+
+        self["do"] = do
+        yield
+        self["do"] = inner
+
+
 @pytest.fixture
 def fake_detection(monkeypatch):
     """A detection without the method, for tests of the run alone; it is made by the function `fake_detection["do"]`."""
     chain = Chain(np.array([[-0.02, 0, 0.5], [-0.01, 0, 0.5], [0, 0, 0.5]]), 0.01, 0.005, occluded=np.array([True, False]))
-    fake = {"do": lambda data, config, mask: Detection((chain,), frame="other", notes=("a note",))}
+    fake = FakeDetection(do=lambda data, config, mask: Detection((chain,), frame="other", notes=("a note",)))
     monkeypatch.setattr(methods, "detect", lambda data, config, mask=None, pose=None: fake["do"](data, config, mask))
     return fake
 

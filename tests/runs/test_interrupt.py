@@ -12,17 +12,11 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
 
 
 def test_the_line_names_what_is_finished_and_the_command(doo3d, capture, fake_detection):
-    def interrupts(data, config, mask):
-        if data.name == "000002":
-            raise KeyboardInterrupt
-        return inner(data, config, mask)
-
-    inner, fake_detection["do"] = fake_detection["do"], interrupts
     folder = capture("my capture", frames=4)
-    code, _, err = doo3d("detect", folder, "--restart")
+    with fake_detection.failing(KeyboardInterrupt, "000002"):
+        code, _, err = doo3d("detect", folder, "--restart")
     assert code == 130
     assert err == f"doo3d: interrupted: 2 of 4 frames are finished; to go on: doo3d detect '{folder}'\n"
-    fake_detection["do"] = inner
     code, _, err = doo3d(*shlex.split(err.split("to go on: doo3d ")[1]))
     assert code == 0
     assert "2 frames are finished already" in err

@@ -121,17 +121,10 @@ def test_pictures_that_are_there_stay(mixed, tmp_path):
 
 
 def test_a_run_resumes_with_another_choice(mixed, tmp_path, fake_detection):
-    def ends(data, config, mask):
-        if data.name == "000003":
-            raise KeyboardInterrupt
-        return inner(data, config, mask)
-
     out = tmp_path / "out"
     made(mixed, tmp_path / "whole", "all")
-    inner, fake_detection["do"] = fake_detection["do"], ends
-    with pytest.raises(KeyboardInterrupt):
+    with fake_detection.failing(KeyboardInterrupt, "000003"), pytest.raises(KeyboardInterrupt):
         made(mixed, out, "none")
-    fake_detection["do"] = inner
     done, _, pictures = made(mixed, out, "all")
     assert done == ["000003", "000004", "000005"]
     assert len(pictures) == 6

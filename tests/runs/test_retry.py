@@ -72,16 +72,9 @@ def test_other_changes_of_the_input_are_refused_as_before(capture, tmp_path, fak
 
 
 def test_retry_failed_tries_all_failures_again(doo3d, capture, tmp_path, monkeypatch, fake_detection):
-    folder, inner = capture(frames=3), fake_detection["do"]
-
-    def fails_once(data, config, mask):
-        if data.name == "000001":
-            raise MemoryError
-        return inner(data, config, mask)
-
-    fake_detection["do"] = fails_once
-    assert doo3d("detect", folder)[0] == 1
-    fake_detection["do"] = inner
+    folder = capture(frames=3)
+    with fake_detection.failing(MemoryError, "000001"):
+        assert doo3d("detect", folder)[0] == 1
     code, out, err = doo3d("detect", folder)
     assert (code, out) == (1, "2 of 3 frames, 2 chains -> out\n")
     code, out, err = doo3d("detect", folder, "--retry-failed")

@@ -91,16 +91,9 @@ def test_one_bad_frame_does_not_stop_the_others(capture, tmp_path):
 
 
 def test_what_nobody_foresaw_is_recorded_with_its_type_and_place(capture, tmp_path, fake_detection):
-    inner = fake_detection["do"]
-
-    def fails_once(data, config, mask):
-        if data.name == "000001":
-            raise ZeroDivisionError("by zero")
-        return inner(data, config, mask)
-
-    fake_detection["do"] = fails_once
     out = tmp_path / "out"
-    summary = batch.run(open_capture(capture(frames=3)), out, Config())
+    with fake_detection.failing(ZeroDivisionError("by zero"), "000001"):
+        summary = batch.run(open_capture(capture(frames=3)), out, Config())
     assert summary.failed == 1
     assert "ZeroDivisionError at " in read_manifest(out)["frames"][1]["error"]
     assert "by zero" in read_manifest(out)["frames"][1]["error"]

@@ -58,16 +58,8 @@ def test_an_interrupted_move_aside_is_completed(doo3d, capture, tmp_path, monkey
 def test_an_interrupted_replacement_goes_on(doo3d, capture, fake_detection, tmp_path):
     folder = capture(frames=3)
     doo3d("detect", folder)
-    inner = fake_detection["do"]
-
-    def interrupts(data, config, mask):
-        if data.name == "000001":
-            raise KeyboardInterrupt
-        return inner(data, config, mask)
-
-    fake_detection["do"] = interrupts
-    assert doo3d("detect", folder, "--set", "seed=3")[0] == 130
-    fake_detection["do"] = inner
+    with fake_detection.failing(KeyboardInterrupt, "000001"):
+        assert doo3d("detect", folder, "--set", "seed=3")[0] == 130
     code, _, err = doo3d("detect", folder, "--set", "seed=3")
     assert (code, err) == (0, "1 frame is finished already, resuming after them\n")
     doo3d("detect", folder, "--set", "seed=3", "-o", "fresh")
@@ -79,12 +71,8 @@ def test_old_results_stay_if_the_new_settings_fail_everywhere(doo3d, capture, fa
     folder = capture(frames=2)
     doo3d("detect", folder)
     before = files_of(tmp_path / "out")
-
-    def fails(data, config, mask):
-        raise ValueError("no")
-
-    fake_detection["do"] = fails
-    assert doo3d("detect", folder, "--set", "seed=3")[0] == 2
+    with fake_detection.failing(ValueError("no")):
+        assert doo3d("detect", folder, "--set", "seed=3")[0] == 2
     assert files_of(tmp_path / "out") == before
 
 
