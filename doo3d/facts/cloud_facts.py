@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..geometry.cells import box_shape, cell_coords, cell_keys, components, neighbors_of
-from ..kernels import neighborhood_sums
+from ..geometry.cells import box_shape, cell_coords, cell_keys, neighbors_of
+from ..kernels import connected_parts, neighborhood_sums
 from ..types import Floats, Foreground, Ints
 from .frame_facts import facts_of
 
@@ -58,7 +58,7 @@ class CloudFacts:
         if not shape:
             return np.zeros(0, dtype=np.int64)
         keys, cell = np.unique(cell_keys(self.sample, origin, edge, shape), return_inverse=True)
-        part = components(neighbors_of(cell_coords(keys, shape)))[cell]
+        part = connected_parts(neighbors_of(cell_coords(keys, shape)))[cell]
         size = np.bincount(part)
         large = np.flatnonzero(size >= MIN_STRAND_FRACTION * len(part))
         if len(large) < 2 or size[large].sum() < MIN_LARGE_FRACTION * len(part):

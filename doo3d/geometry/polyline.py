@@ -44,7 +44,8 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     points : (P, D). closed : True adds the distance from the last point to the first. Returns (P - 1,), or (P,) if closed.
     """
     points = np.asarray(points, dtype=float)
-    return np.asarray(np.linalg.norm(np.diff(points, axis=0, append=points[: int(closed)]), axis=1))
+    step = (np.concatenate((points[1:], points[:1])) if closed else points[1:]) - (points if closed else points[:-1])
+    return np.asarray(np.sqrt(np.einsum("nd,nd->n", step, step)))
 
 
 def arc_length(points: Floats) -> Floats:

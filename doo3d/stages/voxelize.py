@@ -12,9 +12,10 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..geometry.cells import box_shape, cell_coords, cell_keys, close_cells, components, neighbors_of
+from ..geometry.cells import box_shape, cell_coords, cell_keys, close_cells, neighbors_of
 from ..geometry.limits import KEY_LIMIT, MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
+from ..kernels import connected_parts
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
 
 SIZE_OVER_RADIUS = 0.5
@@ -232,7 +233,7 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
     if not shape:
         raise _too_large(total, KEY_LIMIT, size)
     of_point = cell_keys(points, origin, size, shape)
-    occupied, cell = np.unique(of_point, return_inverse=True)
+    occupied = np.unique(of_point)
     if len(occupied) > MAX_CELLS:
         raise _too_large(len(occupied), MAX_CELLS, size)
     keys = close_cells(occupied, shape, CLOSING_ITERATIONS)
@@ -243,8 +244,8 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
     if len(keys) > MAX_CELLS:
         raise _too_large(len(keys), MAX_CELLS, size)
     coords, table = cell_coords(keys, shape), neighbors_of(cell_coords(keys, shape))
-    centroids, counts = _means_in_voxels(points, np.searchsorted(keys, occupied)[cell], table, origin + (coords + 0.5) * size)
-    label = components(table)
+    centroids, counts = _means_in_voxels(points, np.searchsorted(keys, of_point), table, origin + (coords + 0.5) * size)
+    label = connected_parts(table)
     kept = np.bincount(label)[label] >= min_voxels
     row = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1).astype(np.int32)  # the last entry is that of no neighbor
     return VoxelGrid(coords[kept], centroids[kept], counts[kept], size, origin, radius, row[table[kept]])

@@ -93,7 +93,13 @@ class Camera:
         """
         pixels = arguments.numbers(pixels, "pixels", (None, 2), "points-shape")
         z = arguments.numbers(depth, "depth", (len(pixels),), "depth-shape")
-        return np.column_stack(((pixels - (self.cx, self.cy)) * z[:, None] / (self.fx, self.fy), z))
+        points = np.empty((len(z), 3))
+        points[:, 0], points[:, 1], points[:, 2] = (
+            (pixels[:, 0] - self.cx) * z / self.fx,
+            (pixels[:, 1] - self.cy) * z / self.fy,
+            z,
+        )
+        return points
 
 
 @dataclass(frozen=True, repr=False)

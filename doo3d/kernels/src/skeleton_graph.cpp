@@ -122,6 +122,14 @@ TracedBranches traced_branches(const NeighborTable& table) { return Tracing(tabl
 
 namespace {
 
+auto connected_parts(Matrix<std::int32_t> table) {
+    ReleasedGil released;
+    const NeighborTable neighbors(table);
+    std::vector<Index> label = label_components(neighbors, std::vector<std::uint8_t>(neighbors.size(), 1));
+    released.end();
+    return to_numpy(std::move(label));
+}
+
 auto trace_branches(Matrix<std::int32_t> table) {
     ReleasedGil released;
     const NeighborTable neighbors(table);
@@ -334,6 +342,10 @@ void prune_spurs(nb::ndarray<std::uint8_t, nb::ndim<2>, nb::c_contig, nb::device
 }  // namespace
 
 void bind_skeleton_graph(Module& m) {
+    // Return the number of the connected part of each voxel, (M,) int64, from 0 on in the order of their first voxels.
+    //
+    // table : (M, 26) int32 as `neighbor_table` returns it.
+    m.def("connected_parts", &connected_parts, "table"_a.noconvert());
     // Trace the branches of a skeleton between its junctions.
     //
     // A voxel with more than two neighbors is a junction voxel; junction voxels that touch are one junction. Every other voxel

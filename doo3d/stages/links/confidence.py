@@ -43,7 +43,7 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
     if not links:
         return []
     exchanges = Exchanges(links, cost, float(max_cost))
-    return [min(max(exchanges.rise_without(pair, allow_rings) / max_cost, 0.0), 1.0) for pair in exchanges.pairs]
+    return [min(max(rise / max_cost, 0.0), 1.0) for rise in exchanges.rises_without(allow_rings)]
 
 
 class Exchanges:
@@ -80,21 +80,14 @@ class Exchanges:
         self.loss = np.where(self.partner < 0, free / 2, self.total[np.arange(count + 1), self.partner])
         self.host[-1], self.alone[-1], self.loss[-1] = -1, 0.0, 0.0
 
-    def _others(self, end: int, pair: Rows) -> Ints:
-        """Return what one end of a pair may be connected to instead, the cheapest first, and no end."""
-        others = np.flatnonzero(np.isfinite(self.total[end, :-1]))
-        others = others[~np.isin(others, pair)]
-        order = np.argsort((self.total[end] - self.loss + self.alone[self.partner])[others], kind="stable")
-        return np.append(others[order[:MAX_ALTERNATIVES]], -1)
-
-    def rise_without(self, pair: Rows, allow_rings: bool) -> float:
-        """Return the least rise of the total cost without a connection, of its ends a and b.
+    def rises_without(self, allow_rings: bool) -> list[float]:
+        """Return the least rise of the total cost without each connection, of its ends a and b.
 
         Then a is connected to c and b to d, or to nothing. Their partners e and f are connected to each other, to the free ends g
-        and h, or to nothing.
+        and h, or to nothing. All exchanges of all connections are weighed at once: (L, A + 1, A + 1) for A alternatives each.
         """
-        a, b = pair
-        c, d = np.meshgrid(self._others(a, pair), self._others(b, pair), indexing="ij")
+        a, b = np.array(self.pairs).T[:, :, None, None]
+        c, d = self._others(a), self._others(b).swapaxes(1, 2)
         e, f = self.partner[c], self.partner[d]
         g, h = np.where(self.host[e] == d, -1, self.host[e]), np.where(self.host[f] == c, -1, self.host[f])
         h = np.where(h == g, -1, h)
@@ -102,15 +95,32 @@ class Exchanges:
         meet = (e >= 0) & (f >= 0) & ~swap & (self.total[e, f] < self.free)
         apart = sum(np.where(other < 0, self.free / 2 * (end >= 0), self.alone[end]) for end, other in ((e, g), (f, h)))
         rise = self.total[a, c] + self.total[b, d] - self.total[a, b] - self.loss[c] - self.loss[d]
-        rise += np.where(meet, self.total[e, f], apart)
-        rise[(c == d) & (c >= 0)] = np.inf
-        rise[swap] = (self.total[a, c] + self.total[b, d] - self.total[a, b] - self.loss[c])[swap]
+        rise = rise + np.where(meet, self.total[e, f], apart)
+        rise = np.where((c == d) & (c >= 0), np.inf, rise)
+        rise = np.where(swap, self.total[a, c] + self.total[b, d] - self.total[a, b] - self.loss[c], rise)
+        every = [each.reshape(len(rise), -1) for each in np.broadcast_arrays(c, d, e, f, g, h, swap, meet)]
 
-        def pairs_after(k: int) -> list[Rows]:
-            to_c, to_d, of_c, of_d, host_e, host_f = (int(each.flat[k]) for each in (c, d, e, f, g, h))
-            left = [] if swap.flat[k] else [(of_c, of_d)] if meet.flat[k] else [(of_c, host_e), (of_d, host_f)]
-            made = [made for made in [(a, to_c), (b, to_d), *left] if min(made) >= 0]
-            return [other for other in self.pairs if {a, b, to_c, to_d}.isdisjoint(other)] + made
+        def pairs_after(link: int, k: int) -> list[Rows]:
+            to_c, to_d, of_c, of_d, host_e, host_f, swaps, meets = (int(each[link, k]) for each in every)
+            left = [] if swaps else [(of_c, of_d)] if meets else [(of_c, host_e), (of_d, host_f)]
+            made = [made for made in [(self.pairs[link][0], to_c), (self.pairs[link][1], to_d), *left] if min(made) >= 0]
+            return [other for other in self.pairs if {*self.pairs[link], to_c, to_d}.isdisjoint(other)] + made
 
-        order = np.argsort(rise, axis=None, kind="stable").tolist()
-        return next(float(rise.flat[k]) for k in order if allow_rings or not find_rings(pairs_after(k)))
+        least = []
+        for link, own in enumerate(rise.reshape(len(rise), -1)):
+            order = np.argsort(own, kind="stable").tolist()
+            least.append(next(float(own[k]) for k in order if allow_rings or not find_rings(pairs_after(link, k))))
+        return least
+
+    def _others(self, ends: Ints) -> Ints:
+        """Return what each of L connected ends (L, 1, 1) may be connected to instead, the cheapest first, and no end: (L, A, 1).
+
+        Less is padded by no end, -1.
+        """
+        rows = ends.ravel()
+        total = self.total[rows, :-1].copy()
+        total[np.arange(len(rows)), rows] = total[np.arange(len(rows)), self.partner[rows]] = np.inf
+        promise = np.where(np.isfinite(total), total - self.loss[:-1] + self.alone[self.partner[:-1]], np.inf)
+        order = np.argsort(promise, axis=1, kind="stable")[:, :MAX_ALTERNATIVES]
+        others = np.where(np.isfinite(np.take_along_axis(total, order, axis=1)), order, -1)
+        return np.pad(others, ((0, 0), (0, 1)), constant_values=-1)[:, :, None]

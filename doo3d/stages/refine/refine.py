@@ -194,8 +194,9 @@ def _seen_along(joints: Curves, samples: Samples, context: FrameContext, config:
         occluded = samples.filled[at_middle]
     if config.occluded != "from_gaps" and occluded.any():
         reach = OWN_RADII * samples.radius[at_middle[occluded]] + context.voxel
-        surface = thinned(context.grid.centroids)
-        unseen = ~(nearest(middle[occluded], surface, float(reach.max()))[0] <= reach)
+        surface, at = thinned(context.grid.centroids), middle[occluded]
+        in_box = (surface >= at.min(axis=0) - reach.max()) & (surface <= at.max(axis=0) + reach.max())
+        unseen = ~(nearest(at, surface[in_box.all(axis=1)], float(reach.max()))[0] <= reach)
         if context.visibility is not None:
             unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
         occluded[occluded] = unseen

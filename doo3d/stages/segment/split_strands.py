@@ -23,6 +23,7 @@ from ...evidence.strand_hues import StrandHues
 from ...facts.frame_facts import FrameFacts
 from ...geometry.mask import bounding_box, dilate
 from ...types import Array, Bools
+from .mask_parts import Parts
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
 from .wide_stretches import WIDE_LENGTH_RADII, Bundles, find_bundles, strand_radius
@@ -138,8 +139,8 @@ def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask |
     labels = colors.label(
         np.ascontiguousarray(color[box]), mask[box], (rows - box[0].start, columns - box[1].start), radius, least
     )
-    cut = _long_parts((labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels), least)
-    if not cut.any():
+    cut = (labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels)
+    if not (cut := _long_parts(cut, least)).any():
         return None
     result, beside = mask.copy(), np.zeros_like(mask)
     result[box] &= ~cut
@@ -151,10 +152,13 @@ def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask |
 
 def _long_parts(mask: Bools, length: float) -> Bools:
     """Return the 8-connected parts of a mask (h, w) bool whose boxes have a diagonal of at least `length` px."""
-    _, number, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= length
-    long[0] = False
-    return np.asarray(long[number])
+    parts = Parts.of(mask, np.zeros(0, dtype=int))
+    long = np.zeros_like(mask)
+    if len(parts.pixels):
+        places = np.column_stack(np.divmod(parts.pixels, mask.shape[1]))
+        extent = 1 + np.maximum.reduceat(places, parts.starts[:-1]) - np.minimum.reduceat(places, parts.starts[:-1])
+        long.ravel()[parts.pixels_of(np.flatnonzero(np.hypot(*extent.T) >= length))] = True
+    return long
 
 
 def _without_corners(lines: Bools) -> Bools:
