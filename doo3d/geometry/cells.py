@@ -35,7 +35,7 @@ def box_shape(points: Floats, origin: Floats, size: float, margin: int) -> tuple
     shape : D numbers; empty if the box has more cells than KEY_LIMIT.
     total : number of cells of the box.
     """
-    sides = (np.floor((points.max(axis=0) - origin) / size) + (margin + 1)).tolist()
+    sides = (np.floor((extent(points)[1] - origin) / size) + (margin + 1)).tolist()
     total = math.prod(sides)
     return (tuple(int(side) for side in sides) if total <= KEY_LIMIT else ()), total
 
@@ -64,14 +64,20 @@ def close_cells(keys: Ints, shape: Shape, iterations: int) -> Ints:
     closed = keys
     strides = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))] * iterations
     for stride in strides:
-        closed = merged(closed - stride, closed, closed + stride)
+        closed = distinct(closed - stride, closed, closed + stride)
     for stride in strides:
         shifted = np.sort(np.concatenate((closed - stride, closed, closed + stride)), kind="stable")
         closed = shifted[2:][shifted[2:] == shifted[:-2]]
-    return merged(closed, keys)
+    return distinct(closed, keys)
 
 
-def merged(*keys: Ints) -> Ints:
-    """Return the keys in any of some ascending arrays, ascending and each once: a stable sort merges runs in linear time."""
-    together = np.sort(np.concatenate(keys), kind="stable")
+def distinct(*keys: Ints) -> Ints:
+    """Return the keys in any of some arrays, ascending and each once."""
+    together = np.sort(np.concatenate(keys), kind="stable")  # which merges ascending runs in linear time
     return np.asarray(together[np.append(np.ones(min(len(together), 1), dtype=bool), together[1:] != together[:-1])])
+
+
+def extent(points: Floats) -> tuple[Floats, Floats]:
+    """Return the least and the largest coordinates of N >= 1 points, (D,) each."""
+    low, high = (np.array([of_all(axis) for axis in points.T]) for of_all in (np.min, np.max))
+    return low, high

@@ -12,7 +12,7 @@ from ..config import VoxelizeConfig
 from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..geometry.cells import box_shape, cell_coords, cell_keys, close_cells, neighbors_of
+from ..geometry.cells import box_shape, cell_coords, cell_keys, close_cells, distinct, extent, neighbors_of
 from ..geometry.limits import KEY_LIMIT, MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
 from ..kernels import connected_parts
@@ -228,12 +228,12 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
 def _closed_grid(points: Floats, size: float, radius: float, foreground: Foreground, min_voxels: int) -> VoxelGrid:
     """Return the voxels that points (N, D) occupy, and those that closing adds, without components of less than `min_voxels`."""
     margin = CLOSING_ITERATIONS + 1
-    origin = (np.floor(points.min(axis=0) / size) - margin) * size
+    origin = (np.floor(extent(points)[0] / size) - margin) * size
     shape, total = box_shape(points, origin, size, margin)
     if not shape:
         raise _too_large(total, KEY_LIMIT, size)
     of_point = cell_keys(points, origin, size, shape)
-    occupied = np.unique(of_point)
+    occupied = distinct(of_point)
     if len(occupied) > MAX_CELLS:
         raise _too_large(len(occupied), MAX_CELLS, size)
     keys = close_cells(occupied, shape, CLOSING_ITERATIONS)
