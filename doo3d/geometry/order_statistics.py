@@ -17,5 +17,7 @@ def finite_median(values: Floats) -> float:
 
 def finite_percentiles(values: Floats, percents: Floats) -> Floats:
     """Return percentiles (Q,) of values (N,), 0 to 100; NaN if none is finite."""
-    known = values[np.isfinite(values)]
-    return np.percentile(known, percents) if len(known) else np.full(len(percents), np.nan)
+    known = np.sort(values[np.isfinite(values)])
+    if not len(known):
+        return np.full(len(percents), np.nan)
+    return np.interp(np.asarray(percents) / 100 * (len(known) - 1), np.arange(len(known)), known)
