@@ -46,10 +46,6 @@ CALLS = {
         POINTS, np.array([0, 6]), np.ones(1), np.ones((3, 3), np.float32), np.ones((3, 3), bool), np.ones(4), np.ones(4),
         np.ones(2), np.ones(2),
     ),
-    "joint_deviations": (
-        POINTS, np.array([0, 6]), np.ones(1), np.ones(6), np.zeros(5, bool), np.ones(5), np.ones(5), np.ones(5),
-        np.ones((8, 2)),
-    ),
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
@@ -139,7 +135,6 @@ KEYWORDS = {
         "gap_weight": 0.3, "radius_tolerance": 0.3, "noise_radii": 0.15, "deviations": 3.0,
     },
     "depth_support": {"surface_radii": 0.85, "lying_radii": 1.5, "deviations": 3.0},
-    "joint_deviations": {"pitch": 1e-4, "pitch_per_m": 1e-3, "noise": 2e-3, "max_residual": 3.0},
     "strand_places": {"steps": 3, "length_error": 0.02, "shift_tolerances": 2.5, "max_tip_cost": 25.0},
     "smooth_strand_depth": {"deviations": 3.0, "noise_radii": 0.15, "max_in_front": 0.1, "max_slope": 8.0},
     "follow_strand": {"step": 0.5, "min_extension": 2.0, "noise": 6.0},

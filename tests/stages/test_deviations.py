@@ -9,6 +9,10 @@ from doo3d.evaluation.rendering.ragged_mask import ragged_mask
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.model import Truth
 from doo3d.evaluation.scenes.registry import make_scene
+from doo3d.geometry.curves import Curves
+from doo3d.geometry.depth_support import DepthSupport
+from doo3d.stages.confidence.deviations import deviations_of
+from doo3d.types import CloudSampling, Foreground
 
 SIZE = (640, 360)
 
@@ -65,3 +69,29 @@ def test_errors_of_joints_leave_out_what_is_along_the_axis():
     np.testing.assert_allclose(errors[:, 1], along, atol=2e-6)
     np.testing.assert_allclose((errors**2).sum(axis=1), 0.001**2 + 0.002**2, rtol=1e-2)
     assert np.isnan(joint_errors(doo3d.Chain(joints + 1.0, 0.01, 0.004), (truth,))).all()
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_terms_of_a_chain_by_hand(closed):
+    """The squared terms are pitch, noise, unsupported, residual, spread, bulge, roughness and hidden."""
+    turn = np.linspace(0, 2 * np.pi, 9)
+    joints = np.column_stack((np.cos(turn), np.sin(turn), np.full(9, 2.0)))
+    joints[8] = joints[0]
+    length = float(np.linalg.norm(joints[1] - joints[0]))
+    radii, occluded = np.append(np.full(8, 0.1), np.nan), np.append(False, np.ones(7, bool))
+    radii[3] = 0.4
+    chain = doo3d.Chain(joints, length, 0.1, radii, occluded, closed=closed)
+    share, residual = np.append(0.5, np.ones(7)), np.append([np.nan, 5.0], np.full(6, 0.2))
+    support = DepthSupport(share, share > 2, residual, np.append([0.5, -4.0], np.full(6, np.nan)))
+    foreground = Foreground(joints, viewpoint=np.zeros(3), sampling=CloudSampling(1e-4))
+    (terms,) = deviations_of(Curves.of([joints]), [chain], support, foreground, np.eye(8))
+    np.testing.assert_allclose(terms[:, 0], 1e-4)
+    assert not terms[:, 1].any()
+    np.testing.assert_allclose(terms[:, 2], 0.1 * np.append([0.5, 0.25], np.zeros(7)), atol=1e-12)
+    np.testing.assert_allclose(terms[:, 3], 0.1 * np.append([3.0, 3.0, 3.0], np.full(6, 0.2)))
+    np.testing.assert_allclose(terms[:, 4], 0.1 * np.sqrt((0.5**2 + 1) / 2))
+    np.testing.assert_allclose(terms[:, 5], [0, 0, 0, 0.3, 0, 0, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(terms[:, 6], 0.3 / 3)
+    np.testing.assert_allclose(
+        terms[:, 7], length * np.array([0, 0, 1, 2, 3, 3, 2, 1, 0] if closed else [0, 0, *range(1, 8)]), atol=1e-12
+    )
