@@ -13,7 +13,6 @@ import numpy as np
 
 from ..config import VisibilityConfig
 from ..facts.frame_facts import FrameFacts, facts_of
-from ..kernels import classify_positions
 from ..types import Array, Bools, Camera, CameraView, Floats, Foreground, Ints
 from .support import Support
 
@@ -51,6 +50,10 @@ class PointVisibility(IntEnum):
     `own_object_counts_as_free` is set."""
     BARE = 6
     """Its pixel shows the bare surface that the object lies on, so that no object is there."""
+
+
+STATES = np.array((PointVisibility.SURFACE, PointVisibility.HIDDEN, PointVisibility.FREE))
+"""The states of a position with a reading; of equal ones the first is the most likely."""
 
 
 class StateLogOdds(NamedTuple):
@@ -178,23 +181,33 @@ class DepthModel:
 
     def is_outside(self, points: Floats) -> Bools:
         """Tell which positions (N, D) are outside the image: (N,) bool."""
-        return np.asarray(self._ask(points, 1.0)[0] == int(PointVisibility.OUTSIDE))
-
-    @cached_property
-    def _view(self) -> tuple[Floats, Array, Bools]:
-        """The intrinsics (4,), depth (H, W) float32 and mask (H, W) as the kernels take them; the first two are empty in 2-D."""
-        mask = np.ascontiguousarray(self.mask)
-        if self.depth is None or self.camera is None:
-            return np.zeros(0), np.zeros((0, 0), dtype=np.float32), mask
-        camera = np.array((self.camera.fx, self.camera.fy, self.camera.cx, self.camera.cy))
-        return camera, np.ascontiguousarray(self.depth, dtype=np.float32), mask
+        return ~self._pixels_of(points)[0]
 
     def _ask(self, points: Floats, noise: float) -> tuple[Ints, Floats, Ints, Ints, Floats]:
         """Return the class of each position without BARE, and its log-odds (N, 3) of seen, hidden and free.
 
         Then the indices (K,) of the positions that may be over bare surface, their pixels (K, 2), and the readings there (K,).
         """
-        return classify_positions(points, *self._view, self.margin, self.own_object_counts_as_free, noise)
+        inside, u, v = self._pixels_of(points)
+        classes, odds = np.full(len(points), int(PointVisibility.OUTSIDE)), np.zeros((len(points), len(STATES)))
+        at, on = np.flatnonzero(inside), self.mask[v, u]
+        if self.depth is None:
+            classes[at] = np.where(on, PointVisibility.SURFACE, PointVisibility.FREE)
+            odds[at] = np.where(on[:, None], (np.inf, -np.inf, -np.inf), (-np.inf, -np.inf, np.inf))
+            return classes, odds, at[:0], np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+        classes[at] = np.where(on, PointVisibility.MASKED, PointVisibility.NO_DEPTH)
+        reading = self.depth[v, u].astype(float)
+        known = reading > 0
+        at, on, reading, pixels = at[known], on[known], reading[known], np.column_stack((u, v))[known]
+        z = points[at, 2]
+        # Differences in inverse depth have exactly the signs of those of depth: the classes do not depend on the noise.
+        scale = noise * reading * z
+        beyond, before = (reading - (z + self.margin)) / scale, ((z - self.margin) - reading) / scale
+        free = beyond if self.own_object_counts_as_free else np.where(on, -np.inf, beyond)
+        odds[at] = np.column_stack((np.where(on, -np.maximum(before, free), -np.inf), np.where(on, before, -beyond), free))
+        classes[at] = STATES[odds[at].argmax(axis=1)]
+        behind = (classes[at] == PointVisibility.HIDDEN) & ~on & (reading >= z - self.margin)
+        return classes, odds, at[behind], pixels[behind], reading[behind]
 
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position, m; 1 px in 2-D."""

@@ -27,9 +27,6 @@ CALLS = {
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
     "carry_hidden": (np.ones((2, 3, 3)), np.array([[True, True, True], [True, False, True]]), 0.01),
-    "classify_positions": (
-        POINTS, np.ones(4), np.ones((3, 3), np.float32), np.ones((3, 3), bool), 0.1, True, 1e-3,
-    ),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         10, 4, np.array([3.5, 7.0, 0.2, 0.3, 0.5]),

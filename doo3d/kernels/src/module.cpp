@@ -8,7 +8,6 @@ void bind_axes_in_mask(Module&);
 void bind_color_bands(Module&);
 void bind_cross_sections(Module&);
 void bind_crossing_strands(Module&);
-void bind_depth_model(Module&);
 void bind_depth_support(Module&);
 void bind_end_tangents(Module&);
 void bind_equal_chords(Module&);
@@ -54,7 +53,6 @@ NB_MODULE(_native, native) {
     bind_color_bands(m);
     bind_cross_sections(m);
     bind_crossing_strands(m);
-    bind_depth_model(m);
     bind_depth_support(m);
     bind_end_tangents(m);
     bind_equal_chords(m);
