@@ -1,6 +1,5 @@
 // FrameFacts and the functions of a mask alone, as Python sees them.
 #include "depth_facts.h"
-#include "lattice_pixels.h"
 
 #include <nanobind/stl/optional.h>
 
@@ -87,17 +86,6 @@ auto skeleton(FrameFacts& facts) {
         }
     }
     return to_pairs(std::move(found));
-}
-
-auto lattice_pixels(const Facts& facts, Index most, double golden) {
-    require(most > 0 && golden > 1, "most is not positive, or golden is not more than 1");
-    LatticePixels found;
-    {
-        nb::gil_scoped_release released;
-        found = lattice_of(facts.runs(), facts.width(), most, golden);
-    }
-    const std::size_t kept = found.pixels.size() / 2;
-    return std::make_tuple(to_numpy(std::move(found.pixels), kept, 2), double(found.count) / double(std::max<std::size_t>(1, kept)));
 }
 
 auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fraction, double margin) {
@@ -217,20 +205,6 @@ void bind_frame_facts(Module& m) {
         .def("medial_axis", [](Facts& facts) { return axis(facts); })
         // Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`.
         .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
-        // Return about `most` pixels of the mask, evenly distributed, as (u, v), sorted by u and then v.
-        //
-        // Parameters
-        // ----------
-        // most
-        //     number of pixels, about; all are returned if there are not more
-        // golden
-        //     the golden section, more than 1: of every `step` pixels of a row one is returned, shifted from row to row by about
-        //     step / golden
-        //
-        // Returns
-        // -------
-        // (K, 2) float64 px, and the number of pixels of the mask that each stands for.
-        .def("lattice_pixels", &lattice_pixels, "most"_a, "golden"_a)
         // Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
         //
         // Parameters

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,7 +26,12 @@ def mask_sample(facts: FrameFacts) -> tuple[Floats, float]:
 
     Returns (K, 2) px, (u, v), sorted by u and then v; all pixels of a mask that has not more.
     """
-    return facts.lattice_pixels(SURFACE_SAMPLES, golden)
+    step = max(1, math.ceil(facts.count / SURFACE_SAMPLES))
+    coprime = (k for k in range(1, step) if math.gcd(k, step) == 1)
+    slope = min(coprime, key=lambda k: abs(k - step / golden), default=0)
+    pixels = facts.pixels
+    kept = pixels[(pixels[:, 0] + slope * pixels[:, 1]) % step == 0]
+    return kept.astype(float), facts.count / max(1, len(kept))
 
 
 def measure_silhouette(

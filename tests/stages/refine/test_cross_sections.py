@@ -10,7 +10,7 @@ from doo3d.facts.frame_facts import FrameFacts
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import densify, perpendicular, unit
 from doo3d.stages.refine.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
-from doo3d.stages.refine.multiview import measure_silhouette
+from doo3d.stages.refine.multiview import mask_sample, measure_silhouette
 
 RADIUS = 0.006
 AXIS = densify(line([-0.1, 0.03, 0.5], [0.12, -0.02, 0.6]), 0.002)
@@ -151,3 +151,17 @@ def test_the_mask_tells_the_middle_and_the_width(aside):
 def test_an_empty_mask_tells_nothing():
     seen = measure_silhouette(AXIS, frames(), PATH, FrameFacts(np.zeros((4, 4), bool)), CAMERA, REACH, 3)
     assert not seen[1].any()
+
+
+def test_a_sample_of_a_mask_is_even_in_rows_columns_and_squares():
+    mask = np.ones((400, 402), bool)
+    mask[:, :2] = False
+    pixels, share = mask_sample(FrameFacts(mask))
+    assert share == 400 * 400 / len(pixels) == 8
+    for size in ((1, 400), (400, 1), (20, 20)):
+        counts = np.unique((pixels - (2, 0)) // size, axis=0, return_counts=True)[1]
+        assert len(counts) == 400
+        assert np.abs(counts - 50).max() <= 2
+    small = FrameFacts(np.ones((90, 90), bool))
+    assert mask_sample(small)[0].tolist() == small.pixels.tolist()
+    assert mask_sample(FrameFacts(np.zeros((4, 9), bool)))[0].shape == (0, 2)
