@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from ..geometry.curve_alignment import AlignmentCosts, Candidates, nearest_samples
+from ..geometry.curve_alignment import JUMP, Candidates, nearest_samples
 from ..types import Array, Floats, Ints
 
 SAMPLE_SPACING_PX = 2.0
@@ -14,8 +14,6 @@ SAMPLE_SPACING_PX = 2.0
 
 CLOSED_OVERLAP_FACTOR = 3.0
 """Times the extension of open lines by which a closed line is followed into its second round."""
-
-COSTS = AlignmentCosts(misfit=1.0)
 
 SLACK_TOLERANCES = 2.0
 """Tolerances by which the lengths along two lines may differ in a step, in addition to the fraction of the step."""
@@ -133,11 +131,11 @@ def align_line(line: Line, others: Sequence[Line], extension: float, min_toleran
     jumps: list[tuple[int, int]] = []
     candidates = _candidates(path, curves, distances, tolerances)
     if len(candidates.point):
-        chosen = candidates.choose(COSTS)
+        chosen = candidates.choose()
         point = candidates.point[chosen]
         distance[point], tolerance[point] = candidates.distance[chosen], candidates.tolerance[chosen]
         curve_index[point], arc[point] = candidates.curve[chosen], candidates.arc[chosen]
-        broken = candidates.step_cost(chosen[:-1], chosen[1:], COSTS) >= COSTS.jump
+        broken = candidates.step_cost(chosen[:-1], chosen[1:]) >= JUMP
         jumps = [(int(point[i]), int(point[i + 1])) for i in np.flatnonzero(broken)]
     count = len(line.points)
     rounds = np.array([other.arcs[-1] if other.closed else np.inf for other in others] + [np.inf])

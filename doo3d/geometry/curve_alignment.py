@@ -15,26 +15,12 @@ from scipy.ndimage import minimum_filter1d
 
 from ..types import Bools, Floats, Ints
 
+JUMP = 20.0
+"""Cost of a jump from one curve to another, and the highest cost of a step along one curve."""
 
-@dataclass(frozen=True)
-class AlignmentCosts:
-    """Costs by which `Candidates.choose` aligns the points of a path with curves; they only count relative to each other.
-
-    Attributes
-    ----------
-    misfit
-        cost of a point whose distance from the curve equals its tolerance (`Candidates.tolerance`); the cost grows with the
-        square of the distance.
-    jump
-        cost of a jump from one curve to another; also the highest cost of a step along one curve.
-    slack_fraction
-        fraction of a step's length along the path by which its length along the curve may differ before the step costs as much
-        as a jump. Paths cut corners, and noise adds length.
-    """
-
-    misfit: float
-    jump: float = 20.0
-    slack_fraction: float = 0.5
+SLACK_SHARE = 0.5
+"""Share of a step's length along the path by which its length along the curve may differ before the step costs as much as a jump.
+Paths cut corners, and noise adds length."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +40,10 @@ class Candidates:
     distance
         (C,) distance of the point from the candidate.
     tolerance
-        (C,) distance that costs `AlignmentCosts.misfit`.
+        (C,) distance that costs the `misfit` of `choose`.
     slack
-        (C,) length by which a step along the curve may differ from the step along the path, in addition to
-        `AlignmentCosts.slack_fraction` of the step.
+        (C,) length by which a step along the curve may differ from the step along the path, in addition to SLACK_SHARE (0.5) of
+        the step.
     direction
         (C,) 1 or -1, the direction in which the path must follow the curve; 0 for either.
     period
@@ -79,18 +65,16 @@ class Candidates:
     path_position: Floats
     path_unit: float = 1.0
 
-    def step_cost(self, a: Ints, b: Ints, costs: AlignmentCosts) -> Floats:
+    def step_cost(self, a: Ints, b: Ints) -> Floats:
         """Return the costs of stepping from candidates a to candidates b.
 
         A step along one curve costs more, the more its length along the curve differs from that along the path (by the square of
-        the difference), and `costs.jump` at most. A step to another curve, or to another `direction`, costs `costs.jump`.
+        the difference), and JUMP (20) at most. A step to another curve, or to another `direction`, costs JUMP.
 
         Parameters
         ----------
         a, b
             int arrays of one shape, or of shapes that broadcast: indices of candidates of successive points.
-        costs
-            the costs of jumps and of differences in length.
 
         Returns
         -------
@@ -101,17 +85,17 @@ class Candidates:
         period = self.period[a]
         step = np.where(np.abs(step) > period / 2, step - np.copysign(period, step), step)
         step = np.where(self.direction[a] == 0, np.abs(step), self.direction[a] * step)
-        excess = np.abs(step - run) / (costs.slack_fraction * run + np.maximum(self.slack[a], self.slack[b]))
+        excess = np.abs(step - run) / (SLACK_SHARE * run + np.maximum(self.slack[a], self.slack[b]))
         leaves_curve = (self.curve[a] != self.curve[b]) | (self.direction[a] != self.direction[b])
-        return np.asarray(costs.jump * np.where(leaves_curve, 1.0, np.minimum(excess**2, 1.0)))
+        return np.asarray(JUMP * np.where(leaves_curve, 1.0, np.minimum(excess**2, 1.0)))
 
-    def choose(self, costs: AlignmentCosts) -> Ints:
+    def choose(self, misfit: float = 1.0) -> Ints:
         """Choose one candidate for each point so that the total cost of misfits and steps is least (Viterbi algorithm).
 
         Parameters
         ----------
-        costs
-            the costs of distances from the curves, of jumps and of differences in length.
+        misfit
+            cost of a point whose distance from the curve equals its tolerance; it grows with the square of the distance.
 
         Returns
         -------
@@ -121,10 +105,10 @@ class Candidates:
         if not len(self.point):
             return np.zeros(0, dtype=int)
         groups = np.split(np.arange(len(self.point)), np.flatnonzero(np.diff(self.point)) + 1)
-        total = costs.misfit * (self.distance / self.tolerance) ** 2
+        total = misfit * (self.distance / self.tolerance) ** 2
         predecessor = np.full(len(total), -1)
         for before, group in pairwise(groups):
-            sums = total[before][:, None] + self.step_cost(before[:, None], group[None], costs)
+            sums = total[before][:, None] + self.step_cost(before[:, None], group[None])
             best = sums.argmin(axis=0)
             predecessor[group] = before[best]
             total[group] += sums[best, np.arange(len(group))]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import binary_closing
 from scipy.spatial.distance import cdist
 
-from ...geometry.curve_alignment import AlignmentCosts, Candidates, nearest_samples
+from ...geometry.curve_alignment import SLACK_SHARE, Candidates, nearest_samples
 from ...geometry.curves import runs
 from ...types import Bools, Chain, Floats, Ints
 from ..scenes.model import Truth
@@ -23,7 +23,7 @@ HIDDEN_RUN_TOLERANCE = 0.2
 MIN_SEEN_LENGTH = 0.002
 """m; a shorter seen stretch inside a hidden run does not split the run."""
 
-COSTS = AlignmentCosts(misfit=6.25)
+MISFIT_COST = 6.25
 """Three joints at the edge of their tolerance cost about as much as a jump."""
 
 SLACK_RADII, MIN_SLACK = 2.0, 0.005
@@ -116,7 +116,7 @@ def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
     if not truths:
         return ChainAlignment()
     candidates = _candidates(chain, truths)
-    chosen = candidates.choose(COSTS)
+    chosen = candidates.choose(MISFIT_COST)
     if not len(chosen):
         return ChainAlignment()
     joint, cable, arc = candidates.point[chosen], candidates.curve[chosen], candidates.arc[chosen]
@@ -174,7 +174,7 @@ def _arc_steps(truths: tuple[Truth, ...], cable: Ints, arc: Floats) -> Floats:
 def _is_jump(chain: Chain, truths: tuple[Truth, ...], joint: Ints, cable: Ints, step: Floats) -> Bools:
     """Tell which steps go to another cable, or farther along one than the chain is long there."""
     run = np.asarray(np.diff(joint) * chain.segment_length, dtype=float)
-    slack = COSTS.slack_fraction * run + np.array([_min_slack(truth) for truth in truths])[cable[:-1]]
+    slack = SLACK_SHARE * run + np.array([_min_slack(truth) for truth in truths])[cable[:-1]]
     return np.asarray((cable[1:] != cable[:-1]) | (np.abs(step) - run > slack))
 
 
