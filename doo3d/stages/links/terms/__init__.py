@@ -2,7 +2,7 @@
 
 A term is a function of the candidates and the data of the frame to (E, E), what it adds to the cost of linking each pair of ends,
 already multiplied by its weight, or None where it has nothing to say. Costs are in cost units: 1 per mm of gap (1 per px in 2-D),
-plus angles in radians times their weights (section `merge` of the settings). A new term is a file here and a line in TERMS.
+plus angles in radians times their weights (section `merge` of the settings). A new term is a function here and a line in TERMS.
 Gap paths are too expensive to compute for all pairs: `gap_path` gives their costs for the pairs that are asked for.
 """
 
@@ -16,11 +16,9 @@ from ....types import Floats
 from ... import FrameContext
 from ..candidates import Candidates
 from .appearance import appearance
-from .curvature import curvature
 from .custom import custom_terms
-from .direction import direction
-from .distance import distance
 from .exposed_ends import exposed_ends
+from .geometric import curvature, direction, distance
 
 Term = Callable[[Candidates, FrameContext], "Floats | None"]
 
