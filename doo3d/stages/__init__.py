@@ -129,18 +129,15 @@ class Assembly:
         object runs.
     gap_paths
         the path from each piece to the next; a closed object has one more, from the last piece to the first.
-    costs
-        the cost of each connection that merging made, in the order of the gaps. In cost units: 1 per mm of gap (1 per px in
-        2-D), plus angles in radians times their weights. Empty for one chain that was a ring already.
     closed
         True for a ring, whose last piece is joined to the first.
     confidence
-        the confidence of each of these connections, 0 to 1.
+        the confidence of each connection that merging made, 0 to 1, in the order of the gaps. Empty for one chain that was a
+        ring already.
     """
 
     pieces: tuple[Floats, ...]
     gap_paths: tuple[GapPath, ...] = ()
-    costs: tuple[float, ...] = ()
     closed: bool = False
     confidence: tuple[float, ...] = ()
 

@@ -24,7 +24,7 @@ def row(start, direction, count, dim=3):
 def assembly(*pieces, closed=False, inside=False):
     pairs = [*pairwise(pieces), *([(pieces[-1], pieces[0])] if closed else [])]
     paths = tuple(gap_path(a[-1], unit(a[-1] - a[-2]), b[0], unit(b[0] - b[1]), inside=inside) for a, b in pairs)
-    return Assembly(tuple(pieces), paths, (0.0,) * len(pairs), closed)
+    return Assembly(tuple(pieces), paths, closed)
 
 
 @dims

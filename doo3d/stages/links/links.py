@@ -69,7 +69,7 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     alternatives = gap_paths.with_straight_gaps(cost)
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 
-    of_end = {end: (link.cost, value) for link, value in zip(links, confidence, strict=True) for end in link.pair}
+    of_end = {end: value for link, value in zip(links, confidence, strict=True) for end in link.pair}
     routes = trace_routes(chains.closed.tolist(), links)
     built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in routes]
     built.sort(key=lambda item: -item[1].segments)
@@ -190,13 +190,11 @@ def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[Route]:
     return routes
 
 
-def _assembly(route: Route, chains: Curves, gap_paths: GapPaths, of_end: dict[End, tuple[float, float]]) -> Assembly:
-    """Return the assembly of a route; of_end : cost and confidence of the connection of each joined end."""
-    connections = [of_end[gap[0]] for gap in route.gaps if gap[0] in of_end]
+def _assembly(route: Route, chains: Curves, gap_paths: GapPaths, of_end: dict[End, float]) -> Assembly:
+    """Return the assembly of a route; of_end : confidence of the connection of each joined end."""
     return Assembly(
         pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in route.entries),
         gap_paths=tuple(gap_paths.path(*gap) for gap in route.gaps),
-        costs=tuple(cost for cost, _ in connections),
         closed=route.closed,
-        confidence=tuple(confidence for _, confidence in connections),
+        confidence=tuple(of_end[before] for before, _ in route.gaps if before in of_end),
     )

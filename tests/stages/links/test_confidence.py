@@ -145,7 +145,7 @@ def test_confidence_falls_with_the_angle_of_a_crossing(strategy):
     for degrees in (90, 50, 20):
         joined = merge(Curves.of(star(np.radians(degrees))), context_of(radius=RADIUS), settings(strategy=strategy)).assemblies
         assert [len(assembly.pieces) for assembly in joined] == [2, 2]
-        assert all(len(assembly.confidence) == len(assembly.costs) for assembly in joined)
+        assert all(len(assembly.confidence) == 1 for assembly in joined)
         least[degrees] = min(confidence for assembly in joined for confidence in assembly.confidence)
     assert least[90] > 0.7
     assert 0 < least[20] < least[50] < least[90]
@@ -185,7 +185,7 @@ def test_the_step_in_the_middle_of_each_gap_is_recorded(closed):
     x = np.eye(3)[0]
     paths = [gap_path(one[-1], x, other[0], -x) for one, other in zip(pieces, [*pieces[1:], pieces[0]], strict=True)]
     count = 3 if closed else 2
-    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:count]), (0.0,) * count, closed, (0.9, 0.4, 0.7)[:count])], context_of())
+    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:count]), closed, (0.9, 0.4, 0.7)[:count])], context_of())
     assert [confidence for _, confidence in path.joins] == [0.9, 0.4, 0.7][:count]
     points = np.concatenate((path.points, path.points[:1]))
     for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):

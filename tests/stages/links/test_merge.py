@@ -36,10 +36,18 @@ def config(**settings):
     return MergeConfig(**({"chains": 1, "max_cost": np.inf, "max_gap": np.inf, "free_space_weight": 0.0} | settings))
 
 
-def run(chains, settings, visibility=None, closed=None):
+def merged(chains, settings, visibility=None, closed=None):
     scale = 1 if chains[0].shape[1] == 3 else 1000
     context = context_of(radius=scale * RADIUS, visibility=visibility, segment_length=scale * STEP)
-    return merge(Curves.of(chains, closed), context, settings).assemblies
+    return merge(Curves.of(chains, closed), context, settings)
+
+
+def run(chains, settings, **options):
+    return merged(chains, settings, **options).assemblies
+
+
+def costs_of(result):
+    return [decision.chosen.cost for decision in result.decisions]
 
 
 def gaps(assembly):
@@ -65,7 +73,7 @@ def check_whole(assemblies, chains):
             same = [joints for joints in left if joints in (piece.tolist(), piece[::-1].tolist())]
             assert same
             left.remove(same[0])
-        assert len(assembly.costs) == len(assembly.confidence) == len(assembly.pieces) - 1 + assembly.closed
+        assert len(assembly.confidence) == len(assembly.pieces) - 1 + assembly.closed
         for path, (before, after) in zip(assembly.gap_paths, gaps(assembly), strict=True):
             points = path.points(STEP)
             np.testing.assert_allclose(points[[0, -1]], [before, after], atol=1e-9)
@@ -104,10 +112,10 @@ def test_all_four_combinations_of_ends(dim, first_turned, second_turned):
 def test_the_papers_cost(dim):
     """Equation 5 with the weights and the direction of the paper's preset."""
     one, other = chain((0, 0), (1, 0.2), 4, dim), chain((0.08, 0.05), (1, 1), 5, dim)
-    (assembly,) = run([one, other], PAPER)
-    pieces = assembly.pieces
+    result = merged([one, other], PAPER)
+    pieces = result.assemblies[0].pieces
     expected = cost_of(pieces[0][-1], pieces[0][-2], pieces[1][0], pieces[1][1], 1000.0 if dim == 3 else 1.0)
-    assert assembly.costs == pytest.approx((expected,))
+    assert costs_of(result) == pytest.approx([expected])
 
 
 def random_chains(seed, dim, count=6):
@@ -136,12 +144,12 @@ def slow_greedy(chains, wanted, per_unit):
 @pytest.mark.parametrize("wanted", [1, 2, 4])
 def test_greedy_is_the_papers(dim, seed, wanted):
     chains = random_chains(seed, dim)
-    assemblies = run(chains, PAPER.model_copy(update={"chains": wanted}))
+    result = merged(chains, PAPER.model_copy(update={"chains": wanted}))
+    assemblies = result.assemblies
     expected = slow_greedy(chains, wanted, 1000.0 if dim == 3 else 1.0)
     assert len(assemblies) == wanted
-    assert sum(len(assembly.costs) for assembly in assemblies) == len(expected)
     assert all(joined(assemblies, a, b) for a, b, _ in expected)
-    assert sorted(c for assembly in assemblies for c in assembly.costs) == pytest.approx(sorted(c for _, _, c in expected))
+    assert costs_of(result) == pytest.approx(sorted(c for _, _, c in expected))
     check_whole(assemblies, chains)
 
 
@@ -204,7 +212,7 @@ def test_a_global_matching_joins_pairs_that_greedy_choice_misses():
     greedy, best = (run([a, b, c, d], config(strategy=strategy, **weights)) for strategy in ("greedy", "global"))
     ends = a[-1], b[0], c[-1], d[0]
     assert joined(greedy, ends[0], ends[3])
-    assert sum(len(x.costs) for x in greedy) == 1
+    assert sum(len(x.confidence) for x in greedy) == 1
     assert joined(best, ends[0], ends[1])
     assert joined(best, ends[2], ends[3])
 
@@ -222,7 +230,7 @@ def test_rings_only_when_wanted(strategy, chains):
     assert not open_.closed
     (ring,) = run([bow(0.5)], config(strategy=strategy, allow_closed_chains=True, chains=chains, min_length=0, max_cost=1e4))
     assert ring.closed
-    assert len(ring.gap_paths) == len(ring.costs) == 1
+    assert len(ring.gap_paths) == len(ring.confidence) == 1
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
@@ -231,10 +239,10 @@ def test_two_halves_of_a_ring(strategy):
     halves = [whole[:11], whole[13:]]
     (open_,) = run(halves, config(strategy=strategy, allow_closed_chains=False))
     assert not open_.closed
-    assert len(open_.costs) == 1
+    assert len(open_.confidence) == 1
     (ring,) = run(halves, config(strategy=strategy, allow_closed_chains=True, max_cost=1e4))
     assert ring.closed
-    assert len(ring.costs) == 2
+    assert len(ring.confidence) == 2
     check_whole([ring], halves)
 
 
@@ -286,27 +294,19 @@ def test_empty_in_empty_out():
 @pytest.mark.parametrize(("settings", "setting"), [({"chains": 1}, "merge.chains"), ({"chains": None}, "merge.min_length")])
 def test_dropped_chains_are_recorded_with_the_setting(settings, setting):
     chains = [*row(2), chain((0, 3), (0, 1), 2)]
-    merged = merge(
-        Curves.of(chains),
-        context_of(radius=RADIUS, segment_length=STEP),
-        config(max_gap=0.5, min_length=6, max_cost=500, **settings),
-    )
-    assert [(dropped.joints.tolist(), dropped.setting) for dropped in merged.dropped] == [(chains[2].tolist(), setting)]
-    assert merged.dropped[0].length == pytest.approx(2 * STEP)
+    result = merged(chains, config(max_gap=0.5, min_length=6, max_cost=500, **settings))
+    assert [(dropped.joints.tolist(), dropped.setting) for dropped in result.dropped] == [(chains[2].tolist(), setting)]
+    assert result.dropped[0].length == pytest.approx(2 * STEP)
 
 
 def test_decisions_are_recorded():
-    """Three in a row: the costs add up, and the alternative to each connection shares one end with it."""
+    """Three in a row, the cheapest connection first; the alternative to each connection shares one end with it."""
     chains = [*row(3), chain((0.07, 0.02), (1, 0.4))]
-    merged = merge(
-        Curves.of(chains), context_of(radius=RADIUS, segment_length=STEP), config(max_cost=500, chains=None, min_length=12)
-    )
-    assert {decision.chosen.ends for decision in merged.decisions} == {(End(0, 1), End(1, 0)), (End(1, 1), End(2, 0))}
-    costs = [decision.chosen.cost for decision in merged.decisions]
-    assert costs == sorted(costs)
-    assert sorted(merged.assemblies[0].costs) == pytest.approx(costs)
-    assert all(decision.kept for decision in merged.decisions)
-    for decision in merged.decisions:
+    result = merged(chains, config(max_cost=500, chains=None, min_length=12))
+    assert {decision.chosen.ends for decision in result.decisions} == {(End(0, 1), End(1, 0)), (End(1, 1), End(2, 0))}
+    assert costs_of(result) == sorted(costs_of(result))
+    assert all(decision.kept for decision in result.decisions)
+    for decision in result.decisions:
         assert len({*decision.chosen.ends} & {*decision.runner_up.ends}) == 1
         assert set(decision.chosen.terms) == {"distance", "direction", "curvature"}
         np.testing.assert_array_equal(decision.chosen.points[0], chains[decision.chosen.ends[0].chain][-1])
@@ -314,11 +314,9 @@ def test_decisions_are_recorded():
 
 def test_connections_of_dropped_chains_are_not_kept():
     chains = [*row(2), *(c[:4] + np.array([0, 0.5, 0]) for c in row(2, 0.01))]
-    merged = merge(
-        Curves.of(chains), context_of(radius=RADIUS, segment_length=STEP), config(chains=None, min_length=20, max_gap=0.08)
-    )
-    assert sorted((decision.chosen.ends[0].chain, decision.kept) for decision in merged.decisions) == [(0, True), (2, False)]
-    assert [dropped.joints.tolist() for dropped in merged.dropped] == [chain.tolist() for chain in chains[2:]]
+    result = merged(chains, config(chains=None, min_length=20, max_gap=0.08))
+    assert sorted((decision.chosen.ends[0].chain, decision.kept) for decision in result.decisions) == [(0, True), (2, False)]
+    assert [dropped.joints.tolist() for dropped in result.dropped] == [chain.tolist() for chain in chains[2:]]
 
 
 @pytest.mark.parametrize("side", ["outside", "inside"])
