@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ..geometry.curves import runs
 from ..kernels import view_alignment
-from ..types import Array, Floats
+from ..types import Array, Bools, Floats
 from .background import BackgroundView
 from .depth_in_time import OUTLIER_DEVIATIONS
 from .fusion import MIN_CAMERA_MOTION_M, camera_moves
@@ -49,22 +49,18 @@ class _Alignment:
     """How two views fit at a pose.
 
     pose : (4, 4) m, p_second = pose @ p_first. light : (2,) gain and offset of the brightness. equations : (8, 9), as of the
-    kernel. noise : (2,) of brightness and inverse depth. losses : (2,) sums of either. known, seen, agreeing : numbers of pixels.
+    kernel. noise : (2,) of brightness and inverse depth. loss : mean over the pixels in both views. known, seen, agreeing :
+    numbers of pixels.
     """
 
     pose: Floats
     light: Floats
     equations: Floats
     noise: Floats
-    losses: Floats
+    loss: float
     known: int
     seen: int
     agreeing: int
-
-    @property
-    def loss(self) -> float:
-        """Mean loss of the pixels in both views."""
-        return float(self.losses.sum()) / max(self.seen, 1)
 
 
 @dataclass(frozen=True)
@@ -97,24 +93,18 @@ def estimate_motion(view_of: Callable[[int], BackgroundView | None], count: int,
     max_gap
         frames in a row at most whose pose may be unknown, and is interpolated.
     """
-    some = _follow(view_of, sorted({*range(0, count, MAX_AGE), count - 1} - {-1}))
+    some = _Tracker(map(view_of, sorted({*range(0, count, MAX_AGE), count - 1} - {-1})))
     if not some.moves and not some.is_lost:
         return CameraMotion()
-    tracker = _follow(view_of, range(count))
+    tracker = _Tracker(map(view_of, range(count)))
     if not tracker.moves:
         return CameraMotion()
     known = np.array([pose is not None for pose in tracker.poses], dtype=bool)
+    given = np.array([pose for pose in tracker.poses if pose is not None])
     lost = max((end - first for first, end in runs(~known)), default=0)
-    if lost > max_gap or not camera_moves(np.array([pose for pose in tracker.poses if pose is not None])):
+    if lost > max_gap or not camera_moves(given):
         return CameraMotion(note=UNTRUSTED)
-    return CameraMotion(_interpolated(tracker.poses, known), MOVES)
-
-
-def _follow(view_of: Callable[[int], BackgroundView | None], frames: Iterable[int]) -> _Tracker:
-    tracker = _Tracker()
-    for frame in frames:
-        tracker.add(view_of(frame))
-    return tracker
+    return CameraMotion(_interpolated(given, known), MOVES)
 
 
 class _Tracker:
@@ -123,7 +113,7 @@ class _Tracker:
     poses : camera to the first view, for each view; None where it is unknown. is_lost : whether a view fits none before it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, views: Iterable[BackgroundView | None]) -> None:
         self.poses: list[Floats | None] = []
         self.is_lost = False
         self._losses = np.zeros(2)  # of views that have moved: by how much more they differ if not, and how much; noise has 1
@@ -132,13 +122,15 @@ class _Tracker:
         self._to_key: Floats = np.eye(4)  # pose of the key view in the first
         self._to_last: Floats = np.eye(4)  # pose of the last view
         self._motion: Floats = np.eye(4)  # from the view before the last one to that: as much is expected again
+        for view in views:
+            self._add(view)
 
     @property
     def moves(self) -> bool:
         """Whether the views fit far better if the camera moves."""
         return bool(self._losses[0] > (MIN_STILL_LOSS - 1) * self._losses[1])
 
-    def add(self, view: BackgroundView | None) -> None:
+    def _add(self, view: BackgroundView | None) -> None:
         """Find the pose of the next view."""
         levels = None if view is None else _pyramid(view)
         if self._key is None or self._last is None or levels is None:
@@ -270,15 +262,14 @@ def _compared(first: Level, second: Level, pose: Floats, light: Floats, noise: F
     given = np.zeros(2) if noise is None else noise
     equations, summary = view_alignment(*first[:2], *second[:2], first[2], pose, light, given, OUTLIER_DEVIATIONS)
     known, seen, agreeing = summary[4:].astype(int).tolist()
-    return _Alignment(pose, light, equations, summary[:2], summary[2:4], known, seen, agreeing)
+    return _Alignment(pose, light, equations, summary[2:4], float(summary[:2].sum()) / max(seen, 1), known, seen, agreeing)
 
 
-def _interpolated(poses: Sequence[Floats | None], known: Array) -> Floats:
-    """Return the poses (T, 4, 4) of all frames, those that are unknown between their neighbors in time."""
+def _interpolated(given: Floats, known: Bools) -> Floats:
+    """Return the poses (T, 4, 4) of all frames from the given ones of those that are known (T,), in between by interpolation."""
     at = np.flatnonzero(known)
-    given = np.array([pose for pose in poses if pose is not None])
-    frames = np.clip(np.arange(len(poses)), at[0], at[-1])
-    result = np.tile(np.eye(4), (len(poses), 1, 1))
+    frames = np.clip(np.arange(len(known)), at[0], at[-1])
+    result = np.tile(np.eye(4), (len(known), 1, 1))
     if len(at) > 1:
         result[:, :3, :3] = Slerp(at, Rotation.from_matrix(given[:, :3, :3]))(frames).as_matrix()
     result[:, :3, 3] = np.column_stack([np.interp(frames, at, column) for column in given[:, :3, 3].T])
