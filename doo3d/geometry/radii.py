@@ -12,5 +12,12 @@ neighbor, at 2."""
 TOUCHING_RADII = 2.2
 """Radii between two axes up to which surfaces touch: 2, and a tenth for the errors of both."""
 
+ACROSS_RADII = STEP_RADII * np.arange(-1, 2)
+"""Radii to the side of an axis at which the images are read."""
+
+NODE_RADII = 3.0
+"""Distance from a junction or a tip, in radii of the strand, within which all belongs to it: a crossing in the view, a second
+junction, a rest of a strand, a branch at the tip of its trunk. Detected trees are scored with the same distance."""
+
 CORE_OFFSETS = np.array((-0.4, 0.0, 0.4))
 """Lateral offsets, in half-widths, that are on the strand for certain: away from its silhouette, where its surface falls away."""

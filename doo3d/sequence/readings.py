@@ -12,14 +12,12 @@ from scipy.ndimage import maximum_filter1d
 from ..evidence.support import BESIDE_PX
 from ..geometry.depth_support import SURFACE_RADII
 from ..geometry.polyline import arc_length, resample, unit
+from ..geometry.radii import ACROSS_RADII
 from ..types import Array, Bools, Chain, Floats, Foreground
 
 NODES, PER_NODE = 40, 6
 """Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds; and
 readings at each: together 2 for each of about 100 segments."""
-
-ACROSS_RADII = np.array([-0.5, 0.0, 0.5])
-"""Radii to the side of the axis at which depth is read."""
 
 NEARER_SHARE, BEHIND_SHARE = 0.35, 0.75
 """Quantiles, from the nearest on: of the readings across a strand, since wrong ones mostly lie behind; and of those beside it for

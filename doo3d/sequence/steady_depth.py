@@ -26,7 +26,7 @@ from .lengths import track_length
 from .observations import Observation, ObservedStrand, bounds
 from .readings import NODES, PER_NODE, TORN_SHARE, torn_share
 from .topology import vote_pattern
-from .torn_depth import correct_torn_depth
+from .torn_depth import WINDOW_FRAMES, correct_torn_depth
 from .tracking import reversed_chain
 from .tracks import MIN_FRAMES, WINDOW, Track
 
@@ -34,8 +34,8 @@ ALIKE = 0.1
 """Share by which the length of an object in the image may change from one frame to the next that shows it: if it changes more, an
 occluder came or went. Within stretches without such changes, equal shares of the length are the same places of the object."""
 
-AROUND, SEEN_ERROR = 4, 0.03
-"""Frames on either side, and share by which the length of an object in the image may differ from its median over them: the image
+SEEN_ERROR = 0.03
+"""Share by which the length of an object in the image may differ from its median over WINDOW_FRAMES on either side: the image
 tells better than depth whether an end is hidden."""
 
 
@@ -159,7 +159,7 @@ def steady_chains(
     """
     turned = [turned_by(chain.joints) for chain in chains]
     angle = np.array([angles[-1] for angles in turned])
-    usual = np.array([np.median(angle[max(0, k - AROUND) : k + AROUND + 1]) for k in range(len(chains))])
+    usual = np.array([np.median(angle[max(0, k - WINDOW_FRAMES) : k + WINDOW_FRAMES + 1]) for k in range(len(chains))])
     whole = np.flatnonzero(np.abs(angle - usual) <= SEEN_ERROR * usual).tolist()
     if len(whole) < MIN_FRAMES:
         return list(chains)

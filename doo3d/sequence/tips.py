@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.polyline import unit
+from ..geometry.radii import OWN_RADII, STEP_RADII
 from ..types import Floats, Foreground
 from ..visibility import OCCLUDER_MARGIN_RADII
 
 MIN_STRAND_RADII = 6.0
 """Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
 
-LOOKAHEAD_RADII = (1.5, 2.0, 2.5, 3.0)
-"""Distances beyond an end, in radii, at which the mask and the depth are read to tell whether the object ends there."""
+LOOKAHEAD_RADII = OWN_RADII + STEP_RADII * np.arange(4)
+"""Distances beyond an end, 1.5 to 3 radii, at which the mask and the depth are read to tell whether the object ends there."""
 
 MIN_OCCLUDER_MARGIN = 0.005
 """Smallest distance in depth, m, of an occluder in front of a continuation: above the noise of depth on the table."""
@@ -29,7 +30,7 @@ def tip_confidence(line: Floats, foreground: Foreground, radius: float) -> float
     """
     end = line[-2:]
     direction = unit(end[-1] - line[max(0, len(line) - 4)])
-    ahead = end[-1] + radius * np.array(LOOKAHEAD_RADII)[:, None] * direction
+    ahead = end[-1] + radius * LOOKAHEAD_RADII[:, None] * direction
     to_side = unit(direction[[1, 2, 0]] * end[-1, [2, 0, 1]] - direction[[2, 0, 1]] * end[-1, [1, 2, 0]])  # across the ray
     aside = MIN_STRAND_RADII * radius * to_side
     return _in_view(ahead, np.concatenate((end - aside, end + aside)), foreground, radius)

@@ -10,12 +10,13 @@ import numpy as np
 from ...config import MergeConfig
 from ...geometry.curves import Curves
 from ...geometry.polyline import unit
+from ...geometry.radii import NODE_RADII
 from ...types import Chain, Crossing, Junction, LinearObject
 from .. import FrameContext
 from .attachments import NORMAL_SHORTFALL, end_meetings
 from .bodies import body_meetings
 from .clouds import end_joins
-from .strands import NODE_RADII, free_ends, strands_of
+from .strands import free_ends, strands_of
 from .tree import choose, cut, joined, nodes_of, parted
 
 MAX_CHAINS = 80

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.polyline import angle
+from ...geometry.radii import NODE_RADII
 from ...types import Floats
 from .costs import JOIN_COST, TIP_COST, TURN_COST
-from .strands import NODE_RADII, FreeEnds, Meeting, SampledChain
+from .strands import FreeEnds, Meeting, SampledChain
 
 HIDDEN_WEIGHT = 0.1
 """Weight of the gain of a connection across a gap of a cloud: it is made where nothing else connects the end."""

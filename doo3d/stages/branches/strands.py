@@ -22,10 +22,6 @@ is also the length over which tangents are measured, and that from which on a st
 MIN_STEPS = 4
 """Fewest samples, or segments, over which tangents are measured."""
 
-NODE_RADII = 3.0
-"""Distance from a junction or a tip, in radii of the strand, within which all belongs to it: a crossing in the view, a second
-junction, a rest of a strand, a branch at the tip of its trunk. Detected trees are scored with the same distance."""
-
 JUNCTION_RADII = 0.8
 """Distance up to which a branch is inside its trunk, from the surface of that, in radii of the branch; and from a junction, in
 radii of the strand, within which the axis of a piece is replaced by a straight line to it."""

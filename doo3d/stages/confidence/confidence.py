@@ -19,7 +19,7 @@ from ...geometry.limits import MAX_SAMPLES
 from ...geometry.order_statistics import finite_percentiles
 from ...geometry.polyline import unit
 from ...geometry.projection import Projection
-from ...geometry.radii import STEP_RADII
+from ...geometry.radii import ACROSS_RADII, STEP_RADII
 from ...types import Array, Chain, Floats, Foreground, Ints
 from .. import FrameContext
 from .deviations import deviations_of
@@ -44,8 +44,8 @@ DRAWN_EVERY = 3
 MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 """px; positions farther out are not drawn, and the widest line that can be."""
 
-AHEAD_RADII, AHEAD_ACROSS_RADII = np.linspace(1.5, 4.0, 6), np.array((-0.5, 0.0, 0.5))
-"""Radii ahead of an end, and across, at which the mask is looked at: beyond the rounding of a tip, as wide as half the strand."""
+AHEAD_RADII = np.linspace(1.5, 4.0, 6)
+"""Radii ahead of an end at which the mask is looked at, ACROSS_RADII to the side: beyond the rounding of a tip."""
 
 END_SAMPLES = 8
 """Samples from an end over which its direction is taken: four radii."""
@@ -211,7 +211,7 @@ def _mask_ahead(
     inward = np.minimum(END_SAMPLES, view.counts[owner] - 1)
     forward = unit(view.points[tips] - view.points[tips + np.where(side, -inward, inward)])
     across = forward[:, ::-1] * (-1, 1)
-    offsets = AHEAD_RADII[:, None, None] * forward[:, None, None] + AHEAD_ACROSS_RADII[:, None] * across[:, None, None]
+    offsets = AHEAD_RADII[:, None, None] * forward[:, None, None] + ACROSS_RADII[:, None] * across[:, None, None]
     pixels = np.rint(view.points[tips, None, None] + samples.reach[tips, None, None, None] * offsets)
     in_view = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1)
     u, v = np.where(in_view[..., None], pixels, 0).astype(int).transpose(3, 0, 1, 2)

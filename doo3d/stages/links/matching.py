@@ -12,12 +12,10 @@ from ...types import Floats
 FEW_ENDS, RIVALS = 256, 8
 """Ends up to which all pairs are tried. Of more, each is tried with the RIVALS of the largest weight: 50 ms for 1,000 ends."""
 
-RESOLUTION = 2**40
-"""Steps of the heaviest weight: rustworkx matches by whole numbers, to which the weights are rounded."""
-
-TIE_BITS = 40
-"""Bits below a step for the random number that is added to each weight. Hardly two matchings are equally heavy with it (isolation
-lemma of Mulmuley, Vazirani and Vazirani, 1987); among such, rustworkx's choice would differ from run to run."""
+BITS = 40
+"""Bits to which the heaviest weight is rounded, since rustworkx matches by whole numbers; and bits below for a random number
+that is added to each weight. Hardly two matchings are equally heavy with it (isolation lemma of Mulmuley, Vazirani and Vazirani,
+1987); among such, rustworkx's choice would differ from run to run."""
 
 Rows = tuple[int, int]
 """Rows of two ends in arrays over all ends of all chains, the lower first."""
@@ -36,11 +34,11 @@ def heaviest_matching(weight: Floats) -> list[Rows]:
     pairs = np.argwhere(weight > 0)
     if not len(pairs):
         return []
-    steps = np.rint(weight[tuple(pairs.T)] * (RESOLUTION / weight.max())).astype(np.int64).tolist()
-    ties = np.random.default_rng(0).integers(2**TIE_BITS // len(weight), size=len(pairs)).tolist()
+    steps = np.rint(weight[tuple(pairs.T)] * (2**BITS / weight.max())).astype(np.int64).tolist()
+    ties = np.random.default_rng(0).integers(2**BITS // len(weight), size=len(pairs)).tolist()
     graph = rustworkx.PyGraph(multigraph=False)
     graph.extend_from_weighted_edge_list(
-        [(a, b, (step << TIE_BITS) + tie) for (a, b), step, tie in zip(pairs.tolist(), steps, ties, strict=True)]
+        [(a, b, (step << BITS) + tie) for (a, b), step, tie in zip(pairs.tolist(), steps, ties, strict=True)]
     )
     return sorted((min(pair), max(pair)) for pair in rustworkx.max_weight_matching(graph, weight_fn=int))
 

@@ -14,19 +14,16 @@ from ...config import TraverseConfig
 from ...geometry.curves import Curves
 from ...geometry.limits import MAX_BRANCHES
 from ...geometry.mask import half_widths
-from ...geometry.radii import TOUCHING_RADII
+from ...geometry.radii import NODE_RADII, TOUCHING_RADII
 from ...kernels import neighbor_table, skeleton_paths
 from ...types import Array, Floats, Path, Skeleton
 from .. import FrameContext
 from .contours import trace_contours
 
-SMOOTHING_RADII = 1.0
-"""Radii; half-width of the moving mean that takes the voxel steps out of a path."""
-
 MIN_LOOP_RADII = 12.0
 """Radii; loops of less perimeter are holes in the surface, not turns of the object, and collapse."""
 
-JUNCTION_MERGE_DISTANCE_RADII = 3.0
+JUNCTION_MERGE_DISTANCE_RADII = NODE_RADII
 """Radii; two forks nearer to each other than this are one crossing: strands at over 40 degrees thin to such a pair."""
 
 CORNER_HALF_WIDTHS = 1.8
@@ -114,7 +111,7 @@ def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseC
     points, bounds, closed, lengths, count = skeleton_paths(
         neighbor_table(coords),
         np.ascontiguousarray(skeleton.points),
-        round(SMOOTHING_RADII * radius / context.voxel),
+        round(radius / context.voxel),  # a moving mean over a radius on either side takes the voxel steps out of a path
         np.array((config.min_branch, MIN_LOOP_RADII, JUNCTION_MERGE_DISTANCE_RADII)) * radius,
         np.array((JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII, context.clearance * TOUCHING_RADII)) * radius,
         np.array((TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION)),
