@@ -134,27 +134,23 @@ def force_merges(
     used = np.zeros(len(cost), dtype=bool)
     used[[end.row for link in links for end in link.pair]] = True
     forced: list[Link] = []
-    if len(groups) <= (config.chains or 1):
-        return forced
     candidates = CheapestFirst(cost)
 
     def is_possible(first: Ints, second: Ints) -> Bools:
         return np.asarray(~(used[first] | used[second]) & groups.are_apart(first, second))
 
     def are_large(first: Ints, second: Ints) -> Bools:
-        return np.asarray(is_possible(first, second) & large[first // 2] & large[second // 2])
+        return np.asarray(large[first // 2] & large[second // 2])
 
-    merges_per_cleanup = 32
     while len(groups) > (config.chains or 1):
         large = groups.in_large(sizes)
+        candidates.drop(is_possible)
         link = _cheapest(candidates.select(are_large), gap_costs, config.max_cost * FORCED_COST_FACTOR)
         if link is None:
             break
         used[[link.first.row, link.second.row]] = True
         forced.append(link)
         groups.join(link.first.chain, link.second.chain)
-        if len(forced) % merges_per_cleanup == 0:  # forget the pairs that may no longer be joined
-            candidates.drop(is_possible)
     return forced
 
 

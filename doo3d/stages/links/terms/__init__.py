@@ -69,12 +69,8 @@ def pair_costs(candidates: Candidates, terms: dict[str, Floats], evidence: Frame
     `Candidates.limited` says where a connection is not allowed, unless the object is seen to go on there; the term "exposed ends"
     does not count for the limit of the cost.
     """
-    total = np.zeros_like(candidates.distance)
-    for name, term in terms.items():
-        if name != EXPOSED:
-            total += term
-    total = candidates.limited(total, evidence.visibility)
-    total = total + terms[EXPOSED] if EXPOSED in terms else total
+    limiting = sum((term for name, term in terms.items() if name != EXPOSED), np.zeros_like(candidates.distance))
+    total = candidates.limited(limiting, evidence.visibility) + terms.get(EXPOSED, 0.0)
     for pair in candidates.seen:
         total[pair] = 0.0
     return total
