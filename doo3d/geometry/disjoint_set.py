@@ -27,6 +27,10 @@ class DisjointSet:
         """Return the number of groups."""
         return self._count
 
+    def members(self) -> list[list[int]]:
+        """Return the ascending numbers of the items of each group, the groups in the order of their first items."""
+        return [np.flatnonzero(self.group == number).tolist() for number in dict.fromkeys(self.group.tolist())]
+
     def join(self, first: int, second: int) -> bool:
         """Unite the groups of two items; return False if they are one group already."""
         kept, gone = self.group[first], self.group[second]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry.curves import runs
+from ..geometry.equal_segments import close_ring
 from ..stages.branches import Branched
 from ..stages.crossings import crossings_of_chains
 from ..types import Chain, Connection, Detection
@@ -15,7 +16,6 @@ from .junctions import assemble, join_shapes
 from .objects import SequenceObject
 from .observations import Observation
 from .registration import exact_lengths
-from .rings import closed_lengths
 from .shape import Shape
 
 BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
@@ -78,7 +78,8 @@ def frame_result(
 def as_chain(item: SequenceObject, shape: Shape) -> Chain:
     """Return an object in one frame as a chain of its number of segments."""
     seen = shape.seen[:-1] & shape.seen[1:]
-    joints = (closed_lengths if item.closed else exact_lengths)(shape.joints, item.segment_length)
+    length = item.segment_length
+    joints = close_ring(shape.joints[:-1], length) if item.closed else exact_lengths(shape.joints, length)
     confidence = float(np.exp(-shape.cost))
     hidden = runs(~seen)
     if item.closed:  # a gap over the first joint begins before the last
@@ -87,7 +88,7 @@ def as_chain(item: SequenceObject, shape: Shape) -> Chain:
         gaps = [first for first, end in hidden if first > 0 and end < len(seen)]  # beyond an end nothing is connected
     return Chain(
         joints,
-        item.segment_length,
+        length,
         item.radius,
         occluded=~seen,
         depth_filled=~(shape.measured[:-1] & shape.measured[1:]),

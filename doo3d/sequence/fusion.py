@@ -16,7 +16,7 @@ from ..stages.segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
 from ..types.arguments import refused
 from ..types.display import counted
-from ..types.pose import as_pose
+from ..types.pose import as_pose, in_frame_of
 from .pose_agreement import check_views_agree
 from .voxel_sums import VoxelSums
 
@@ -81,7 +81,7 @@ class _Accumulation:
         if self.fine is None or self.coarse is None:
             size = point_spacing(foreground)
             self.fine, self.coarse = VoxelSums(size), VoxelSums(SUPPORT_RADIUS_VOXELS * size)
-        points = foreground.points @ pose[:3, :3].T + pose[:3, 3]
+        points = in_frame_of(pose, foreground.points)
         ones = np.ones((len(points), 1))
         self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(foreground)), axis=1))
         self.coarse.add_frame(points, ones)

@@ -99,9 +99,7 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
     radius = item.radius if np.isfinite(item.radius) else 0.0
     blend = max(MIN_BLEND_SEGMENTS, int(np.ceil(BLEND_RADII * radius / item.segment_length)))
     at = np.arange(count)
-    from_ends = np.minimum(
-        at if targets[0] is not None else np.full(count, count), at[::-1] if targets[1] is not None else np.full(count, count)
-    )
+    from_ends = np.minimum(count if targets[0] is None else at, count if targets[1] is None else at[::-1])
     held = seen & (from_ends >= min(blend, count // 2))
     fixed, shifts = held.copy(), np.zeros((count, 3))
     for index, target in ((0, targets[0]), (count - 1, targets[1])):

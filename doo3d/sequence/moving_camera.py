@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..types import Floats
+from ..types.pose import in_frame_of
 from .fusion import camera_moves
 from .observations import Observation
 
@@ -54,8 +55,3 @@ def poses_of(observations: Sequence[Observation]) -> Floats | None:
 def seen_from(pose: Floats, points: Floats) -> Floats:
     """Return points (N, 3) m of the world in the frame of a camera of a pose (4, 4), camera to world."""
     return np.ascontiguousarray((points - pose[:3, 3]) @ pose[:3, :3])
-
-
-def in_frame_of(pose: Floats, points: Floats) -> Floats:
-    """Return points (N, 3) m of a camera in the frame that its pose (4, 4) leads to: the inverse of `seen_from`."""
-    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..types import CameraView, Floats
+from ..types.pose import in_frame_of
 
 SAMPLED_POINTS = 2000
 """Readings of a view that are compared with the next view, in whose measured pixels a tenth as many of all views must lie."""
@@ -73,8 +74,7 @@ def _agreement(views: Sequence[CameraView], poses: Sequence[Floats]) -> float | 
         step = max(1, len(v) // SAMPLED_POINTS)
         v, u = v[::step], u[::step]
         points = first.camera.unproject(np.column_stack((u, v)), first.depth[v, u])
-        seen = np.linalg.inv(other) @ pose
-        points = points @ seen[:3, :3].T + seen[:3, 3]
+        points = in_frame_of(np.linalg.inv(other) @ pose, points)
         points = points[points[:, 2] > 0]
         pixels = np.rint(second.camera.project(points)) if len(points) else np.zeros((0, 2))
         inside = ((pixels >= 0) & (pixels < second.depth.shape[::-1])).all(axis=1)

@@ -215,9 +215,4 @@ def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tupl
     around = [replace(item, arcs=item.arcs + turn * length) for item in placed for turn in range(3)]
     joints, *known = bend(turns, around, 3 * length)
     seen, measured = (np.append(each[count : 2 * count], each[count]) for each in known)
-    return closed_lengths(joints[count : 2 * count + 1], length / count), seen, measured
-
-
-def closed_lengths(joints: Floats, segment: float) -> Floats:
-    """Return the joints (M + 1, 3) m of a ring with segments of exactly `segment` m; the last joint becomes the first."""
-    return close_ring(joints[:-1], segment)
+    return close_ring(joints[count : 2 * count], length / count), seen, measured

@@ -19,12 +19,13 @@ from itertools import pairwise
 import numpy as np
 
 from ..geometry.curves import runs
+from ..geometry.equal_segments import close_ring
 from ..types import Chain, Floats
 from .cutting import cut_misjoined
 from .objects import Anchor, SequenceObject
 from .observations import LENGTH_ERROR, Observation, ObservedStrand, cut_strands, visible_joints
 from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, bend, place_strands, to_lengths
-from .rings import bend_ring, closed_lengths, place_on_ring, ring_joints
+from .rings import bend_ring, place_on_ring, ring_joints
 from .shape import Shape
 from .smoothing import smoothed
 from .tips import MIN_STRAND_RADII
@@ -169,7 +170,7 @@ def _own_place(chain: Chain, anchor: Anchor, item: SequenceObject, center: Float
 
 def _resampled(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floats:
     if item.closed:
-        return closed_lengths(ring_joints(chain, anchor.backwards, anchor.start, item.segments), item.segment_length)
+        return close_ring(ring_joints(chain, anchor.backwards, anchor.start, item.segments)[:-1], item.segment_length)
     joints, backwards = chain.nodes(item.segments + 1), anchor.backwards
     return to_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
 

@@ -9,13 +9,14 @@ import numpy as np
 from scipy.ndimage import distance_transform_cdt
 
 from ..geometry.curves import runs
+from ..geometry.equal_segments import close_ring
 from ..geometry.polyline import whittaker_smooth
 from ..kernels import carry_hidden
 from ..types import Bools, Floats
-from .moving_camera import in_frame_of, seen_from
+from ..types.pose import in_frame_of
+from .moving_camera import seen_from
 from .objects import SequenceObject
 from .registration import TURN_WEIGHT, to_lengths
-from .rings import closed_lengths
 from .shape import Shape
 from .steady_depth import steady_shapes
 
@@ -53,9 +54,8 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | N
         weights = weight[:, k, None, None] * np.eye(3)
         smooth[:, k] = np.where(seen[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
     if item.closed:
-        return [
-            replace(shape, joints=closed_lengths(line, item.segment_length)) for line, shape in zip(smooth, shapes, strict=True)
-        ]
+        closed = [close_ring(line[:-1], item.segment_length) for line in smooth]
+        return [replace(shape, joints=ring) for shape, ring in zip(shapes, closed, strict=True)]
     if poses is not None:
         in_view = np.array([seen_from(pose, line) for pose, line in zip(poses, smooth, strict=True)])
         steady = steady_shapes(in_view, measured)

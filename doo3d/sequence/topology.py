@@ -126,7 +126,7 @@ def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
         for node in pair:
             if node is not None:
                 objects.join(owners.setdefault(node.junction, item), item)
-    return [np.flatnonzero(objects.group == number).tolist() for number in dict.fromkeys(objects.group.tolist())]
+    return objects.members()
 
 
 def vote_trunk(

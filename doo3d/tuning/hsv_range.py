@@ -6,7 +6,7 @@ import numpy as np
 from ..config import HsvRange
 from ..facts.frame_facts import FrameFacts
 from ..types import Array, Bools, Floats, Ints
-from .thin_object import MIN_HUE_SATURATION, MIN_HUE_VALUE, ThinObject, hsv_of
+from .thin_object import MIN_HUE_SATURATION, MIN_HUE_VALUE, ThinObject, hsv_of, mean_hue
 
 MAX_QUALITY_LOSS = 0.004
 """Quality of a box that may be given up for wider bounds: they leave room for shadows and highlights of other frames."""
@@ -58,7 +58,7 @@ def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> 
     step = int(max(1.0, len(outer) / MAX_BACKGROUND_PIXELS))
     outer = outer[::step]
     has_hue = bool(np.median(inner[:, 1]) > MIN_HUE_SATURATION and np.median(inner[:, 2]) > MIN_HUE_VALUE)
-    shift = _hue_shift(inner[:, 0])
+    shift = round(90 - mean_hue(inner[:, 0])) % 180  # their circular mean to 90, far from the wrap at 180
     inner[:, 0], outer[:, 0] = (inner[:, 0] + shift) % 180, (outer[:, 0] + shift) % 180
     bounds = np.array([[0, 179], [0, 255], [0, 255]])
     if has_hue:
@@ -79,12 +79,6 @@ def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> 
     low, high = bounds.T
     hues = ((int(low[0]) - shift) % 180, (int(high[0]) - shift) % 180) if has_hue else (0, 179)
     return HsvRange(low=(hues[0], int(low[1]), int(low[2])), high=(hues[1], int(high[1]), int(high[2])))
-
-
-def _hue_shift(hues: Ints) -> int:
-    """Return the shift of hues that moves their circular mean to 90, far from the wrap at 180."""
-    mean = np.exp(2j * np.pi * hues / 180).mean()
-    return round(90 - float(np.angle(mean)) * 90 / np.pi) % 180
 
 
 def _qualities(inner: Ints, outer: Ints, bounds: Ints, axis: int, weight: float) -> Floats:

@@ -165,7 +165,7 @@ def _boxes_around(pixels: Array) -> Iterator[HsvRange]:
     """Yield HSV boxes around the colors of a few HSV pixels (N, 3), from wide to narrow."""
     saturation, value = (int(np.median(pixels[:, i])) for i in (1, 2))
     if saturation > MIN_HUE_SATURATION and value > MIN_HUE_VALUE:
-        hue = _mean_hue(pixels[:, 0])
+        hue = mean_hue(pixels[:, 0])
         for half in (12, 8, 5):
             for share in (0.45, 0.6, 0.75):
                 low = (round(hue - half) % 180, int(share * saturation), int(0.25 * value))
@@ -177,7 +177,7 @@ def _boxes_around(pixels: Array) -> Iterator[HsvRange]:
             yield HsvRange(low=(0, 0, low_value), high=(179, max_saturation, 255 if value > 200 else min(255, value + half)))
 
 
-def _mean_hue(hues: Sequence[int] | Array) -> float:
+def mean_hue(hues: Sequence[int] | Array) -> float:
     """Return the circular mean of hues, 0 to 180."""
     mean = np.exp(2j * np.pi * np.asarray(hues, dtype=float) / 180).mean()
     return float(np.angle(mean) * 90 / np.pi) % 180

@@ -49,6 +49,11 @@ class Plane:
         return {"normal": self.normal.tolist(), "height": self.height}
 
 
+def in_frame_of(pose: Floats, points: Floats) -> Floats:
+    """Return points (N, 3) m after a rigid motion, a pose (4, 4): in the frame that it leads to."""
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
 def as_pose(numbers: ArrayLike | str, name: str = "pose") -> Floats:
     """Return a pose, given by its numbers, as a 4x4 matrix.
 

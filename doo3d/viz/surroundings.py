@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from ..inputs import FrameData
 from ..types import Array, Bools, Cloud, Detection, Floats, Frame
+from ..types.pose import in_frame_of
 
 MAX_READ_POINTS, MAX_TESTED_POINTS = 150_000, 40_000  # of a frame, and of the box around its chains
 SURROUNDINGS_MARGIN = 0.2  # of the diagonal of the chains' box
@@ -82,7 +83,7 @@ def _pose_of(frame: FrameData, detection: Detection) -> Floats | None:
 def _moved(points: Floats, pose: Floats) -> Floats:
     if np.array_equal(pose, np.eye(4)):
         return points
-    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+    return in_frame_of(pose, points)
 
 
 def _sample_points(frame: FrameData, pose: Floats, rng: np.random.Generator) -> tuple[Floats, Array | None] | None:

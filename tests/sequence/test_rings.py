@@ -17,7 +17,7 @@ from doo3d.outputs.sequence_files import SequenceFile, read_objects, write_objec
 from doo3d.sequence.detect_sequence import combine, detect_sequence
 from doo3d.sequence.objects import steady_objects
 from doo3d.sequence.observations import Observation, ObservedStrand
-from doo3d.sequence.rings import bend_ring, closed_lengths, place_on_ring
+from doo3d.sequence.rings import bend_ring, place_on_ring
 from doo3d.sequence.tips import CUT_OFF, TIP
 from doo3d.types import Chain, Detection
 
@@ -166,7 +166,7 @@ def test_a_strand_is_placed_on_a_ring_wherever_it_begins(part):
 
 def test_lengths_of_a_ring_are_exact():
     rng = np.random.default_rng(0)
-    joints = closed_lengths(np.concatenate((ring(0), ring(0)[:1])) + rng.normal(0, 1e-3, (COUNT + 1, 3)), SEGMENT)
+    joints = close_ring(ring(0) + rng.normal(0, 1e-3, (COUNT, 3)), SEGMENT)
     np.testing.assert_allclose(np.linalg.norm(np.diff(joints, axis=0), axis=1), SEGMENT, rtol=1e-6)
 
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from ...config import MergeConfig
 from ...geometry.polyline import unit
+from ...geometry.radii import NODE_RADII
 from ...types import Floats
 from ...visibility import Visibility
 from .. import FrameContext
 from .clouds import hidden_attachment
 from .costs import MISFIT_COST, MISS_COST, TIP_COST
 from .necks import neck_share
-from .strands import NODE_RADII, FreeEnds, Meeting, SampledChain, box_distances
+from .strands import FreeEnds, Meeting, SampledChain, box_distances
 
 FREE_COST, UNKNOWN_COST = 20.0, 2.0
 """Cost units per mm (per px in 2-D) of the straight path from an end to a strand: in free space or over bare surface, and where
@@ -77,11 +78,6 @@ def _ends(ends: FreeEnds, strands: Sequence[SampledChain], viewpoint: Floats | N
             tangent = unit(tangent - (tangent @ towards) * towards)
         made.append(End(line, tangent, towards, radius))
     return made
-
-
-def _unit_cost(dim: int) -> float:
-    """Return the cost units per unit of length, m in space and px in an image."""
-    return 1000.0 if dim == 3 else 1.0
 
 
 def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: FrameContext, config: MergeConfig) -> list[Meeting]:
@@ -151,7 +147,7 @@ def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: f
     ahead = offset @ end.tangent
     miss = np.linalg.norm(offset - ahead[:, None] * end.tangent, axis=1)
     shortfall = np.clip(distance - strand.radii - NORMAL_SHORTFALL * radius, 0, None)
-    unit_cost = _unit_cost(len(point))
+    unit_cost = 1000.0 if len(point) == 3 else 1.0  # per m in space, per px in an image
     behind = np.clip(-ahead - both, 0, None)
     # in an image an end beyond a strand crossed it
     behind_cost = 2 * unit_cost * behind if len(point) == 3 else MISFIT_COST * behind / both

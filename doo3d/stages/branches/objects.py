@@ -59,8 +59,7 @@ def assembled(pieces: Sequence[Piece], nodes: Sequence[Node]) -> tuple[list[Chai
             if node is not None:
                 at.setdefault(node, []).append(ChainEnd(number, side))
                 parts.join(at[node][0].chain, number)
-    bodies = [np.flatnonzero(parts.group == value).tolist() for value in dict.fromkeys(parts.group.tolist())]
-    bodies.sort(key=lambda body: -sum(pieces[number].chain.length for number in body))
+    bodies = sorted(parts.members(), key=lambda body: -sum(pieces[number].chain.length for number in body))
     order: list[int] = []
     objects = []
     for body in bodies:

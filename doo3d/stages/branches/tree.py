@@ -12,12 +12,13 @@ from ...geometry.disjoint_set import DisjointSet
 from ...geometry.equal_segments import equal_segments
 from ...geometry.gap_path import gap_path
 from ...geometry.polyline import resample
+from ...geometry.radii import NODE_RADII
 from ...kernels import nearest
 from ...types import Chain, Connection, Floats, Junction, LinearObject
 from .clouds import HIDDEN_WEIGHT
 from .costs import JOIN_COST
 from .objects import Node, Piece, assembled
-from .strands import ARM_RADII, JUNCTION_RADII, NODE_RADII, FreeEnds, Meeting, SampledChain, stretch_inside
+from .strands import ARM_RADII, JUNCTION_RADII, FreeEnds, Meeting, SampledChain, stretch_inside
 
 
 def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> list[Meeting]:
@@ -85,7 +86,8 @@ def parted(strands: Sequence[SampledChain], chosen: Sequence[Meeting]) -> list[C
     inside: dict[int, list[tuple[float, float]]] = {}
     for meeting in chosen:
         if not meeting.ends:
-            (branch, at), (trunk, _) = sorted(meeting.bodies, key=lambda body: _radius_at(strands[body[0]], body[1]))
+            radii = [min(strands[number].radius_near(at, side) for side in (-1, 1)) for number, at in meeting.bodies]
+            (branch, at), (trunk, _) = meeting.bodies[:: 1 if radii[0] <= radii[1] else -1]
             inside.setdefault(branch, []).append(stretch_inside(strands[branch], at, strands[trunk]))
     result = []
     for number, strand in enumerate(strands):
@@ -129,10 +131,6 @@ def joined(strands: Sequence[SampledChain], ends: FreeEnds, chosen: Sequence[Mee
         place = (way if len(way) else before)[len(way) // 2 - (not len(way))], meeting.gain / (HIDDEN_WEIGHT * JOIN_COST)
         made.append(chain_of(equal_segments(np.concatenate((before, way, after)), length), both, [place]))
     return [*(strand.chain for strand in left.values()), *made]
-
-
-def _radius_at(strand: SampledChain, at: float) -> float:
-    return min(strand.radius_near(at, -1), strand.radius_near(at, 1))
 
 
 def cut(
