@@ -63,7 +63,7 @@ class Support:
         if depth is None or mask is None or camera is None or not len(chains):
             return None
         inside, around, rise, noise = surface_beside(
-            chains.points, chains.bounds, _intrinsics(camera), radius, LATERAL_RADII, mask, depth, MIN_RISE_READINGS
+            chains.points, chains.bounds, camera.intrinsics, radius, LATERAL_RADII, mask, depth, MIN_RISE_READINGS
         )
         colors = None if foreground.color is None else _colors(foreground.color, inside, around)
         plane = None if foreground.plane is None else (foreground.plane, camera, radius)
@@ -94,7 +94,7 @@ class Support:
         camera: Floats = np.zeros(0)
         plane: Floats = np.zeros(0)
         if self.plane is not None:
-            camera, plane = _intrinsics(self.plane[1]), np.array((*self.plane[0].normal, self.plane[0].height, self.plane[2]))
+            camera, plane = self.plane[1].intrinsics, np.array((*self.plane[0].normal, self.plane[0].height, self.plane[2]))
         rises = self.ends, self.rise, self.rise_noise
         by_depth = surface_log_odds(points, pixels, readings, noise, *rises, camera, plane)
         return np.asarray(by_depth if self.colors is None else by_depth - self.colors.log_odds_at(pixels))
@@ -104,10 +104,6 @@ class Support:
         if self.colors is None:
             return np.zeros(len(pixels), dtype=bool)
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
-
-
-def _intrinsics(camera: Camera) -> Floats:
-    return np.array((camera.fx, camera.fy, camera.cx, camera.cy))
 
 
 def _colors(color: Array, inside: Ints, around: Ints) -> ColorOdds | None:

@@ -74,7 +74,7 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
         np.array(radius, dtype=float),
         np.ascontiguousarray(depth, dtype=np.float32),
         np.ascontiguousarray(mask),
-        np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
+        camera.intrinsics,
         np.zeros(0) if plane is None else np.append(plane.normal, plane.height),
         POSITIONS,
         LATERAL_RADII,

@@ -1,12 +1,14 @@
-"""Groups of items that are joined two by two (union-find)."""
+"""Groups of items that are joined two by two, and sums over groups."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from ..types import Ints
+from ..types import Floats, Ints
 
 
 class DisjointSet:
@@ -39,3 +41,14 @@ class DisjointSet:
         self.group[self.group == gone] = kept
         self._count -= 1
         return True
+
+
+def joined_groups(pairs: Ints, count: int) -> Ints:
+    """Return the number of the group of each of `count` items, from 0, (count,); pairs : (P, 2), the items that are joined."""
+    graph = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def group_sums(values: Floats, group: Ints, count: int) -> Floats:
+    """Return the sums of the rows of values (N, D) in each of `count` groups, (count, D); group : (N,), that of each row."""
+    return np.column_stack([np.bincount(group, weights=column, minlength=count) for column in values.T])

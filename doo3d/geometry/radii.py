@@ -3,7 +3,8 @@
 import numpy as np
 
 STEP_RADII = 0.5
-"""Radii between samples along a strand or a gap: details of a radius need two samples (Nyquist), and voxels are as large."""
+"""Radii between samples along a strand or a gap, and edge of a voxel: details of a radius need two samples (Nyquist). Finer
+voxels keep strands side by side apart, coarser ones bridge holes."""
 
 OWN_RADII = 1.5
 """Radii from an axis within which surface is the strand's own: half way between its own, at 1, and the axis of a

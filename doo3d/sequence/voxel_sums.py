@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
+from ..geometry.disjoint_set import group_sums
 from ..types import Floats, Ints
 
 GRID_HALF_VOXELS = 1 << 20
@@ -72,7 +73,7 @@ class VoxelSums:
         keys = self.keys_of(points)
         merged = _sorted_unique(np.concatenate((self.keys, keys)))
         old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
-        sums: Floats = np.column_stack([np.bincount(new, weights=column, minlength=len(merged)) for column in values.T])
+        sums: Floats = group_sums(values, new, len(merged))
         frames: Ints = (np.bincount(new, minlength=len(merged)) > 0).astype(np.int64)
         if len(self.keys):
             sums[old] += self.sums

@@ -13,13 +13,12 @@ from ..errors import InputError
 from ..facts.cloud_facts import estimate_radius, point_spacing
 from ..facts.frame_facts import FrameFacts, facts_of
 from ..geometry.cells import box_shape, cell_coords, cell_keys, close_cells, distinct, extent, neighbors_of
+from ..geometry.disjoint_set import group_sums
 from ..geometry.limits import KEY_LIMIT, MAX_CELLS
 from ..geometry.noise import DEVIATIONS, MAD_TO_DEVIATION
+from ..geometry.radii import STEP_RADII
 from ..kernels import connected_parts
 from ..types import Array, Bools, Floats, Foreground, Ints, VoxelGrid
-
-SIZE_OVER_RADIUS = 0.5
-"""Edge of a voxel in radii: finer keeps strands side by side apart, coarser bridges holes."""
 
 VIEW_EDGE, DEPTH_EDGES = 0.8, 2.0
 """Edge of a voxel of a frame over that of a cloud, and depth of such a voxel in edges. The image tells exactly where a strand is,
@@ -46,9 +45,6 @@ another. The parts of a frame's mask were judged in the image; small components 
 
 MIN_MASK_RADIUS_PX = 0.5
 """px; least radius of a mask: a line of single pixels."""
-
-USE_FILTERED_POINTS = True
-"""Voxelize the points of filtered depth: noise of single readings breaks thin strands apart (`doo3d evaluate ablations`)."""
 
 
 def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) -> VoxelGrid:
@@ -85,7 +81,7 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
     finer = 1.0 if foreground.camera is None else VIEW_EDGE
-    size_over_radius = finer * edge * SIZE_OVER_RADIUS
+    size_over_radius = finer * edge * STEP_RADII
     size = config.size or max(size_over_radius * radius, finer * SIZE_OVER_SPACING * spacing)
     sampling = foreground.sampling
     if sampling is not None and sampling.scatter is not None:
@@ -209,9 +205,7 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
 
     Where strands run side by side, only the pixels in the middle of each are used.
     """
-    points = foreground.points
-    if USE_FILTERED_POINTS and foreground.filtered is not None:
-        points = foreground.filtered
+    points = foreground.points if foreground.filtered is None else foreground.filtered
     mask, pixels = foreground.mask, foreground.pixels
     if not config.core_fraction or pixels is None or mask is None:
         return points if foreground.bridges is None else np.concatenate((points, foreground.bridges))
@@ -221,7 +215,7 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
     in_core = core_pixels(facts, pixels, config.core_fraction, radius_px, config.core_margin_px)
     if foreground.side_by_side is not None:
         beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
-        in_core = np.where(beside, middle_pixels(facts, pixels, SIZE_OVER_RADIUS / 2 * radius_px), in_core)
+        in_core = np.where(beside, middle_pixels(facts, pixels, STEP_RADII / 2 * radius_px), in_core)
     return points[in_core]
 
 
@@ -259,7 +253,7 @@ def _means_in_voxels(points: Floats, voxel: Ints, table: Ints, centers: Floats) 
     """
     counts = np.bincount(voxel, minlength=len(centers))
     holds = np.append(counts > 0, False)
-    sums = np.column_stack([np.bincount(voxel, weights=axis, minlength=len(centers)) for axis in points.T])
+    sums = group_sums(points, voxel, len(centers))
     means = np.where(holds[:-1, None], sums / np.maximum(counts, 1)[:, None], centers)
     holes = np.flatnonzero(counts == 0)
     near = np.where(holds[table[holes]], table[holes], -1)

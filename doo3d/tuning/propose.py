@@ -10,10 +10,11 @@ import numpy as np
 from ..config import Config, HsvRange, SegmentConfig
 from ..errors import InputError
 from ..facts.frame_facts import FrameFacts
+from ..geometry.radii import STEP_RADII
 from ..stages.segment import segment
 from ..stages.segment.methods import resolve_method
 from ..stages.segment.methods.hsv import in_ranges
-from ..stages.voxelize import SIZE_OVER_RADIUS, SIZE_OVER_SPACING, VIEW_EDGE
+from ..stages.voxelize import SIZE_OVER_SPACING, VIEW_EDGE
 from ..types import Array, Bools, Cloud, Frame, Image
 from ..types.display import counted
 from .hsv_range import completed_mask, fit_range
@@ -391,7 +392,7 @@ def _voxel_size(mask: Bools, radius: float, radius_px: float, spacing: float, un
     if unit == "px":
         return None, "in 2-D the pixels are the grid"
     narrow_px = float(np.min([thin_components(mask).half_width or radius_px, radius_px]))
-    in_radii = VIEW_EDGE * SIZE_OVER_RADIUS
+    in_radii = VIEW_EDGE * STEP_RADII
     by_radius, by_spacing = in_radii * radius, VIEW_EDGE * SIZE_OVER_SPACING * spacing
     if radius_px > SIDE_BY_SIDE_RATIO * narrow_px:
         size = round(max(by_radius * narrow_px / radius_px, by_spacing), 5)

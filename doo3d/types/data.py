@@ -54,7 +54,7 @@ class Camera:
             object.__setattr__(self, name, arguments.number(getattr(self, name), f"camera: {name}", "intrinsics-invalid"))
         for name in ("width", "height"):
             object.__setattr__(self, name, arguments.whole(getattr(self, name), f"camera: {name}"))
-        values = np.array([self.fx, self.fy, self.cx, self.cy])
+        values = self.intrinsics
         if not (np.abs(values) < MAX_INTRINSIC_PX).all() or (values[:2] < MIN_FOCAL_PX).any():
             raise InputError(
                 f"intrinsics fx={self.fx} fy={self.fy} cx={self.cx} cy={self.cy}: expected finite numbers in pixels, "
@@ -65,6 +65,11 @@ class Camera:
             raise InputError(
                 f"intrinsics: image size {self.width}x{self.height}, expected at least 1x1", code="intrinsics-invalid"
             )
+
+    @property
+    def intrinsics(self) -> Floats:
+        """The numbers fx, fy, cx, cy, (4,) px."""
+        return np.array((self.fx, self.fy, self.cx, self.cy))
 
     def project(self, points: Floats) -> Floats:
         """Return the pixels (u, v) at which points are seen.

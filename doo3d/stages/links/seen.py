@@ -59,7 +59,7 @@ def seen_gaps(points: Floats, tangents: Floats, chains: Curves, context: FrameCo
     lines = facts.strand_lines(px)
     if not len(lines):
         return {}, ()
-    curves, intrinsics = (chains.points, chains.bounds, chains.closed), np.array((camera.fx, camera.fy, camera.cx, camera.cy))
+    curves, intrinsics = (chains.points, chains.bounds, chains.closed), camera.intrinsics
     pairs, found, bounds = gaps_along_lines(
         points, tangents, *curves, intrinsics, context.radius, lines.points, lines.bounds, TOUCHING_RADII * px
     )

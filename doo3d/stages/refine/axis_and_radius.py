@@ -173,7 +173,7 @@ def _in_mask(samples: Samples, foreground: Foreground, mask: Bools, iterations: 
         samples.window_half,
         *mask_sample(facts_of(foreground)),
         foreground.points[:0] if camera is None else thinned(foreground.points),
-        np.zeros(0) if camera is None else np.array((camera.fx, camera.fy, camera.cx, camera.cy)),
+        np.zeros(0) if camera is None else camera.intrinsics,
         np.ascontiguousarray(depth, dtype=np.float32),
         np.ascontiguousarray(mask) if depth.size else np.zeros((0, 0), dtype=bool),
         np.zeros(0) if plane is None or not depth.size else np.append(plane.normal, plane.height),

@@ -64,9 +64,8 @@ def measure_silhouette(
     (S,) m, from each sample to the middle of the mask, positive along the lateral axis, and (S,) m, half the width; both 0 if no
     mask is near the sample.
     """
-    intrinsics = np.array((camera.fx, camera.fy, camera.cx, camera.cy))
     sample = mask_sample(facts)
-    return kernels.silhouette(positions, axes.tangent, axes.lateral, path, *sample, intrinsics, reach, window_half)
+    return kernels.silhouette(positions, axes.tangent, axes.lateral, path, *sample, camera.intrinsics, reach, window_half)
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 from ...facts.frame_facts import FrameFacts
+from ...geometry.disjoint_set import joined_groups
 from ...types import Floats, Ints
 from .depth_filter import Readings
 
@@ -99,8 +99,7 @@ def _with_reading_beside(pixels: Ints, measured: Floats, width: int) -> tuple[In
     beside = pixels[:, None] - np.array((1, width, -1, -width))
     found = np.minimum(np.searchsorted(pixels, beside), len(pixels) - 1)
     inside, value = pixels[found] == beside, measured[beside]
-    graph = csr_matrix((np.ones(np.count_nonzero(inside)), (np.nonzero(inside)[0], found[inside])), (len(pixels), len(pixels)))
-    label = connected_components(graph, directed=False)[1]
+    label = joined_groups(np.column_stack((np.nonzero(inside)[0], found[inside])), len(pixels))
     kept = (np.bincount(label, weights=(value > 0).any(axis=1)) > 0)[label]
     number = np.cumsum(kept) - 1
     return pixels[kept], np.where(inside, number[found], -1)[kept], value[kept]

@@ -6,6 +6,8 @@ import numpy as np
 
 from ...facts.cloud_facts import CloudFacts
 from ...geometry.cells import box_shape, cell_coords, cell_keys, neighbors_of
+from ...geometry.disjoint_set import group_sums
+from ...geometry.limits import MAX_CELLS
 from ...types import Bools, Floats
 
 NEIGHBORHOOD_CELL_SPACINGS = 2.0
@@ -21,7 +23,7 @@ FAR_OUTLIER_BOX_SIZES = 3
 SPREAD = (0.0, 0.02, 0.05, 0.95, 0.98, 1.0)
 """Fractions of the points that lie below the quantiles which tell how far a cloud extends, and how far its outliers lie."""
 
-MAX_POINTS = 1_000_000
+MAX_POINTS = MAX_CELLS // 2
 """Points of a cloud that are used at most, for time (about 1 s) and memory; ten times as many as an object of 10 m needs."""
 
 
@@ -70,8 +72,7 @@ def _averaged(points: Floats, edge: float) -> tuple[Bools, Floats]:
     if not shape:
         return everything
     keys, cell = np.unique(cell_keys(points, origin, edge, shape), return_inverse=True)
-    columns = np.concatenate((points, np.ones((len(points), 1))), axis=1).T
-    own = np.column_stack([np.bincount(cell, weights=column) for column in columns])
+    own = group_sums(np.column_stack((points, np.ones(len(points)))), cell, len(keys))
     sums, own = own, np.concatenate((own, np.zeros((1, 4))))
     for beside in neighbors_of(cell_coords(keys, shape)).T:  # -1, for none, is the row of zeros
         sums = sums + own[beside]

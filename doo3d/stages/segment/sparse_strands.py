@@ -7,18 +7,18 @@ is moved to the straight line that fits the points before and behind it, and nei
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...geometry.disjoint_set import group_sums, joined_groups
+from ...geometry.limits import MAX_SAMPLES
 from ...geometry.polyline import perpendicular
 from ...kernels import fit_lines
 from ...types import Bools, CloudSampling, Floats, Ints
 
-MAX_SPARSE_POINTS = 50_000
+MAX_SPARSE_POINTS = MAX_SAMPLES
 """Points of a sparse cloud that are used at most, since each has a line fitted to its neighbors: 2 s and 400 MB. They are taken
 evenly in the order of the points, which is that along a scanner's lines."""
 
@@ -85,8 +85,7 @@ MIN_PIECE_SPACINGS = 6.0
 """Spacings of length that a strand must have, or its points are outliers."""
 
 
-@dataclass(frozen=True)
-class SparseStrands:
+class SparseStrands(NamedTuple):
     """A cloud of sparse points as lines.
 
     Attributes
@@ -107,12 +106,11 @@ class SparseStrands:
     sampling: CloudSampling
 
 
-@dataclass(frozen=True)
-class _Lines:
+class _Lines(NamedTuple):
     """Straight lines through the neighborhoods of S points.
 
     found : (S,) bool. center, direction : (S, 3). across : (S,) m, root mean square distance from the line. spacing : (S,) m
-    along the line. scale : (S,) m, half length. count : (S,).
+    along the line. scale : (S,) m, half length. number : (S,), of points.
     """
 
     found: Bools
@@ -121,7 +119,7 @@ class _Lines:
     across: Floats
     spacing: Floats
     scale: Floats
-    count: Ints
+    number: Ints
 
 
 def find_sparse_strands(points: Floats) -> SparseStrands | None:
@@ -144,7 +142,7 @@ def find_sparse_strands(points: Floats) -> SparseStrands | None:
         return None
     kept = np.zeros(len(points), dtype=bool)
     kept[::every] = strands.kept
-    return replace(strands, kept=kept)
+    return strands._replace(kept=kept)
 
 
 def is_sparse(points: Floats) -> bool:
@@ -163,7 +161,7 @@ def _seed_lines(tree: cKDTree, points: Floats) -> _Lines | None:
     lines = _fit_lines(points, seeds, near, scales, LINE_WIDTH * scales, np.full(len(scales), MIN_LINE_POINTS))
     if np.mean(lines.found) < MIN_LINE_FRACTION:
         return None
-    lines = _Lines(*(getattr(lines, name)[lines.found] for name in lines.__dataclass_fields__))
+    lines = _Lines(*(values[lines.found] for values in lines))
     return lines if 2 * np.median(lines.across) <= MAX_POINTS_ACROSS * np.median(lines.spacing) else None
 
 
@@ -186,15 +184,14 @@ def _is_arc(slab: Floats, direction: Floats, scale: float, across: float) -> boo
     if len(flat) < 8:
         return False
     pairs = cKDTree(flat).query_pairs(max(4 * across, scale / 4), output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(flat), len(flat)))
-    count, label = connected_components(graph, directed=False)
-    if count < MIN_ARC_LINES:
+    label = joined_groups(pairs, len(flat))
+    count = np.bincount(label)
+    if len(count) < MIN_ARC_LINES:
         return False
-    spots = np.column_stack([np.bincount(label, weights=column) for column in flat.T]) / np.bincount(label)[:, None]
+    spots = group_sums(flat, label, len(count)) / count[:, None]
     steps = cKDTree(spots).query(spots, k=2)[0][:, 1]
     linked = cKDTree(spots).query_pairs(2 * float(np.median(steps)), output_type="ndarray")
-    graph = coo_matrix((np.ones(len(linked)), tuple(linked.T)), shape=(count, count))
-    group = connected_components(graph, directed=False)[1]
+    group = joined_groups(linked, len(count))
     spots = spots[group == group[np.argmin((spots**2).sum(axis=1))]]
     if len(spots) < MIN_ARC_LINES:
         return False
@@ -226,10 +223,9 @@ def _joined(tree: cKDTree, points: Floats, seeds: _Lines) -> SparseStrands | Non
     offset = points[index] - center
     centered = center + np.einsum("ij,ij->i", offset, direction)[:, None] * direction
     spacing = float(np.median(lines.spacing[index]))
-    tolerance = 2 * across / np.sqrt(np.maximum(lines.count[index], 1)) + 0.1 * spacing
-    first, second = _links(centered, direction, tolerance, MAX_LINK_SPACINGS * spacing)
-    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(index), len(index)))
-    label = connected_components(graph, directed=False)[1]
+    tolerance = 2 * across / np.sqrt(np.maximum(lines.number[index], 1)) + 0.1 * spacing
+    links = _links(centered, direction, tolerance, MAX_LINK_SPACINGS * spacing)
+    label = joined_groups(links, len(index))
     short = _short_pieces(centered, label)
     if short is not None:
         return _through_pieces(points, index, label) if short > MIN_PIECE_DISTANCE else None
@@ -237,12 +233,10 @@ def _joined(tree: cKDTree, points: Floats, seeds: _Lines) -> SparseStrands | Non
     good = size >= MIN_PIECE_SPACINGS
     kept = np.zeros(len(points), dtype=bool)
     kept[index[good]] = True
-    used = good[first]
     if np.mean(kept) < MIN_KEPT:
         return None
-    sampling = CloudSampling(spacing, across)
-    step = spacing / 8
-    return SparseStrands(kept, centered[good], _between(centered[first[used]], centered[second[used]], step), sampling)
+    starts, ends = (centered[column] for column in links[good[links[:, 0]]].T)
+    return SparseStrands(kept, centered[good], _between(starts, ends, spacing / 8), CloudSampling(spacing, across))
 
 
 def _through_pieces(points: Floats, index: Ints, label: Ints) -> SparseStrands | None:
@@ -251,7 +245,7 @@ def _through_pieces(points: Floats, index: Ints, label: Ints) -> SparseStrands |
     index : (K,), the points of pieces. label : (K,), the piece of each.
     """
     count = np.bincount(label)
-    middles = np.column_stack([np.bincount(label, weights=column) for column in points[index].T]) / count[:, None]
+    middles = group_sums(points[index], label, len(count)) / count[:, None]
     whole = np.flatnonzero(count >= MIN_POINTS_AT_SCALE)
     strands = find_sparse_strands(middles[whole])
     if strands is None:
@@ -286,10 +280,9 @@ def _short_pieces(points: Floats, label: Ints) -> float | None:
     return apart if apart > 1 / SHORT_PIECE else None
 
 
-def _links(points: Floats, direction: Floats, tolerance: Floats, reach: float) -> tuple[Ints, Ints]:
-    """Return the pairs of neighbors along strands, (L,) and (L,): each point and the next ahead, and the next behind."""
-    tree = cKDTree(points)
-    distance, near = tree.query(points, k=min(len(points), 48), distance_upper_bound=reach)
+def _links(points: Floats, direction: Floats, tolerance: Floats, reach: float) -> Ints:
+    """Return the pairs of neighbors along strands, (L, 2): each point and the next ahead, and the next behind."""
+    distance, near = cKDTree(points).query(points, k=min(len(points), 48), distance_upper_bound=reach)
     there = np.isfinite(distance)
     near = np.where(there, near, 0)
     offset = points[near] - points[:, None]
@@ -297,20 +290,18 @@ def _links(points: Floats, direction: Floats, tolerance: Floats, reach: float) -
     lateral = np.sqrt(np.maximum(distance**2 - axial**2, 0.0))
     aligned = np.abs(np.einsum("nkj,nj->nk", direction[near], direction)) > MIN_ALIGNMENT
     good = there & aligned & (np.where(there, lateral, np.inf) <= tolerance[:, None] + LINK_SLOPE * np.abs(axial))
-    firsts, seconds = [], []
+    links = []
     for sign in (1, -1):
         ahead = np.where(good & (sign * axial > 1e-9 * reach), np.abs(axial) + 2 * lateral, np.inf)
         best = ahead.argmin(axis=1)
-        has = np.isfinite(ahead[np.arange(len(points)), best])
-        firsts.append(np.flatnonzero(has))
-        seconds.append(near[has, best[has]])
-    return np.concatenate(firsts), np.concatenate(seconds)
+        has = np.flatnonzero(np.isfinite(ahead[np.arange(len(points)), best]))
+        links.append(np.column_stack((has, near[has, best[has]])))
+    return np.concatenate(links)
 
 
 def _between(starts: Floats, ends: Floats, step: float) -> Floats:
     """Return points on the straight lines from starts to ends (L, 3), at most `step` apart."""
-    count = np.ceil(np.linalg.norm(ends - starts, axis=1) / step).astype(int)
-    count = np.maximum(count, 1)
+    count = np.maximum(np.ceil(np.linalg.norm(ends - starts, axis=1) / step).astype(int), 1)
     which = np.repeat(np.arange(len(starts)), count)
     number = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
     fraction = ((number + 0.5) / count[which])[:, None]

@@ -6,10 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...geometry.disjoint_set import joined_groups
 from ...kernels import line_ends, mask_parts, thin_pixels
 from ...types import Array, Bools, Floats, Ints
 from .wide_stretches import Bundles, close_gaps
@@ -28,8 +27,8 @@ strands, is open."""
 MIN_VALLEY_WIDTHS = 3.0
 """Widths of the mask there; shorter lines that continue each other are the flanks of a strand that crosses a wide one."""
 
-OPENING_RADII, SIDE_RADII = 1.0, 3.5
-"""Radii; so far beyond the end of a valley there is background, and within so many to either side a strand."""
+SIDE_RADII = 3.5
+"""Radii to either side of the background a radius beyond the end of a valley, within which there is a strand."""
 
 MAX_VALLEYS = 200
 """Valleys at most that are tested, the longest first."""
@@ -69,8 +68,7 @@ def _opening_lines(pixels: Ints, starts: Ints, bundles: Bundles) -> Bools:
     ends = _LineEnds(*line_ends(pixels, starts, result.shape, math.ceil(2 * bundles.radius)))
     ahead, is_ahead, opening = _carry_on(ends, label, bundles)
     near = cKDTree(ends.position).query_pairs(2 * REACH_RADII * bundles.radius, output_type="ndarray")
-    graph = coo_array((np.ones(len(near)), (ends.line[near[:, 0]], ends.line[near[:, 1]])), shape=(size, size))
-    group = connected_components(graph, directed=False)[1]
+    group = joined_groups(ends.line[near], size)
     opens = np.zeros(size, dtype=bool)
     opens[group[ends.line[opening]]] = True
     in_gap = np.bincount(own[~bundles.part.ravel()[pixels]], minlength=size)
@@ -108,7 +106,7 @@ def _carry_on(ends: _LineEnds, label: Ints, bundles: Bundles) -> tuple[Ints, Boo
     is_met = free | (seen & (other >= 0) & (other != ends.line[:, None]))
     met, end = is_met.argmax(axis=1), np.arange(len(ahead))
     is_ahead = is_met.any(axis=1)[:, None] & (np.arange(ahead.shape[1]) <= met[:, None])
-    beyond = ahead[end, met] + OPENING_RADII * bundles.radius * direction
+    beyond = ahead[end, met] + bundles.radius * direction
     opening = free[end, met]
     across = np.column_stack((-direction[:, 1], direction[:, 0]))
     for way in (across, -across):
