@@ -96,7 +96,7 @@ def _confidence_without(kind: str) -> Ablation:
 DEPTH = ("stereo", "ragged")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={f"{_STAGES}.segment.segment:repair_mask": lambda mask, *_: (mask, None)},
+        places={f"{_STAGES}.segment.segment:repair_mask": _first},
         modules=("stages.segment.mask_repair",),
         made_for=("ragged", "untold"),
     ),

@@ -28,7 +28,7 @@ MAX_OFF_SHARE = 0.12
 """Share of the edge's pixels whose largest step within BAND_PX is not at the edge, up to which a mask surely is not ragged."""
 
 
-def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> tuple[Bools, Appearance | None]:
+def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
     """Move the edge of a ragged mask to where the colors of the image change, and drop the parts that show the background.
 
     The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the
@@ -47,22 +47,21 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> tuple[B
 
     Returns
     -------
-    mask : (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from
-        the background
-    appearance : the colors learned last if the mask was repaired, else None
+    (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from the
+    background.
     """
     stays = _width(mask) < 4 * SMOOTHING_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE
     if stays:
-        return mask, None
+        return mask
     edge = MaskEdge(mask, BAND_PX, RING_PX)
     kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
     for _ in range(ITERATIONS):
         appearance = Appearance(color, edge)
         if appearance.separation < MIN_CONTRAST:
-            return mask, None
+            return mask
         edge.move(color, appearance.log_odds, kernel)
     edge.restore_parts(MIN_THICKNESS_PX, MIN_ELONGATION)
-    return (edge.mask(), appearance) if is_by_depth or edge.raggedness() >= MIN_RAGGEDNESS else (mask, None)
+    return edge.mask() if is_by_depth or edge.raggedness() >= MIN_RAGGEDNESS else mask
 
 
 def _width(mask: Bools) -> float:

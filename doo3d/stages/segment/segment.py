@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from ...config import SegmentConfig
 from ...errors import InputError
 from ...facts.frame_facts import FrameFacts
 from ...geometry.limits import MAX_CELLS
+from ...geometry.mask import dilate
 from ...geometry.noise import SAMPLES
 from ...types import Array, Cloud, CloudSampling, Floats, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .end_plugs import remove_plugs
-from .mask_cleanup import CleanedMask, clean_mask
+from .mask_cleanup import remove_wide_regions
 from .mask_image import inversion_note, object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
@@ -124,11 +124,9 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
 
 
 def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
-    if isinstance(data, Cloud):
-        return _segment_cloud(data, config, mask, seed)
-    if isinstance(data, Image):
-        return _segment_image(data, config, mask, seed)
-    return _segment_frame(data, config, mask, seed)
+    if isinstance(data, Frame):
+        return _segment_frame(data, config, mask, seed)
+    return (_segment_cloud if isinstance(data, Cloud) else _segment_image)(data, config, mask, seed)
 
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -138,17 +136,16 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if median is not None and median <= config.max_depth < frame.depth.max():  # saturated values, or a far background
         frame = replace(frame, depth=np.where(frame.depth > config.max_depth, 0, frame.depth))
     method, made = _select(frame, config, mask, seed, frame.depth.shape)
-    selected, note, plane = made[:3]
+    selected = given = made.mask
     is_told = _is_told(method, config)
-    may_have_wide = method not in (MASK, "everything")
     if method != "everything":
         _check_size(int(np.count_nonzero(selected)))
-    given = selected
     if frame.color is not None and method not in ("everything", "plane"):
-        selected = repair_mask(given, frame.color, method in ("network", "strands"))[0]
-    cleaned = clean_mask(selected, config, may_have_wide, frame.depth, frame.camera.fx)
-    facts, pixels = cleaned.facts, cleaned.facts.count
-    if frame.color is not None and not is_told and not cleaned.removed_wide:  # what is left of a gripper is no plug
+        selected = repair_mask(given, frame.color, method in ("network", "strands"))
+    solid = FrameFacts(selected, frame.depth, config.min_component)
+    facts = solid if method in (MASK, "everything") else remove_wide_regions(solid, config, frame.camera.fx)
+    pixels, removed_wide = facts.count, solid.count - facts.count
+    if frame.color is not None and not is_told and not removed_wide:  # what is left of a gripper is no plug
         facts = remove_plugs(facts, frame.color)
     if pixels:
         if not facts.readings and frame.depth.any():
@@ -156,7 +153,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
     split = SplitMask(facts.mask, 0, None)
     if method != "everything":
-        holes, by_hue = selected if cleaned.closed_holes else None, is_told and config.hues
+        holes, by_hue = selected if solid.filled else None, is_told and config.hues
         split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, by_hue)
         facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
     radius = facts.radius(frame.camera.fx)
@@ -179,14 +176,19 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         color=frame.color,
         camera=frame.camera,
         viewpoint=np.zeros(3),
-        notes=_notes(method, note, pixels > 0, frame.color is not None),
+        notes=_notes(method, made.note, pixels > 0, frame.color is not None),
         is_told=is_told,
         is_clean=is_told or made.is_certain or method == "network",
     )
-    without_depth = pixels - split.removed - measured - outliers
-    repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
-    record = replace(_record(foreground, method, cleaned, split), without_depth=without_depth, outliers=outliers)
-    return replace(record, inpainted=len(readings.pixels) - measured, repaired=repaired, smoothed=smoothed, plane=plane)
+    return replace(
+        _record(foreground, method, solid, removed_wide, split),
+        without_depth=pixels - split.removed - measured - outliers,
+        outliers=outliers,
+        inpainted=len(readings.pixels) - measured,
+        repaired=0 if selected is given else int(np.count_nonzero(selected != given)),
+        smoothed=smoothed,
+        plane=made.plane,
+    )
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -195,16 +197,18 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if drawn is not None and mask is None and config.method == "auto" and resolve_method(image, config) in ("network", "strands"):
         mask = drawn
     method, made = _select(image, config, mask, seed, shape)
-    selected, note = made[:2]
+    selected = made.mask
     is_told = _is_told(method, config)
     # an image of the mask tells nothing that the mask does not
     color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     _check_size(int(np.count_nonzero(selected)))
-    cleaned = clean_mask(selected, config, mask is None)
-    facts = cleaned.facts if is_told else remove_plugs(cleaned.facts, image.color)
-    holes = selected if cleaned.closed_holes else None
+    solid = FrameFacts(selected, None, config.min_component)
+    facts = narrow = remove_wide_regions(solid, config) if mask is None else solid
+    if not is_told:
+        facts = remove_plugs(facts, image.color)
+    holes = selected if solid.filled else None
     split = split_strands(facts, holes, color, None, config.equal_widths, is_told and config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
@@ -217,19 +221,18 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         colors=split.colors,
         color=color,
         probability=made.probability,
-        notes=_notes(method, note, len(pixels) > 0, True),
+        notes=_notes(method, made.note, len(pixels) > 0, True),
         is_told=is_told,
     )
-    return _record(foreground, method, cleaned, split)
+    return _record(foreground, method, solid, solid.count - narrow.count, split)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     spread = np.quantile(cloud.points, SPREAD, axis=0) if len(cloud.points) else np.zeros((len(SPREAD), 3))
     _check_extent(spread, len(cloud.points), config, bool(cloud.views))
     method, made = _select(cloud, config, mask, seed, (len(cloud.points),))
-    selected, note, plane = made[:3]
     is_told = cloud.segmented or _is_told(method, config)
-    chosen, limits = draw_points(cloud.points if selected.all() else cloud.points[selected], seed)
+    chosen, limits = draw_points(cloud.points if made.mask.all() else cloud.points[made.mask], seed)
     facts, points, means = filter_points(chosen, spread if chosen is cloud.points else None)
     outliers = len(chosen) - len(points)
     sampling, bridges = CloudSampling(facts.spacing) if len(points) else None, None
@@ -248,11 +251,11 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         sampling=sampling,
         cloud_facts=facts if sparse is None and len(points) else None,
         viewpoint=cloud.viewpoint,
-        notes=_notes(method, note, bool(len(chosen)), False),
+        notes=_notes(method, made.note, bool(len(chosen)), False),
         views=cloud.views,
         is_told=is_told,
     )
-    return Segmentation(foreground, method, len(chosen), outliers=outliers, limits=limits, plane=plane)
+    return Segmentation(foreground, method, len(chosen), outliers=outliers, limits=limits, plane=made.plane)
 
 
 def _select(
@@ -282,25 +285,23 @@ def _is_told(method: str, config: SegmentConfig) -> bool:
     return method not in BY_SHAPE and not (method == "everything" and config.method == "auto")
 
 
+def _record(foreground: Foreground, method: str, solid: FrameFacts, removed_wide: int, split: SplitMask) -> Segmentation:
+    counts = solid.selected, solid.removed, removed_wide
+    return Segmentation(foreground, method, *counts, closed_holes=solid.filled, split=split.removed)
+
+
 def _notes(method: str, note: str, found: bool, has_color: bool) -> tuple[str, ...]:
-    """Return the notes for a frame: the method's own, and what to do if it selected nothing."""
-    return tuple(sentence for sentence in (note, "" if found else _nothing_note(method, has_color)) if sentence)
-
-
-def _record(foreground: Foreground, method: str, cleaned: CleanedMask, split: SplitMask) -> Segmentation:
-    counts = cleaned.selected, cleaned.removed_small, cleaned.removed_wide
-    return Segmentation(foreground, method, *counts, closed_holes=cleaned.closed_holes, split=split.removed)
-
-
-def _nothing_note(method: str, has_color: bool) -> str:
-    """Return the note for a frame in which the method selected nothing; `doo3d tune` needs an image with color."""
+    """Return the notes for a frame: the method's own, and what to do if it selected nothing, for which tuning needs color."""
+    own = (note,) if note else ()
+    if found:
+        return own
     by_color = ", or select the object by its color (doo3d tune)" if has_color else ""
     remedy = {
         "hsv": "widen segment.ranges" + (" (doo3d tune proposes ranges and shows what they select)" if has_color else ""),
         "background": "lower segment.depth_difference or segment.color_difference",
         "plane": f"lower segment.plane_distance{by_color}",
     }.get(method, f"give a mask{by_color}")
-    return f"segment ({method}): no object in this frame; {remedy}"
+    return *own, f"segment ({method}): no object in this frame; {remedy}"
 
 
 def _median_depth(frame: Frame) -> float | None:
@@ -329,7 +330,7 @@ def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, 
 
 def _without_depth(frame: Frame, mask: Array, pixels: int) -> InputError:
     """Return the error for an object without any reading: its material's, if the pixels around the object have readings."""
-    around = (cv2.dilate(mask.astype(np.uint8), np.ones((2 * HOLE_MARGIN_PX + 1,) * 2, np.uint8)) > 0) & ~mask
+    around = dilate(mask, HOLE_MARGIN_PX) & ~mask
     share = float(np.mean(frame.depth[around] > 0)) if around.any() else 0.0
     sentence = f"no depth at any of the {pixels} pixels of the object"
     if share > MIN_DEPTH_SHARE_AROUND:

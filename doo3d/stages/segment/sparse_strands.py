@@ -161,7 +161,7 @@ def _seed_lines(tree: cKDTree, points: Floats) -> _Lines | None:
     lines = _fit_lines(points, seeds, near, scales, LINE_WIDTH * scales, np.full(len(scales), MIN_LINE_POINTS))
     if np.mean(lines.found) < MIN_LINE_FRACTION:
         return None
-    lines = _Lines(*(values[lines.found] for values in lines))
+    lines = _Lines._make(values[lines.found] for values in lines)
     return lines if 2 * np.median(lines.across) <= MAX_POINTS_ACROSS * np.median(lines.spacing) else None
 
 

@@ -38,19 +38,19 @@ def overlap(one, other):
 
 def test_a_ragged_mask_is_repaired():
     spoiled = ragged()
-    found = repair_mask(spoiled, photographed())[0]
+    found = repair_mask(spoiled, photographed())
     assert overlap(spoiled, SEEN) < 0.8
     assert overlap(found, SEEN) > 0.97
     assert not found[300:312, 300:312].any()
 
 
 def test_a_mask_that_fits_stays_as_it_is():
-    assert repair_mask(SEEN, photographed())[0] is SEEN
+    assert repair_mask(SEEN, photographed()) is SEEN
 
 
 def test_a_mask_one_pixel_off_stays_as_it_is():
     wide = binary_dilation(SEEN)
-    assert repair_mask(wide, photographed())[0] is wide
+    assert repair_mask(wide, photographed()) is wide
 
 
 def by_depth(mask=SEEN):
@@ -62,8 +62,8 @@ def by_depth(mask=SEEN):
 
 def test_what_depth_lost_at_the_edge_and_within_is_found_by_color():
     spoiled, image = by_depth(), photographed()
-    assert repair_mask(spoiled, image)[0] is spoiled
-    found = repair_mask(spoiled, image, is_by_depth=True)[0]
+    assert repair_mask(spoiled, image) is spoiled
+    found = repair_mask(spoiled, image, is_by_depth=True)
     assert overlap(spoiled, SEEN) < 0.9
     assert overlap(found, SEEN) > 0.97
 
@@ -71,18 +71,18 @@ def test_what_depth_lost_at_the_edge_and_within_is_found_by_color():
 def test_a_strand_too_thin_for_its_color_stays_as_depth_shows_it():
     wire = np.zeros_like(SEEN)
     wire[200:202, 100:540] = True
-    assert repair_mask(wire, photographed(wire), is_by_depth=True)[0] is wire
+    assert repair_mask(wire, photographed(wire), is_by_depth=True) is wire
 
 
 @pytest.mark.parametrize("color", [(150, 150, 145), (148, 152, 143)])
 def test_colors_that_do_not_tell_change_nothing(color):
     spoiled = ragged()
-    assert repair_mask(spoiled, photographed(color=color))[0] is spoiled
+    assert repair_mask(spoiled, photographed(color=color)) is spoiled
 
 
 def test_nothing_to_repair():
     empty = np.zeros_like(SEEN)
-    assert repair_mask(empty, photographed())[0] is empty
+    assert repair_mask(empty, photographed()) is empty
 
 
 def test_a_second_cable_in_the_colors_of_the_table_is_not_dropped():
@@ -91,7 +91,7 @@ def test_a_second_cable_in_the_colors_of_the_table_is_not_dropped():
     image = photographed()
     image[second] = image[430:442, 100:540].reshape(-1, 3)
     both = ragged() | second
-    found = repair_mask(both, image)[0]
+    found = repair_mask(both, image)
     assert found is not both
     assert (found & second).sum() > 0.9 * second.sum()
 
@@ -99,6 +99,6 @@ def test_a_second_cable_in_the_colors_of_the_table_is_not_dropped():
 def test_the_record_says_how_many_pixels_changed():
     spoiled = ragged()
     record = segment(frame(np.where(DEPTH > 0, DEPTH, 0.6), photographed()), SegmentConfig(), spoiled)
-    assert record.repaired == (repair_mask(spoiled, photographed())[0] != spoiled).sum() > 1000
+    assert record.repaired == (repair_mask(spoiled, photographed()) != spoiled).sum() > 1000
     without_color = segment(frame(np.where(DEPTH > 0, DEPTH, 0.6)), SegmentConfig(), spoiled)
     assert without_color.repaired == 0
