@@ -74,10 +74,10 @@ def voxelize(foreground: Foreground, config: VoxelizeConfig, edge: float = 1.0) 
     InputError : the grid would hold more than MAX_CELLS (two million) voxels.
     """
     dim = foreground.points.shape[1]
-    if dim == 2 and foreground.mask is not None:
-        return _pixel_grid(foreground, foreground.mask, config)
     if not len(foreground.points):
         return _no_voxels(dim)
+    if dim == 2 and foreground.mask is not None:
+        return _pixel_grid(foreground, config)
     spacing = point_spacing(foreground)
     radius = config.radius or estimate_radius(foreground, spacing)
     finer = 1.0 if foreground.camera is None else VIEW_EDGE
@@ -115,33 +115,6 @@ def _in_space(points: Floats, distance: float) -> Floats:
     scale = points[:, 2:] * (-DEPTH_EDGES / distance)
     at_distance = np.concatenate((points[:, :2], np.full((len(points), 1), distance)), axis=1)
     return np.asarray(at_distance / scale)
-
-
-def core_pixels(facts: FrameFacts, pixels: Ints, core_fraction: float, radius: float, margin: float = math.inf) -> Bools:
-    """Tell which pixels lie in the core of a strand (stretch of the object), the part of the mask around its middle.
-
-    A pixel's distance from the edge of the mask is compared with the largest such distance within about `radius` of the pixel.
-    The pixel is in the core if its distance is at least `core_fraction` of the largest, or at most `margin` less than
-    the largest. Strands side by side have at least one pixel of background between them, so their cores are clearly apart.
-
-    Parameters
-    ----------
-    facts
-        the mask, not empty.
-    pixels
-        (N, 2) int64, N pixels (u, v) to test.
-    core_fraction
-        0 to 1; 0 puts all pixels of the mask in the core.
-    radius
-        px, radius of the object.
-    margin
-        px; infinite puts all pixels of the mask in the core.
-
-    Returns
-    -------
-    (N,) bool, one per pixel; False for a pixel outside the mask.
-    """
-    return facts.core_pixels(np.ascontiguousarray(pixels), max(1, math.ceil(radius)), core_fraction, margin)
 
 
 def middle_pixels(facts: FrameFacts, pixels: Ints, reach: float) -> Bools:
@@ -212,7 +185,8 @@ def _points_to_voxelize(foreground: Foreground, config: VoxelizeConfig, radius: 
     facts = facts_of(foreground)
     if config.split_at_depth_step:
         facts = FrameFacts(mask & ~occluding_edge_pixels(foreground, config.split_at_depth_step * radius, radius_px))
-    in_core = core_pixels(facts, pixels, config.core_fraction, radius_px, config.core_margin_px)
+    window = max(1, math.ceil(radius_px))
+    in_core = facts.core_pixels(np.ascontiguousarray(pixels), window, config.core_fraction, config.core_margin_px)
     if foreground.side_by_side is not None:
         beside = foreground.side_by_side[pixels[:, 1], pixels[:, 0]]
         in_core = np.where(beside, middle_pixels(facts, pixels, STEP_RADII / 2 * radius_px), in_core)
@@ -268,11 +242,9 @@ def _no_voxels(dim: int) -> VoxelGrid:
     return VoxelGrid(zero.astype(np.int64), zero, np.zeros(0, dtype=np.int64), 1.0, np.zeros(dim), 1.0)
 
 
-def _pixel_grid(foreground: Foreground, mask: Bools, config: VoxelizeConfig) -> VoxelGrid:
+def _pixel_grid(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     """Return the mask of an image as a grid: the points (N, 2) are all of its pixels, in lexicographic order."""
     pixels = foreground.points.astype(np.int64) if foreground.pixels is None else foreground.pixels
-    if not len(pixels):
-        return VoxelGrid(pixels, pixels.astype(float), pixels[:, 0], 1.0, np.zeros(2), 1.0)
     if len(pixels) > MAX_CELLS:
         raise InputError(
             f"the mask has {len(pixels)} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many"

@@ -22,18 +22,18 @@ from ...geometry.projection import Projection
 from ...geometry.radii import ACROSS_RADII, STEP_RADII
 from ...types import Array, Chain, Floats, Foreground, Ints
 from .. import FrameContext
-from .deviations import deviations_of
+from .deviations import MAX_RESIDUAL_RADII, deviations_of
 from .evidence import Evidence
 from .looks import looks_of
 
-BEND_SAMPLES = 4
+BEND_SAMPLES = round(2 / STEP_RADII)
 """Samples on either side of another one between which a chain turns: two radii."""
 
 SUPPORTED_SHARE = 0.5
 """Share of a segment's samples that must agree with it for its depth not to be doubtful."""
 
-RESIDUAL_PERCENTILE, MAX_RESIDUAL_RADII = np.array((90.0,)), 3.0
-"""Percentile over a chain's segments of the difference of its readings, and the most that counts."""
+RESIDUAL_PERCENTILE = np.array((90.0,))
+"""Percentile over a chain's segments of the difference of its readings."""
 
 CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
 """Distance in the view from an axis within which a pixel of the mask is that chain's."""
@@ -47,7 +47,7 @@ MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
 AHEAD_RADII = np.linspace(1.5, 4.0, 6)
 """Radii ahead of an end at which the mask is looked at, ACROSS_RADII to the side: beyond the rounding of a tip."""
 
-END_SAMPLES = 8
+END_SAMPLES = 2 * BEND_SAMPLES
 """Samples from an end over which its direction is taken: four radii."""
 
 STRAY_RATIO = 5.0

@@ -83,21 +83,21 @@ class Evidence:
         whether somebody said what the object is; if not, strands were looked for by their shape alone.
     """
 
-    joins: float = 0.0
-    unsupported: float = 0.0
-    residual: float = 0.0
-    bend: float = 0.0
-    unclaimed: float = 0.0
-    dropped: float = 0.0
-    rivals: float = 0.0
-    mask_ahead: float = 0.0
-    stubby: float = 0.0
-    uneven: float = 0.0
-    flat: float = 0.0
-    faint: float = 0.0
-    doubted: float = 0.0
-    stray: float = 0.0
-    unsure: float = 0.0
+    joins: float = 0
+    unsupported: float = 0
+    residual: float = 0
+    bend: float = 0
+    unclaimed: float = 0
+    dropped: float = 0
+    rivals: float = 0
+    mask_ahead: float = 0
+    stubby: float = 0
+    uneven: float = 0
+    flat: float = 0
+    faint: float = 0
+    doubted: float = 0
+    stray: float = 0
+    unsure: float = 0
     is_wide: bool = False
     is_told: bool = True
 

@@ -61,11 +61,11 @@ class Looks(NamedTuple):
         the axis, down to DOUBTFUL_ODDS; 0 without a network.
     """
 
-    stubby: float = 0.0
-    uneven: float = 0.0
-    flat: float = 0.0
-    faint: float = 0.0
-    doubted: float = 0.0
+    stubby: float
+    uneven: float
+    flat: float = 0
+    faint: float = 0
+    doubted: float = 0
 
 
 def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foreground: Foreground) -> Looks:
@@ -90,18 +90,8 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
     across = unit(np.gradient(view, axis=0))[:, ::-1] * (-1, 1)
     depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
     color = foreground.color if foreground.depth is None and foreground.color is not None else np.zeros((0, 0, 3), np.uint8)
-    flat, contrast = strand_sides(
-        view,
-        across,
-        reach,
-        chain.radius,
-        depth,
-        np.ascontiguousarray(color),
-        mask,
-        CORE_OFFSETS,
-        SIDE_RADII,
-        SIDE_RADII[:2],
-    )
+    images = depth, np.ascontiguousarray(color), mask
+    flat, contrast = strand_sides(view, across, reach, chain.radius, *images, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2])
     faint = math.log(CLEAR_CONTRAST / min(max(contrast, MIN_CONTRAST), CLEAR_CONTRAST))
     doubted = 0.0 if foreground.probability is None else _doubted(view, foreground.probability)
     return Looks(stubby, _uneven(chain), flat, faint, doubted)

@@ -19,12 +19,13 @@ from ...types import Bools, Floats, Foreground
 from .cross_sections import (
     CENTRAL_PART,
     MIN_POINTS,
+    CrossSections,
     SectionAxes,
+    are_half_shells,
     axis_depth,
     cross_sections,
     fit_circles,
     fit_half_shell,
-    is_seen_from,
     section_axes,
     thinned,
 )
@@ -50,8 +51,13 @@ MAX_SUNK_RADII = 3.0
 """Radii by which an axis may be measured too low over the plane beside it, and still lie on it: a stereo camera sees a cable on a
 table at 0.65 to 0.85 of its height, a thin wire not at all. What is lower is beyond the table."""
 
+MIN_SCATTER_SHARE = 1e-3
+"""Least radius of a path of sparse points in their spacings: a wire of 5 mm seen every 0.5 m has ten times that, and points
+exactly on a line would have none."""
+
 RING_OVERLAP = 40
 """Samples by which a ring is continued over its seam before it is smoothed."""
+
 MAX_STRENGTH = 1e8
 """Weight of smoothness at most; it is 81 with samples as far apart as usual. Beyond, rounding makes the equations singular."""
 
@@ -69,27 +75,13 @@ class _Estimate:
     radii: Floats
 
 
-def infer_viewpoint(foreground: Foreground, samples: Samples) -> Foreground:
-    """Return the foreground with a viewpoint (position of the sensor) inferred for a cloud that has none.
+def shows_half_shells(foreground: Foreground, samples: Samples) -> bool:
+    """Tell whether the points of a cloud look like half shells (as one camera sees of a cylinder) seen from the origin.
 
-    If the points look like half shells (the half of a cylinder that one camera sees) seen from the origin, the viewpoint is the
-    origin. If they do not, if the viewpoint is known, and in 2-D, the foreground is returned unchanged.
-
-    Parameters
-    ----------
-    foreground
-        the object's points.
-    samples
-        samples along the paths on the seen surface, m.
+    foreground : the cloud, without a viewpoint. samples : samples along the paths on the seen surface, m.
     """
-    if foreground.sampling is not None and foreground.sampling.is_sparse:
-        return foreground
-    axes = section_axes(samples.curves.points, samples.curves.tangents, None)
-    reach = TOUCHING_RADII * samples.radius
-    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, reach)
-    origin = np.zeros(3)
-    half_shell = is_seen_from(origin, sections, samples.curves.owner, samples.curves.points, axes, samples.window_half)
-    return replace(foreground, viewpoint=origin) if half_shell else foreground
+    axes, sections = _sections(samples, foreground)
+    return are_half_shells(sections, samples.curves.owner, samples.curves.points, axes, samples.window_half)
 
 
 def estimate_axis_and_radius(samples: Samples, foreground: Foreground, iterations: int = 1) -> Samples:
@@ -125,9 +117,11 @@ def estimate_axis_and_radius(samples: Samples, foreground: Foreground, iteration
     return samples
 
 
-MIN_SCATTER_SHARE = 1e-3
-"""Least radius of a path of sparse points in their spacings: a wire of 5 mm seen every 0.5 m has ten times that, and points
-exactly on a line would have none."""
+def _sections(samples: Samples, foreground: Foreground) -> tuple[SectionAxes, CrossSections]:
+    """Return the axes of the cross-sections at samples, and the points of a cloud in them."""
+    curves = samples.curves
+    axes = section_axes(curves.points, curves.tangents, foreground.viewpoint)
+    return axes, cross_sections(thinned(foreground.points), curves.points, axes, TOUCHING_RADII * samples.radius)
 
 
 def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
@@ -138,16 +132,12 @@ def _smoothed_samples(samples: Samples, estimate: _Estimate) -> Samples:
     positions = np.empty_like(curves.points)
     for part, closed, step in zip(curves.parts, curves.closed.tolist(), spacing, strict=True):
         strength = (SMOOTHING_RADII * float(estimate.radius[part.start]) / max(step, 1e-9)) ** 4
-        positions[part] = _smoothed(estimate.target[part], weight[part], min(strength, MAX_STRENGTH), closed)
+        count = part.stop - part.start
+        overlap = min(RING_OVERLAP, count) if closed else 0
+        around = part.start + np.arange(-overlap, count + overlap) % count
+        smooth = whittaker_smooth(estimate.target[around], weight[around], min(strength, MAX_STRENGTH))
+        positions[part] = smooth[overlap : overlap + count]
     return replace(samples, curves=curves.with_points(positions), radius=estimate.radius, radii=estimate.radii)
-
-
-def _smoothed(values: Floats, weight: Floats, strength: float, closed: bool) -> Floats:
-    if not closed:
-        return whittaker_smooth(values, weight, strength)
-    overlap = min(RING_OVERLAP, len(values))
-    around = np.arange(-overlap, len(values) + overlap) % len(values)
-    return whittaker_smooth(values[around], weight[around], strength)[overlap : overlap + len(values)]
 
 
 def _diagonal_weight(axes: SectionAxes, lateral: Floats, depth: Floats) -> Floats:
@@ -239,25 +229,22 @@ def depth_noise(positions: Floats, depth_axis: Floats, measured: Bools, samples:
 
 def _from_half_shell(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate all from the points of a cloud of one view: offset and radius from their lateral spread."""
-    points = thinned(foreground.points)
-    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
-    sections = cross_sections(points, samples.curves.points, axes, TOUCHING_RADII * samples.radius)
+    axes, sections = _sections(samples, foreground)
     middle, measured, count = fit_half_shell(sections, samples.curves.owner, samples.window_half)
-    samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples) & ~samples.filled)
+    samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples))
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     lateral_weight = weight * _trust(np.where(np.isfinite(measured), measured, 0.0) / samples.radius)
     moved = samples.curves.points + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
-    depth, depth_weight = _depth(samples, moved, axes, points)
+    depth, depth_weight = _depth(samples, moved, axes, thinned(foreground.points))
     target = moved + depth[:, None] * axes.depth
     return _Estimate(target, _diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
 
 
 def _from_circles(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate all from the circle through each cross-section, for clouds of many views."""
-    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
-    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, TOUCHING_RADII * samples.radius)
+    axes, sections = _sections(samples, foreground)
     _, measured, _ = fit_circles(sections, samples.curves.owner, None, samples.window_half)
-    samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples) & ~samples.filled)
+    samples, radii = _with_radius(samples, measured, _is_plausible(measured, samples))
     center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
     weight = _count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     weight *= np.linalg.norm(center, axis=1) < TOUCHING_RADII * samples.radius
@@ -283,21 +270,14 @@ def _from_lines(samples: Samples, foreground: Foreground) -> _Estimate:
 
 def _from_views(samples: Samples, foreground: Foreground) -> _Estimate:
     """Estimate the axis from the masks of all views, whose rays together tell depth too, and from circles as far as believed."""
-    axes = section_axes(samples.curves.points, samples.curves.tangents, foreground.viewpoint)
-    measurements = [
-        measured
-        for view in foreground.views
-        if (measured := measure_in_view(samples, axes.tangent, view, TOUCHING_RADII)) is not None
-    ]
+    measurements = [measured for view in foreground.views if (measured := measure_in_view(samples, view)) is not None]
     measured_radii = median_radius(measurements, len(samples.curves.points))
-    samples, radii = _with_radius(samples, measured_radii, np.isfinite(measured_radii) & ~samples.filled)
-    reach = TOUCHING_RADII * samples.radius
-    sections = cross_sections(thinned(foreground.points), samples.curves.points, axes, reach)
+    samples, radii = _with_radius(samples, measured_radii, np.isfinite(measured_radii))
+    axes, sections = _sections(samples, foreground)
     center, _, count = fit_circles(sections, samples.curves.owner, samples.radius, samples.window_half)
     believed = DEPTH_WEIGHT * _count_weight(count)
-    believed *= np.linalg.norm(center, axis=1) < reach
-    across = np.einsum("si,sj->sij", axes.lateral, axes.lateral) + np.einsum("si,sj->sij", axes.depth, axes.depth)
-    weight = believed[:, None, None] * across
+    believed *= np.linalg.norm(center, axis=1) < TOUCHING_RADII * samples.radius
+    weight = _diagonal_weight(axes, believed, believed)
     pull = believed[:, None] * (center[:, :1] * axes.lateral + center[:, 1:] * axes.depth)
     for measured in measurements:
         trust = _trust(measured.radius / samples.radius[measured.sample]) * (measured.radius > 0)
@@ -329,18 +309,16 @@ def _median_count(count: Floats) -> float:
 
 
 def _with_radius(samples: Samples, measured: Floats, usable: Bools) -> tuple[Samples, Floats]:
-    """Return the samples with the radius of their paths as measured (S,), and the radii at the samples (S,)."""
-    samples = replace(samples, radius=_path_radius(samples, measured, usable))
-    near = _trust(measured / samples.radius) > 0.5
-    return samples, _along_paths(measured, usable & near, samples)
+    """Return the samples with the radius of their paths as measured (S,), and the radii at the samples (S,).
 
-
-def _path_radius(samples: Samples, measured: Floats, usable: Bools) -> Floats:
-    """Return the median of what was measured along each path, (S,); the radius so far where nothing usable was."""
-    curves = samples.curves
+    The radius of a path is the median of what was measured along it outside of gaps; the radius so far where nothing usable was.
+    """
+    curves, usable = samples.curves, usable & ~samples.filled
     known = np.where(usable, measured, np.nan)
     median = np.array([finite_median(known[part]) for part in curves.parts])[curves.owner]
-    return np.where(np.isnan(median), samples.radius, median)
+    samples = replace(samples, radius=np.where(np.isnan(median), samples.radius, median))
+    near = _trust(measured / samples.radius) > 0.5
+    return samples, _along_paths(measured, usable & near, samples)
 
 
 def _along_paths(measured: Floats, good: Bools, samples: Samples) -> Floats:

@@ -127,12 +127,6 @@ def cross_sections(points: Floats, positions: Floats, axes: SectionAxes, reach: 
     return CrossSections(*section_offsets(points, distance, near, positions, axes.lateral, axes.depth, reach))
 
 
-def _pooled(values: Floats, sample: Ints, path: Ints, window_half: int) -> Floats:
-    """Return the sum of the values (K,) of points at each sample and its neighbors on the same path, (S,)."""
-    sums = np.bincount(sample, weights=values, minlength=len(path)).astype(float)  # of no values: int
-    return window_sum(sums, path, window_half)
-
-
 def axis_depth(sections: CrossSections, path: Ints, radius: Floats, window_half: int) -> tuple[Floats, Floats]:
     """Estimate how far behind each sample the axis of the object lies.
 
@@ -190,20 +184,16 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
     return middle, np.where(count >= MIN_POINTS, np.sqrt(factor * variance), np.nan), count
 
 
-def is_seen_from(
-    viewpoint: Floats, sections: CrossSections, path: Ints, positions: Floats, axes: SectionAxes, window_half: int
-) -> bool:
-    """Tell whether surface points look like half shells seen from a viewpoint.
+def are_half_shells(sections: CrossSections, path: Ints, positions: Floats, axes: SectionAxes, window_half: int) -> bool:
+    """Tell whether surface points look like half shells seen from the origin.
 
     A half shell is the half of a cylinder's surface that one camera sees. A circle is fitted to each cross-section. For a
-    half shell the circle's center lies behind the mean of the points, as seen from the viewpoint; for the points of a whole tube
+    half shell the circle's center lies behind the mean of the points, as seen from there; for the points of a whole tube
     center and mean coincide. The result is True if the center lies more than 0.4 radii behind the mean, in the median over the
     samples; False if no sample has enough points.
 
     Parameters
     ----------
-    viewpoint
-        (3,) m, in the frame of the points.
     sections
         surface points in the cross-sections of the samples.
     path
@@ -218,17 +208,16 @@ def is_seen_from(
     center, radii, count = fit_circles(sections, path, None, window_half)
     mean = np.zeros_like(center)
     for column, values in enumerate((sections.lateral, sections.depth)):
-        mean[:, column] = _pooled(values, sections.sample, path, window_half) / np.maximum(count, 1e-9)
+        sums = np.bincount(sections.sample, values, len(path)).astype(float)  # of no values: int
+        mean[:, column] = window_sum(sums, path, window_half) / np.maximum(count, 1e-9)
     good = (count >= MIN_POINTS) & np.isfinite(radii)
     behind = (center - mean)[good] / np.maximum(radii[good], 1e-9)[:, None]
     depth = behind[:, :1] * axes.lateral[good] + behind[:, 1:] * axes.depth[good]
-    ray = unit(positions[good] - viewpoint)
+    ray = unit(positions[good])
     return bool(good.any()) and float(np.median(np.einsum("ij,ij->i", depth, ray))) > 0.4
 
 
-def fit_circles(
-    sections: CrossSections, path: Ints, radius: Floats | None, window_half: int, steps: int = GAUSS_NEWTON_STEPS
-) -> tuple[Floats, Floats, Floats]:
+def fit_circles(sections: CrossSections, path: Ints, radius: Floats | None, window_half: int) -> tuple[Floats, Floats, Floats]:
     """Fit a circle to the points of each cross-section by least squares (Gauss-Newton, started from the fit of Kasa, 1976).
 
     Parameters
@@ -241,8 +230,6 @@ def fit_circles(
         (S,) m, fixes the radius of the circles, so that only their centers are fitted; None fits the radius too.
     window_half
         number of samples on either side, on the same path, whose points are pooled with those of a sample.
-    steps
-        number of Gauss-Newton iterations.
 
     Returns
     -------
@@ -252,4 +239,5 @@ def fit_circles(
     count : (S,) number of points at each sample, after pooling.
     """
     known = np.zeros(0) if radius is None else radius
-    return kernels.fit_circles(sections.sample, sections.lateral, sections.depth, path, known, window_half, steps, MIN_POINTS)
+    points = sections.sample, sections.lateral, sections.depth
+    return kernels.fit_circles(*points, path, known, window_half, GAUSS_NEWTON_STEPS, MIN_POINTS)

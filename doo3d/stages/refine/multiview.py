@@ -13,6 +13,7 @@ from ... import kernels
 from ...facts.frame_facts import FrameFacts
 from ...geometry.noise import SURFACE_SAMPLES
 from ...geometry.polyline import unit
+from ...geometry.radii import TOUCHING_RADII
 from ...types import Camera, CameraView, Floats, Ints
 from .cross_sections import SectionAxes, section_axes
 from .samples import Samples
@@ -90,23 +91,14 @@ class ViewMeasurement:
     radius: Floats
 
 
-def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: float) -> ViewMeasurement | None:
+def measure_in_view(samples: Samples, view: CameraView) -> ViewMeasurement | None:
     """Measure the position and the width of the object's mask in one camera view, at samples along the object.
 
-    Parameters
-    ----------
-    samples
-        S samples along the objects, m in the frame of the cloud.
-    tangent
-        (S, 3) unit, along the object at each sample, in the frame of the cloud.
-    view
-        the camera, its pose (camera-to-cloud) and the mask.
-    reach
-        multiple of the object's radius; mask pixels farther than this from every sample are left out.
+    Pixels of the mask farther than TOUCHING_RADII (2.2) radii from every sample are left out.
 
-    Returns
-    -------
-    The measurement; None if fewer than two samples lie in the view, or its mask is empty.
+    samples : along the objects, m in the frame of the cloud. view : the camera, its pose (camera-to-cloud) and the mask.
+
+    Returns the measurement; None if fewer than two samples lie in the view, or its mask is empty.
     """
     turn, position, camera = view.pose[:3, :3], view.pose[:3, 3], view.camera
     local = (samples.curves.points - position) @ turn
@@ -118,9 +110,9 @@ def measure_in_view(samples: Samples, tangent: Floats, view: CameraView, reach: 
         return None
     # stretches in view are paths of their own
     path = np.cumsum(np.concatenate(([0], (np.diff(index) > 1) | (np.diff(samples.curves.owner[index]) != 0))))
-    local, along = local[index], unit(tangent[index] @ turn)
+    local, along = local[index], unit(samples.curves.tangents[index] @ turn)
     axes = section_axes(local, along, np.zeros(3))
-    limit = reach * samples.radius[index]
+    limit = TOUCHING_RADII * samples.radius[index]
     facts = FrameFacts(np.ascontiguousarray(view.mask))
     seen = measure_silhouette(local, axes, path, facts, camera, limit, samples.window_half)
     return ViewMeasurement(index, axes.lateral @ turn.T, *seen)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ...geometry.radii import OWN_RADII
 from ...kernels import nearest
 from ...types import Bools, Chain, Connection, Floats, Foreground, Ints, Path
 from .. import FrameContext
-from .axis_and_radius import estimate_axis_and_radius, infer_viewpoint
+from .axis_and_radius import estimate_axis_and_radius, shows_half_shells
 from .cross_sections import thinned
 from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
 from .samples import Samples, sample_paths
@@ -64,10 +65,14 @@ def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameConte
     context
         the data of the frame.
     """
-    if not paths or context.foreground.viewpoint is not None or context.foreground.points.shape[1] == 2:
+    foreground, sampling = context.foreground, context.foreground.sampling
+    is_sparse = sampling is not None and sampling.is_sparse
+    if not paths or foreground.viewpoint is not None or foreground.points.shape[1] == 2 or is_sparse:
         return context
     samples = sample_paths(paths, context.radius, context.segment_length)
-    return context.seen_from(infer_viewpoint(context.foreground, samples))
+    if not shows_half_shells(foreground, samples):
+        return context
+    return context.seen_from(replace(foreground, viewpoint=np.zeros(3)))
 
 
 def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> Samples | None:

@@ -12,9 +12,6 @@ from ...geometry.limits import MAX_CELLS
 from ...geometry.radii import STEP_RADII
 from ...types import Bools, Floats, Path
 
-WINDOW_RADII = 1.0
-"""Radii on either side of a sample from which its estimate is taken."""
-
 MIN_SAMPLES = 4
 """Samples of a path at least: tangents and second differences need as many."""
 
@@ -34,7 +31,7 @@ class Samples:
     radii
         (S,) m (px in 2-D), radius at the sample itself.
     window_half
-        number of samples on either side of a sample whose measurements are pooled with its own.
+        number of samples on either side of a sample whose measurements are pooled with its own: up to a radius away.
     spacing
         m (px in 2-D), approximate distance of neighboring samples along a path; less on very short paths.
     """
@@ -79,6 +76,6 @@ def sample_paths(paths: Sequence[Path], radius: float, segment_length: float) ->
         np.concatenate(filled)[curves.segment_bounds[samples.owner] + segment],
         np.full(len(segment), radius),
         np.full(len(segment), radius),
-        round(WINDOW_RADII * radius / spacing),
+        round(radius / spacing),
         spacing,
     )

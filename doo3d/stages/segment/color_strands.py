@@ -18,9 +18,10 @@ from .methods.selected import ColorBands, Selected
 MIN_SIDE_PX = 5
 """px; in a narrower image no color is looked at: the blur that removes the camera's noise is as wide."""
 
-SEED_DEVIATIONS, GROW_DEVIATIONS = 7.0, 3.5
-"""Deviations of the surface's own color: the two thresholds of the hysteresis. In the image scaled down by 4 a band is looked for
-from the lower one on: a strand of 2 px leaves a quarter of its contrast there at worst; it is followed from one place."""
+GROW_DEVIATIONS = 3.5
+"""Deviations of the surface's own color: the lower threshold of the hysteresis; the upper is twice as high. In the image scaled
+down by 4 a band is looked for from the lower one on: a strand of 2 px leaves a quarter of its contrast there at worst; it is
+followed from one place."""
 
 MIN_SEED_SHARE = 0.2
 """Share of a band's pixels that are above the higher threshold at least."""
@@ -139,7 +140,7 @@ def find_bands(color: Array, raised: Bools, covered: Bools, shadow_light: float 
     around, deviation, seeds = learn_surround(color, covered, GROW_DEVIATIONS)
     if not seeds.any():
         return None
-    limits = np.array((GROW_DEVIATIONS, SEED_DEVIATIONS, MIN_SEED_SHARE, shadow_light, EDGE_SHARE))
+    limits = np.array((GROW_DEVIATIONS, 2 * GROW_DEVIATIONS, MIN_SEED_SHARE, shadow_light, EDGE_SHARE))
     reach = FLANK_SQUARE_PX + FLANK_DIAMOND_PX
     pixels, starts, widths, holds, surface = color_bands(color, around, deviation, seeds, raised, reach, MIN_PIXELS, limits)
     return ColorBands(Parts(pixels, starts, widths, holds), surface, raised)

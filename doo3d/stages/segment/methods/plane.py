@@ -9,7 +9,7 @@ import numpy as np
 from .... import kernels
 from ....config import SegmentConfig
 from ....errors import InputError
-from ....geometry.noise import MAD_TO_DEVIATION, SAMPLES
+from ....geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, SAMPLES, SURFACE_SAMPLES
 from ....kernels import raised_pixels
 from ....types import Cloud, Floats, Frame, Image, Ints, Plane
 from .selected import Selected
@@ -24,14 +24,11 @@ RANSAC_DRAWS = math.ceil(math.log(MISS_PROBABILITY) / math.log(1 - MIN_PLANE_SHA
 REFINE_ITERATIONS = 3
 """Times the plane is fitted to its inliers by least squares."""
 
-NOISE_WINDOW_DEVIATIONS, NOISE_ITERATIONS = 3.0, 6
-"""Deviations within which distances count as noise of the plane, and times that the window is widened to them at most."""
+NOISE_ITERATIONS = 6
+"""Times at most that the window of distances that count as noise of the plane is widened to DEVIATIONS."""
 
 SEED_DEVIATIONS, GROW_DEVIATIONS = 3.5, 2.0
 """Deviations of the plane's noise: the two thresholds of the hysteresis in an image."""
-
-MAX_GRID_PIXELS = 20_000
-"""Pixels of a grid over a frame, from which samples are drawn. With a grid of 2000, 39 of 48 frames were right, with this 40."""
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
@@ -122,9 +119,9 @@ def plane_noise(residual: Floats, distance: float) -> float:
     for _ in range(NOISE_ITERATIONS):
         near = residual[residual < window]
         noise = MAD_TO_DEVIATION * float(np.median(near)) if len(near) else 0.0
-        if NOISE_WINDOW_DEVIATIONS * noise <= window:
+        if DEVIATIONS * noise <= window:
             break
-        window = NOISE_WINDOW_DEVIATIONS * noise
+        window = DEVIATIONS * noise
     return noise
 
 
@@ -153,13 +150,13 @@ def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
 
 
 def _drawn(data: Frame | Cloud, random: np.random.Generator) -> Floats:
-    """Return SAMPLES points of a Frame or Cloud, (N, 3) m; those of a Frame from a grid of about MAX_GRID_PIXELS.
+    """Return SAMPLES points of a Frame or Cloud, (N, 3) m; those of a Frame from a grid of about SURFACE_SAMPLES.
 
     They are in the camera's optical frame for a Frame, in the frame of the cloud for a Cloud. Pixels without depth give no point.
     """
     if isinstance(data, Cloud):
         return data.points[_draw(len(data.points), random)]
-    stride = max(1, int(np.sqrt(data.depth.size / MAX_GRID_PIXELS)))
+    stride = max(1, int(np.sqrt(data.depth.size / SURFACE_SAMPLES)))
     depth = data.depth[::stride, ::stride]
     v, u = np.nonzero(depth != 0)
     chosen = _draw(len(v), random)
