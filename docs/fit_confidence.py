@@ -82,7 +82,7 @@ def measure(source: Source) -> Measured:
         except DooError:
             continue
         for chain, evidence, is_right in zip(detection.chains, stages.evidence, known.judge(detection.chains), strict=True):
-            amounts = evidence.amounts() | {"is_wide": float(evidence.is_wide)}
+            amounts = {name: float(value) for name, value in vars(evidence).items()}
             chains.append(Found(len(cables) - 1, amounts, is_right, chain.length / chain.radius if chain.radius > 0 else 0.0))
     return Measured(source, cables, chains)
 

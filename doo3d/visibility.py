@@ -163,10 +163,8 @@ class Visibility:
 
     def lengths(self, points: Floats, bounds: Ints) -> Floats:
         """Return the same as `gap_lengths` of K polylines whose points (N, D) are one after the other; bounds : (K + 1,)."""
-        owner, classes = (
-            np.repeat(np.arange(len(bounds) - 1), np.diff(bounds)),
-            self.model.classify((points[1:] + points[:-1]) / 2),
-        )
+        owner = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
+        classes = self.model.classify((points[1:] + points[:-1]) / 2)
         kinds = [PointVisibility.FREE, PointVisibility.OUTSIDE], [PointVisibility.NO_DEPTH], [PointVisibility.BARE]
         length = np.where(owner[1:] == owner[:-1], steps(points), 0.0)
         sums = [np.bincount(owner[1:], length * np.isin(classes, kind), len(bounds) - 1) for kind in kinds]

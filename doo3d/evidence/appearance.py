@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.noise import SURFACE_SAMPLES
-from ..kernels import ColorOdds, MaskEdge
-from ..types import Array
+from ..kernels import ColorOdds
+from ..types import Array, Ints
 
 BAND_PX = 4
 """px outside a mask where the edge of the object may be: its colors are neither those of the object nor of its surround."""
@@ -42,10 +41,10 @@ class Appearance(ColorOdds):
     is the median of the log-odds over the object pixels learned from: near 0, the colors do not tell object from surround.
     """
 
-    def __init__(self, color: Array, edge: MaskEdge) -> None:
+    def __init__(self, color: Array, inside: Ints, around: Ints) -> None:
         """Learn the colors of an object and of its surround.
 
-        color : (H, W, 3) uint8 RGB. edge : the edge of the object's mask, whose pixels inside and around are learned from.
+        color : (H, W, 3) uint8 RGB. inside, around : row-major indices of the pixels of the object, and beside it, to learn from.
         """
-        pixels = edge.inside(), edge.around(SURFACE_SAMPLES)
-        super().__init__(color, *pixels, np.array(SHADES), SHADOW_SHARE, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)
+        shades = np.array(SHADES), SHADOW_SHARE
+        super().__init__(np.ascontiguousarray(color), inside, around, *shades, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry.curves import Curves
-from ..kernels import ColorOdds, surface_beside, surface_log_odds
-from ..types import Array, Bools, Camera, Floats, Foreground, Ints, Plane
-from .appearance import HISTOGRAM_SMOOTHING, MIN_FREQUENCY, SHADES, SHADOW_SHARE
+from ..kernels import surface_beside, surface_log_odds
+from ..types import Bools, Camera, Floats, Foreground, Ints, Plane
+from .appearance import Appearance
 
 LATERAL_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
 """Lateral offsets from the centre line where the supporting surface is looked for: near, but beyond the rim of the mask."""
@@ -43,7 +43,7 @@ class Support:
     ends: Floats
     rise: Floats
     rise_noise: Floats
-    colors: ColorOdds | None
+    colors: Appearance | None
     plane: tuple[Plane, Camera, float] | None = None
 
     @staticmethod
@@ -65,7 +65,8 @@ class Support:
         inside, around, rise, noise = surface_beside(
             chains.points, chains.bounds, camera.intrinsics, radius, LATERAL_RADII, mask, depth, MIN_RISE_READINGS
         )
-        colors = None if foreground.color is None else _colors(foreground.color, inside, around)
+        color, seen = foreground.color, min(len(inside), len(around))
+        colors = None if color is None or seen < MIN_RISE_READINGS else Appearance(color, inside, around)
         plane = None if foreground.plane is None else (foreground.plane, camera, radius)
         return Support(chains.points[chains.tips], rise, noise, colors, plane)
 
@@ -104,11 +105,3 @@ class Support:
         if self.colors is None:
             return np.zeros(len(pixels), dtype=bool)
         return np.asarray(self.colors.log_odds_at(pixels) > 0)
-
-
-def _colors(color: Array, inside: Ints, around: Ints) -> ColorOdds | None:
-    """Return the colors of pixels on the object against those beside it, by row-major indices; None if either are too few."""
-    if min(len(inside), len(around)) < MIN_RISE_READINGS:
-        return None
-    shades = np.array(SHADES), SHADOW_SHARE
-    return ColorOdds(np.ascontiguousarray(color), inside, around, *shades, HISTOGRAM_SMOOTHING, MIN_FREQUENCY)

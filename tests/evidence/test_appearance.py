@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.evidence.appearance import BAND_PX, RING_PX, Appearance
+from doo3d.geometry.noise import SURFACE_SAMPLES
 from doo3d.kernels import MaskEdge
 
 RED, GRAY = (200, 40, 30), (150, 150, 145)
@@ -24,7 +25,8 @@ def photographed(mask, color=RED, surround=GRAY, noise=4.0, seed=0):
 
 
 def learned(mask, image):
-    return Appearance(image, MaskEdge(mask, BAND_PX, RING_PX))
+    edge = MaskEdge(mask, BAND_PX, RING_PX)
+    return Appearance(image, edge.inside(), edge.around(SURFACE_SAMPLES))
 
 
 def answer(mask, image, rgb):

@@ -101,10 +101,6 @@ class Evidence:
     is_wide: bool = False
     is_told: bool = True
 
-    def amounts(self) -> dict[str, float]:
-        """Return the amount of each kind of evidence by name."""
-        return {name: value for name, value in vars(self).items() if not name.startswith("is_")}
-
     def losses(self) -> dict[str, float]:
         """Return what each kind of evidence takes from the logarithm of the odds, by name."""
         amounts = vars(self)

@@ -12,8 +12,8 @@ import numpy as np
 from ...evidence.surround import learn_surround
 from ...kernels import color_bands
 from ...types import Array, Bools, Frame, Ints
-from .mask_parts import MIN_PIXELS, Parts
-from .methods.selected import ColorBands, Selected
+from .mask_parts import MIN_PIXELS, Parts, drawn
+from .methods.selected import ColorBands, Selected, left_out_note
 
 MIN_SIDE_PX = 5
 """px; in a narrower image no color is looked at: the blur that removes the camera's noise is as wide."""
@@ -98,24 +98,15 @@ def select_bands(bands: ColorBands, color: Array) -> Selected:
         selected.ravel()[own.pixels[np.repeat(other, own.sizes)]] = False
         is_certain = bool((own.holds | (other & ~own.long) | (own.sizes < MIN_PIXELS)).all())
     left_out = tuple(parts.pixels_of(strands[k : k + 1]) for k in np.flatnonzero(flat).tolist())
-    return Selected(selected, _flat_note(len(left_out)), None, left_out, told, is_certain, bands)
+    note = left_out_note("strands", len(left_out), "flat on the surface, as marks and shadows are")
+    return Selected(selected, note, None, left_out, told, is_certain, bands)
 
 
 def _around(pixels: Ints, shape: tuple[int, ...]) -> Bools:
     """Return which pixels of an image (H, W), bool, lie in the octagon around one of some pixels (N,), row-major indices."""
-    near = np.zeros(shape, np.uint8)
-    near.ravel()[pixels] = 1
-    near = cv2.dilate(near, np.ones((2 * FLANK_SQUARE_PX + 1,) * 2, np.uint8))
+    near = cv2.dilate(drawn(pixels, shape).view(np.uint8), np.ones((2 * FLANK_SQUARE_PX + 1,) * 2, np.uint8))
     near = cv2.dilate(near, cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=FLANK_DIAMOND_PX)
     return np.asarray(near.view(bool))
-
-
-def _flat_note(count: int) -> str:
-    """Return the sentence on the number of flat bands that are left out of a frame; empty for none."""
-    if not count:
-        return ""
-    bands = "1 band that is" if count == 1 else f"{count} bands that are"
-    return f"segment (strands): left out {bands} flat on the surface, as marks and shadows are; give a mask if wrong"
 
 
 def _other_things(own: Parts, bands: Parts, strands: Ints, color: Array) -> Bools:

@@ -8,7 +8,7 @@ import numpy as np
 from ...evidence.surround import learn_surround, to_lab
 from ...types import Array, Bools, Floats, Frame, Ints
 from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, MIN_SIDE_PX
-from .mask_parts import Parts
+from .mask_parts import Parts, drawn
 from .methods.selected import Selected
 from .thin_lines import narrow_parts
 
@@ -44,7 +44,7 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     """
     parts = Parts.of(rules.mask, rules.told)
     kept = parts.holds | (parts.shares(found) >= MIN_SEED_SHARE)
-    selected = _drawn(parts, np.flatnonzero(kept), found.shape)
+    selected = drawn(parts.pixels_of(np.flatnonzero(kept)), found.shape)
     beside = cv2.dilate(selected.view(np.uint8), np.ones((2 * BESIDE_PX + 1,) * 2, np.uint8)).view(bool)
     others = found & ~beside
     for band in rules.left_out:
@@ -54,7 +54,7 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
         return selected if kept.any() else rules.mask
     differs = np.zeros_like(found)
     differs.ravel()[added.pixels] = _differ(np.ascontiguousarray(color), rules.mask, added.pixels)
-    selected |= _drawn(added, np.flatnonzero(added.shares(differs) >= 0.5), found.shape)
+    selected |= drawn(added.pixels_of(np.flatnonzero(added.shares(differs) >= 0.5)), found.shape)
     return selected if selected.any() else rules.mask
 
 
@@ -84,13 +84,6 @@ def set_apart(rules: Selected, frame: Frame, width: float) -> Bools:
         if height >= MIN_STAND_OFF * 2 * parts.widths[part, 0] * np.median(depth) / frame.camera.fx:
             apart.ravel()[pixels] = True
     return apart
-
-
-def _drawn(parts: Parts, wanted: Ints, shape: tuple[int, ...]) -> Bools:
-    """Return the pixels of some parts, given by number, in an image of a shape: bool."""
-    drawn = np.zeros(shape, dtype=bool)
-    drawn.ravel()[parts.pixels_of(wanted)] = True
-    return drawn
 
 
 def _differ(color: Array, raised: Bools, pixels: Ints) -> Bools:

@@ -17,6 +17,13 @@ MAX_WIDTH_RATIO, WIDTH_SLACK_PX = 1.6, 1.0
 """Ratio of the half-widths at the 85th percentile and in the median at most, besides what pixels add: a strand has one width."""
 
 
+def drawn(pixels: Ints, shape: tuple[int, ...]) -> Bools:
+    """Return an image (H, W) bool of the given shape that is True at some pixels (N,), row-major indices."""
+    image = np.zeros(shape, dtype=bool)
+    image.ravel()[pixels] = True
+    return image
+
+
 class Parts(NamedTuple):
     """The K connected parts of a mask.
 

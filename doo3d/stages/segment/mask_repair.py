@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from ...evidence.appearance import BAND_PX, RING_PX, Appearance
+from ...geometry.noise import SURFACE_SAMPLES
 from ...kernels import MaskEdge, off_edge_share
 from ...types import Array, Bools
 
@@ -56,7 +57,7 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
     edge = MaskEdge(mask, BAND_PX, RING_PX)
     kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
     for _ in range(ITERATIONS):
-        appearance = Appearance(color, edge)
+        appearance = Appearance(color, edge.inside(), edge.around(SURFACE_SAMPLES))
         if appearance.separation < MIN_CONTRAST:
             return mask
         edge.move(color, appearance.log_odds, kernel)

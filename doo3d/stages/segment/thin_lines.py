@@ -10,7 +10,7 @@ import numpy as np
 
 from ...types import Array, Bools, Ints
 from .color_strands import MIN_SEED_SHARE, find_bands
-from .mask_parts import Parts
+from .mask_parts import Parts, drawn
 from .methods.selected import ColorBands
 
 MAX_PIXELS = 1920 * 1080
@@ -83,8 +83,7 @@ def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
 def narrow_parts(bands: ColorBands, shape: tuple[int, ...], width: float) -> Parts:
     """Return the parts of bands (H, W); those of many widths are cut where they are wider than `width`, px, as at a hand."""
     parts = bands.parts
-    uneven = np.zeros(shape, np.uint8)
-    uneven.ravel()[parts.pixels_of(np.flatnonzero(~parts.strands))] = 1
+    uneven = drawn(parts.pixels_of(np.flatnonzero(~parts.strands)), shape).view(np.uint8)
     side = 2 * int(width / 2) + 3
     uneven -= cv2.morphologyEx(uneven, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
     mask = uneven.view(bool)
@@ -101,9 +100,5 @@ def _bow(line: Ints, columns: int) -> float:
 def _free_share(line: Ints, bands: ColorBands, shape: tuple[int, ...], width: float) -> float:
     """Return how much of the surface that a single line (N,) of a width in px has beside it is no part of a band, 0 to 1."""
     reach = max(1, round(SIDE_WIDTHS * width))
-    every = np.zeros(shape, np.uint8)
-    every.ravel()[bands.parts.pixels] = 1
-    own = np.zeros(shape, np.uint8)
-    own.ravel()[line] = 1
-    near = cv2.dilate(own, cv2.getStructuringElement(cv2.MORPH_RECT, (2 * reach + 1, 2 * reach + 1)))
-    return float((near & ~every).sum() / (2 * reach * len(line) / width))
+    near = cv2.dilate(drawn(line, shape).view(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8))
+    return float(np.count_nonzero(near.view(bool) & ~drawn(bands.parts.pixels, shape)) / (2 * reach * len(line) / width))

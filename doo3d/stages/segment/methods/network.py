@@ -12,6 +12,7 @@ from scipy.special import logit
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....evidence.appearance import BAND_PX, RING_PX, Appearance
+from ....geometry.noise import SURFACE_SAMPLES
 from ....kernels import MaskEdge
 from ....types import Array, Bools, Cloud, Frame, Image
 from ..judged_parts import judged_mask, set_apart
@@ -19,7 +20,7 @@ from ..mask_repair import ITERATIONS, SMOOTHING_PX
 from ..thin_lines import find_lines
 from . import strands
 from .onnx import run_model
-from .selected import Selected
+from .selected import SHADOWS, Selected, left_out_note
 from .strands import IMAGE_PIXELS, MAX_ASPECT
 
 PACKAGED = Path(__file__).parents[1] / "network.onnx"
@@ -102,7 +103,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
         selected |= lines
         probability[lines] = np.maximum(probability[lines], LINE_PROBABILITY)
         left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
-        note = "" if selected.any() else strands.shadow_note("network", left_out)
+        note = "" if selected.any() else left_out_note("network", left_out, SHADOWS)
         return Selected(selected, note, probability=probability)
     rules = strands.mask(data, config, seed)
     if is_too_long or (rules.is_certain and config.onnx.model is None):
@@ -141,7 +142,9 @@ def _with_colors(probability: Array, color: Array) -> Array:
         edge = MaskEdge(found > 0, BAND_PX, RING_PX)
         if not len(edge.inside()) or not len(edge.around(1)):
             break
-        found = cv2.GaussianBlur(Appearance(color, edge).log_odds.take(cells), (0, 0), SMOOTHING_PX)
+        found = cv2.GaussianBlur(
+            Appearance(color, edge.inside(), edge.around(SURFACE_SAMPLES)).log_odds.take(cells), (0, 0), SMOOTHING_PX
+        )
         found += given
     return found
 

@@ -9,6 +9,17 @@ import numpy as np
 from ....types import Array, Bools, Ints, Plane
 from ..mask_parts import Parts
 
+SHADOWS = "only darker than both sides, as shadows and joints are"
+"""What the bands are that are left out of a photograph."""
+
+
+def left_out_note(method: str, count: int, reason: str) -> str:
+    """Return the sentence on the number of bands that a method left out of an image; empty for none."""
+    if not count:
+        return ""
+    bands = "1 band that is" if count == 1 else f"{count} bands that are"
+    return f"segment ({method}): left out {bands} {reason}; give a mask if wrong"
+
 
 class ColorBands(NamedTuple):
     """What differs in color from the surface around it in a frame.

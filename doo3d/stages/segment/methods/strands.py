@@ -12,7 +12,7 @@ from ..color_strands import select_in_frame
 from ..ribbon_checks import choose_strands, draw_strand
 from ..ribbons import find_ribbons, to_lab, trace_strands
 from . import plane
-from .selected import Selected
+from .selected import SHADOWS, Selected, left_out_note
 
 IMAGE_PIXELS = 640 * 360
 """Pixels; larger photographs are scaled down to this many before strands are looked for."""
@@ -72,13 +72,5 @@ def select_in_image(color: Array, pixels: int = IMAGE_PIXELS) -> Selected:
     for strand in chosen:
         selected |= draw_strand((strand.line + 0.5) * scale - 0.5, strand.width * float(scale.mean()), shape)
     drawn = (draw_strand((each.line + 0.5) * scale - 0.5, each.width * float(scale.mean()), shape) for each in shadows)
-    note = "" if selected.any() else shadow_note("strands", len(shadows))
+    note = "" if selected.any() else left_out_note("strands", len(shadows), SHADOWS)
     return Selected(selected, note, left_out=tuple(map(np.flatnonzero, drawn)))
-
-
-def shadow_note(method: str, shadows: int) -> str:
-    """Return the sentence on the number of bands that a method left out of a photograph as shadows or joints; empty for none."""
-    if not shadows:
-        return ""
-    bands = "1 band that is" if shadows == 1 else f"{shadows} bands that are"
-    return f"segment ({method}): left out {bands} only darker than both sides, as shadows and joints are; give a mask if wrong"
