@@ -26,6 +26,7 @@ CALLS = {
     "axis_depth": (np.zeros(2, int), np.zeros(2), np.ones(2), np.zeros(3, int), np.ones(3), 1, 0.8, 4.5),
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
+    "connected_parts": (TABLE,),
     "carry_hidden": (np.ones((2, 3, 3)), np.array([[True, True, True], [True, False, True]]), 0.01),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from builders.blobs import blob, coords_of
 
-from doo3d.kernels import neighbor_table, prune_spurs, thin_voxels, trace_branches
+from doo3d.kernels import connected_parts, neighbor_table, prune_spurs, thin_voxels, trace_branches
 
 FREE, LOOP = -1, -2
 
@@ -131,3 +131,15 @@ def test_spurs_on_a_ring_go():
     ring = ["..####..", ".#....#.", "#......#", "#......#", ".#....#.", "..####.."]
     spur = ["#.......", ".#......"]
     assert spared([*spur, *ring], 4.0)[2:] == ring
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_connected_parts_are_those_of_a_search(seed):
+    coords = np.argwhere(np.random.default_rng(seed).random((9, 9, 9)) < 0.12)
+    parts = connected_parts(neighbor_table(coords))
+    assert parts[0] == 0
+    near = np.abs(coords[:, None] - coords).max(axis=2) <= 1
+    label = np.arange(len(coords))
+    for _ in coords:
+        label = np.where(near, label, len(coords)).min(axis=1)
+    np.testing.assert_array_equal(parts[:, None] == parts, label[:, None] == label)
