@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
+from functools import cache
+from itertools import accumulate, combinations_with_replacement
 from operator import itemgetter
 
 import numpy as np
+from scipy.linalg.lapack import dpbsv
 
-from .. import kernels
-from ..geometry.polyline import arc_length, unit
-from ..kernels import equalize_lengths, fit_joints, strand_places
+from ..geometry.polyline import arc_length, resample, unit
+from ..kernels import equalize_lengths, strand_places
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand
 
@@ -186,10 +187,54 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     al., "Position based dynamics", 2007).
     """
     segment = length / (len(expected) - 1)
-    bent = fit_joints(expected, *_joined(placed), segment, TURN_WEIGHT, PLACE_WEIGHT) if placed else expected
+    bent = _fitted(expected, placed, segment) if placed else expected
     seen = covered(placed, len(expected), segment)
     measured = seen & covered([item.measured for item in placed], len(expected), segment)
     return to_lengths(bent, segment, seen), seen, measured
+
+
+def _fitted(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
+    """Return joints (M + 1, 3) m fitted to the measured samples of strands, then to all, and evenly spaced between strands."""
+    points, arcs, sights = _joined(placed)
+    joints, measured = expected, ~sights.any(axis=1)
+    for used in [measured] if measured.all() else [measured, measured | True]:
+        if used.any():
+            joints = joints + _displacements(joints, points[used], arcs[used] / segment, sights[used])
+    last = len(joints) - 1
+    near = np.rint(arcs / segment).astype(int)
+    is_fixed = np.zeros(last + 1, dtype=bool)
+    is_fixed[near[(near >= 0) & (near <= last)]] = is_fixed[0] = is_fixed[last] = True
+    fixed, along = np.flatnonzero(is_fixed), arc_length(joints)
+    return resample(joints, np.interp(np.arange(last + 1), fixed, along[fixed]))
+
+
+def _displacements(joints: Floats, points: Floats, at: Floats, sights: Floats) -> Floats:
+    """Return the displacements of joints (M + 1, 3) m that minimize the sum of squares of `bend`, for one set of samples.
+
+    points, at, sights : (K, 3) m, the samples; (K,), the position of each in segments; (K, 3) as of `ObservedStrand`.
+    """
+    count = len(joints)
+    at = np.clip(at, 0.0, count - 1 - 1e-9)
+    low = at.astype(int)
+    shares = ((low, 1 - at + low), (low + 1, at - low))  # of the joints before and after each sample
+    misfit = points - sum(share[:, None] * joints[joint] for joint, share in shares)
+    misfit -= (misfit * sights).sum(axis=1, keepdims=True) * sights
+    bands, right = _penalties(count).copy(), np.zeros((count, 3))
+    np.add.at(bands[1], low, shares[0][1] * shares[1][1])
+    for joint, share in shares:
+        np.add.at(bands[0], joint, share**2)
+        np.add.at(right, joint, share[:, None] * misfit)
+    return np.asarray(dpbsv(bands, right, lower=True)[1])
+
+
+@cache
+def _penalties(count: int) -> Floats:
+    """Return the lower bands (3, N) of the normal equations of N joints without any sample, diagonal first."""
+    bands = np.zeros((3, count))
+    for difference, weight in (((1.0,), PLACE_WEIGHT), ((-1.0, 1.0), TURN_WEIGHT), ((1.0, -2.0, 1.0), 1.0)):
+        for a, b in combinations_with_replacement(range(len(difference)), 2):
+            bands[b - a, a : max(count - len(difference) + 1, 0) + a] += weight * difference[a] * difference[b]
+    return bands
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
@@ -212,5 +257,27 @@ def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
 
 
 def exact_lengths(joints: Floats, segment: float) -> Floats:
-    """Move joints (M + 1, 3) m, all together and hardly more than they must, until neighbors are exactly `segment` m apart."""
-    return kernels.exact_lengths(np.ascontiguousarray(joints, dtype=float), segment, LENGTH_ROUNDS, LENGTH_TOLERANCE)
+    """Move joints (M + 1, D) m, all together and hardly more than they must, until neighbors are exactly `segment` m apart.
+
+    Each step of Newton's method is the least, in the sum of squares, that makes them so to first order. The rest is scaled away
+    along the segments, about the mean of the joints.
+    """
+    for _ in range(LENGTH_ROUNDS):
+        direction, length = _directions(joints)
+        if np.abs(length - segment).max() < LENGTH_TOLERANCE * segment:
+            break
+        bands = np.full((2, len(length)), 2.0)  # of the matrix of the conditions: diagonal, and below it
+        bands[1, :-1] = -np.einsum("ij,ij->i", direction[1:], direction[:-1])
+        tension = dpbsv(bands, length - segment, lower=True)[1]
+        move = np.diff(tension[:, None] * direction, axis=0, prepend=0.0, append=0.0)
+        joints = joints + move * min(1.0, segment / np.linalg.norm(move, axis=1).max())
+    exact = np.cumsum(np.concatenate((joints[:1], segment * _directions(joints)[0])), axis=0)
+    return np.asarray(exact + (joints - exact).mean(axis=0))
+
+
+def _directions(joints: Floats) -> tuple[Floats, Floats]:
+    """Return the unit directions (M, D) and lengths (M,) of segments; a direction along the first axis where joints coincide."""
+    offset = joints[1:] - joints[:-1]
+    length = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    offset[length == 0, 0] = 1.0
+    return offset / np.where(length > 0, length, 1.0)[:, None], length

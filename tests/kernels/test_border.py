@@ -47,8 +47,6 @@ CALLS = {
     "end_tangents": (POINTS, np.array([0, 6]), 0.1),
     "equal_segments": (POINTS, np.array([0, 2, 6]), np.array([True, False]), np.zeros(4), 0.01, 100),
     "equalize_lengths": (POINTS, 0.1, np.ones(len(POINTS)), 5, 1e-3),
-    "exact_lengths": (POINTS, 0.1, 5, 1e-3),
-    "fit_joints": (POINTS, POINTS, np.arange(6) * 0.01, np.eye(6, 3), 0.01, 0.02, 1e-4),
     "fit_chains": (POINTS, np.array([0, 2, 6]), np.array([True, False]), 0.01, 0.5),
     "fit_circles": (np.zeros(6, int), POINTS[:, 0].copy(), np.ones(6), np.zeros(3, int), np.ones(3), 1, 8, 5.0),
     "fit_lines": (

@@ -1,12 +1,11 @@
-"""Segments brought to one length: against the same steps in plain Python, and against a general optimizer."""
+"""Segments brought to one length, against the same steps in plain Python."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
-from doo3d.kernels import equalize_lengths, exact_lengths
+from doo3d.kernels import equalize_lengths
 
 
 def by_steps(joints, length, mobility, rounds, tolerance):
@@ -51,34 +50,3 @@ def test_joints_on_one_place_and_none():
     assert equalize_lengths(np.zeros((0, 3)), 0.1, np.zeros(0), 5, 1e-3).shape == (0, 3)
     with pytest.raises(ValueError, match="one value per joint"):
         equalize_lengths(np.zeros((3, 3)), 0.1, np.ones(2), 5, 1e-3)
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("seed", range(3))
-def test_joints_move_hardly_more_than_they_must_to_exact_lengths(seed, dim):
-    rng = np.random.default_rng(seed)
-    joints = np.cumsum(np.column_stack((np.full((12, 1), 1.0), rng.normal(0, 0.3, (12, dim - 1)))), axis=0)
-
-    def lengths(flat):
-        return np.linalg.norm(np.diff(flat.reshape(joints.shape), axis=0), axis=1) - 1.0
-
-    least = minimize(
-        lambda flat: ((flat - joints.ravel()) ** 2).sum(),
-        joints.ravel(),
-        constraints={"type": "eq", "fun": lengths},
-        method="SLSQP",
-        options={"ftol": 1e-12, "maxiter": 500},
-    )
-    moved = exact_lengths(joints, 1.0, 60, 1e-6)
-    assert np.linalg.norm(np.diff(moved, axis=0), axis=1) == pytest.approx(1.0, abs=1e-12)
-    assert ((moved - joints) ** 2).sum() <= 1.2 * least.fun
-    assert moved.mean(axis=0) == pytest.approx(joints.mean(axis=0), abs=1e-9)
-
-
-def test_exact_lengths_of_lines_that_fold_back_lie_on_one_place_or_have_no_segment():
-    folded = np.column_stack((np.concatenate((np.arange(6), np.arange(4, -1, -1))) * 0.9, np.zeros((11, 2))))
-    for joints in (folded, np.zeros((3, 3))):
-        moved = exact_lengths(joints, 1.0, 60, 1e-6)
-        assert np.linalg.norm(np.diff(moved, axis=0), axis=1) == pytest.approx(1.0, abs=1e-12)
-    assert exact_lengths(np.ones((1, 3)), 1.0, 60, 1e-6).tolist() == [[1.0, 1.0, 1.0]]
-    assert exact_lengths(np.zeros((0, 3)), 1.0, 60, 1e-6).shape == (0, 3)

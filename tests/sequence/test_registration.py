@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.sequence.observations import ObservedStrand
-from doo3d.sequence.registration import bend, exact_lengths, place_strands, to_lengths
+from doo3d.sequence.registration import PLACE_WEIGHT, TURN_WEIGHT, Placed, bend, exact_lengths, place_strands, to_lengths
 from doo3d.sequence.tips import CUT_OFF, TIP
 
 SEGMENT = 0.01
@@ -109,3 +110,88 @@ def test_segments_get_one_length():
     exact = exact_lengths(even, SEGMENT)
     assert np.linalg.norm(np.diff(exact, axis=0), axis=1) == pytest.approx(SEGMENT, rel=1e-9)
     assert np.abs(exact - even).max() < 2e-3
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("seed", range(3))
+def test_joints_move_hardly_more_than_they_must_to_exact_lengths(seed, dim):
+    rng = np.random.default_rng(seed)
+    joints = np.cumsum(np.column_stack((np.full((12, 1), 1.0), rng.normal(0, 0.3, (12, dim - 1)))), axis=0)
+
+    def lengths(flat):
+        return np.linalg.norm(np.diff(flat.reshape(joints.shape), axis=0), axis=1) - 1.0
+
+    least = minimize(
+        lambda flat: ((flat - joints.ravel()) ** 2).sum(),
+        joints.ravel(),
+        constraints={"type": "eq", "fun": lengths},
+        method="SLSQP",
+        options={"ftol": 1e-12, "maxiter": 500},
+    )
+    moved = exact_lengths(joints, 1.0)
+    assert np.linalg.norm(np.diff(moved, axis=0), axis=1) == pytest.approx(1.0, abs=1e-12)
+    assert ((moved - joints) ** 2).sum() <= 1.2 * least.fun
+    assert moved.mean(axis=0) == pytest.approx(joints.mean(axis=0), abs=1e-9)
+
+
+def test_exact_lengths_of_lines_that_fold_back_or_lie_on_one_place():
+    folded = np.column_stack((np.concatenate((np.arange(6), np.arange(4, -1, -1))) * 0.9, np.zeros((11, 2))))
+    for joints in (folded, np.zeros((3, 3))):
+        moved = exact_lengths(joints, 1.0)
+        assert np.linalg.norm(np.diff(moved, axis=0), axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+def by_equations(expected, points, arcs, sights, segment):
+    """Fit joints to the samples by a dense least-squares problem."""
+    count = len(expected)
+    at = np.clip(arcs / segment, 0.0, count - 1 - 1e-9)
+    low, number = at.astype(int), np.arange(len(arcs))
+    weights = np.zeros((len(arcs), count))
+    weights[number, low], weights[number, low + 1] = 1 - at + low, at - low
+    residual = points - weights @ expected
+    residual -= (residual * sights).sum(axis=1, keepdims=True) * sights
+    terms = [
+        weights,
+        np.diff(np.eye(count), 2, axis=0),
+        TURN_WEIGHT**0.5 * np.diff(np.eye(count), axis=0),
+        PLACE_WEIGHT**0.5 * np.eye(count),
+    ]
+    right = np.zeros((sum(map(len, terms)), 3))
+    right[: len(arcs)] = residual
+    return expected + np.linalg.lstsq(np.concatenate(terms), right, rcond=None)[0]
+
+
+def spaced(joints, arcs, segment):
+    """Space the joints evenly along their line where no sample is nearest."""
+    near = np.rint(arcs / segment).astype(int)
+    shown = np.isin(np.arange(len(joints)), near)
+    result, marks = joints.copy(), np.flatnonzero(shown)
+    for low, high in zip([0, *marks], [*marks, len(joints) - 1], strict=True):
+        part = joints[low : high + 1]
+        along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(part, axis=0), axis=1)))
+        even = np.linspace(0.0, along[-1], len(part))
+        result[low : high + 1] = np.column_stack([np.interp(even, along, column) for column in part.T])
+    return result
+
+
+def scene(seed):
+    """Return joints, and samples beside them of which some lie beyond the ends and some are known across their sights only."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 60))
+    expected = np.cumsum(rng.normal(0.005, 0.006, (count, 3)), axis=0) + np.array([0.0, 0.0, 0.5])
+    arcs = rng.uniform(-0.02, 0.01 * count + 0.01, int(rng.integers(1, 80)))
+    low = np.clip((arcs / 0.01).astype(int), 0, count - 1)
+    points = expected[low] + rng.normal(0.0, 0.01, (len(arcs), 3))
+    sights = points / np.linalg.norm(points, axis=1, keepdims=True)
+    return expected, points, arcs, np.where(rng.random((len(arcs), 1)) < rng.choice([0.0, 0.3, 1.0]), sights, 0.0)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_joints_are_fitted_as_by_dense_equations(seed):
+    expected, points, arcs, sights = scene(seed)
+    known, length = ~sights.any(axis=1), 0.01 * (len(expected) - 1)
+    true = by_equations(expected, points[known], arcs[known], sights[known], 0.01)
+    if not known.all():
+        true = by_equations(true, points, arcs, sights, 0.01)
+    bent, seen, _ = bend(expected, [Placed(arcs, points, (0.0, length), 0.0, sights)], length)
+    np.testing.assert_allclose(bent, to_lengths(spaced(true, arcs, 0.01), 0.01, seen), rtol=0, atol=1e-7)

@@ -68,91 +68,6 @@ auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobil
     return to_numpy(std::move(moved), count, dim);
 }
 
-// The directions of the segments between joints, and by how much each is too long; one of no length has the direction of that before.
-struct Segments {
-    std::vector<double> directions, excess;
-
-    Segments(const std::vector<double>& joints, Index count, Index dim, double length)
-        : directions(std::max<Index>(count - 1, 0) * dim, 0.0), excess(std::max<Index>(count - 1, 0)) {
-        for (Index k = 0; k + 1 < count; ++k) {
-            const double* a = joints.data() + k * dim;
-            double* u = directions.data() + k * dim;
-            const double distance = std::sqrt(squared_distance(a, a + dim, dim));
-            for (Index d = 0; d < dim; ++d) u[d] = distance > 0 ? (a[d + dim] - a[d]) / distance : k ? u[d - dim] : double(d == 0);
-            excess[k] = distance - length;
-        }
-    }
-    double worst() const {
-        double result = 0.0;
-        for (const double each : excess) result = most(result, std::abs(each));
-        return result;
-    }
-};
-
-// Return the tensions of segments by which their joints move least and each loses its excess, to first order: the matrix is tridiagonal,
-// with 2 on the diagonal and less than 1 beside it, and is solved by elimination from the first segment to the last, and back.
-std::vector<double> tensions(const Segments& segments, Index dim) {
-    const Index count = Index(segments.excess.size());
-    std::vector<double> beside(count, 0.0), pivot(count), result = segments.excess;
-    for (Index k = 0; k < count; ++k) {
-        pivot[k] = 2.0;
-        if (!k) continue;
-        const double* u = segments.directions.data() + k * dim;
-        for (Index d = 0; d < dim; ++d) beside[k] -= u[d] * u[d - dim];
-        const double factor = beside[k] / pivot[k - 1];
-        pivot[k] -= factor * beside[k];
-        result[k] -= factor * result[k - 1];
-    }
-    for (Index k = count - 1; k >= 0; --k) {
-        result[k] = (result[k] - (k + 1 < count ? beside[k + 1] * result[k + 1] : 0.0)) / pivot[k];
-    }
-    return result;
-}
-
-// Move joints, each along the tensions beside it, and none farther than a length.
-void move(std::vector<double>& joints, const Segments& segments, Index count, Index dim, double length) {
-    const std::vector<double> tension = tensions(segments, dim);
-    std::vector<double> steps(joints.size(), 0.0);
-    for (Index k = 0; k + 1 < count; ++k) {
-        for (Index d = 0; d < dim; ++d) {
-            const double step = tension[k] * segments.directions[k * dim + d];
-            steps[k * dim + d] += step;
-            steps[(k + 1) * dim + d] -= step;
-        }
-    }
-    double farthest = 0.0;
-    for (Index k = 0; k < count; ++k) {
-        double squares = 0.0;
-        for (Index d = 0; d < dim; ++d) squares += steps[k * dim + d] * steps[k * dim + d];
-        farthest = most(farthest, std::sqrt(squares));
-    }
-    const double share = farthest > length ? length / farthest : 1.0;
-    for (std::size_t i = 0; i < joints.size(); ++i) joints[i] += share * steps[i];
-}
-
-// Newton's method, of which every step moves all joints together; what it leaves is scaled away along the segments, about the mean.
-auto exact_lengths(Matrix<double> joints, double length, Index rounds, double tolerance) {
-    const Index count = joints.shape(0), dim = joints.shape(1);
-    ReleasedGil released;
-    std::vector<double> moved(joints.data(), joints.data() + count * dim);
-    for (Index round = 0; round < rounds; ++round) {
-        count_visits(count);
-        const Segments segments(moved, count, dim, length);
-        if (segments.worst() < tolerance * length) break;
-        move(moved, segments, count, dim, length);
-    }
-    const Segments segments(moved, count, dim, length);
-    std::vector<double> exact = moved;
-    for (Index i = dim; i < count * dim; ++i) exact[i] = exact[i - dim] + length * segments.directions[i - dim];
-    for (Index d = 0; d < dim; ++d) {
-        double shift = 0.0;
-        for (Index k = 0; k < count; ++k) shift += moved[k * dim + d] - exact[k * dim + d];
-        for (Index k = 0; k < count; ++k) exact[k * dim + d] += shift / double(count);
-    }
-    released.end();
-    return to_numpy(std::move(exact), count, dim);
-}
-
 }  // namespace
 
 void bind_segment_lengths(Module& m) {
@@ -176,24 +91,4 @@ void bind_segment_lengths(Module& m) {
     // (J, D) float64, m.
     m.def("equalize_lengths", &equalize_lengths, "joints"_a.noconvert(), "length"_a, "mobility"_a.noconvert(), "rounds"_a,
           "tolerance"_a);
-
-    // Return joints moved until neighbors are exactly `length` apart.
-    //
-    // Each step of Newton's method is the least, in the sum of squares, that makes them so to first order.
-    //
-    // Parameters
-    // ----------
-    // joints
-    //     (J, D) float64, m
-    // length
-    //     distance that neighbors are to have, m
-    // rounds
-    //     steps of Newton's method at most
-    // tolerance
-    //     share of `length` by which the worst segment may differ from it before all are scaled to it, in their directions
-    //
-    // Returns
-    // -------
-    // (J, D) float64, m.
-    m.def("exact_lengths", &exact_lengths, "joints"_a.noconvert(), "length"_a, "rounds"_a, "tolerance"_a);
 }
