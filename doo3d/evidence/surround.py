@@ -13,7 +13,7 @@ MEDIAN_PX = 15
 strand."""
 
 BLUR_PX = 0.8
-"""Standard deviation of the Gaussian that removes the camera's noise."""
+"""Standard deviation of the Gaussian that removes the camera's noise from colors, and from the log-odds of pixels by color."""
 
 MIN_DEVIATION = 1.0
 """Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""

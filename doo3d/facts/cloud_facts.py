@@ -16,8 +16,9 @@ from .frame_facts import facts_of
 SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
 """Points of a cloud, and seeds among them, on which its density is measured."""
 
-STRAND_CELL_SPACINGS = 2.0
-"""Point spacings; edge of the cells of which those side by side are of one strand when the first radius is measured."""
+CELL_SPACINGS = 2.0
+"""Point spacings; edge of the cells in which the points of a cloud are sorted: finer ones would be empty here and there on a
+surface. The 3 x 3 x 3 around a point hold its neighbors, and points in cells side by side are of one strand."""
 
 MIN_STRAND_FRACTION, MIN_LARGE_FRACTION = 0.05, 0.8
 """Fraction of the points that a strand has at least, and that all such strands have together, to be looked at one by one."""
@@ -68,7 +69,7 @@ class CloudFacts:
     @property
     def cell(self) -> float:
         """Edge in m of the cells that connect the points of a strand."""
-        return STRAND_CELL_SPACINGS * self.spacing * math.sqrt(self.count / max(len(self.sample), 1))
+        return CELL_SPACINGS * self.spacing * math.sqrt(self.count / max(len(self.sample), 1))
 
     def strands_nearer(self, distance: float) -> bool:
         """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""

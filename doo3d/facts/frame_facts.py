@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import kernels
+from ..geometry.cells import neighbors_of
 from ..geometry.curves import Curves
 from ..geometry.mask import median_half_width
 from ..geometry.noise import SAMPLES
@@ -79,10 +80,7 @@ class FrameFacts(kernels.FrameFacts):
     def skeleton(self) -> tuple[Ints, Ints]:
         """The skeleton (Zhang-Suen): its pixels (S, 2) int64 (u, v), branch by branch, and the start of each branch (B + 1,)."""
         pixels = self.skeleton_pixels()
-        coords = np.ones((len(pixels), 3), dtype=np.int64)
-        coords[:, :2] += pixels[:, ::-1]
-        table = kernels.neighbor_table(coords)
-        _, order, bounds, _ = kernels.trace_branches(table)
+        _, order, bounds, _ = kernels.trace_branches(neighbors_of(pixels[:, ::-1] + 1))
         return pixels[order], bounds
 
     def strand_lines(self, radius: float) -> Curves:
@@ -92,10 +90,8 @@ class FrameFacts(kernels.FrameFacts):
         holes, and forks so near to each other are one place.
         """
         pixels = self.skeleton_pixels()
-        coords = np.ones((len(pixels), 3), dtype=np.int64)
-        coords[:, :2] += pixels[:, ::-1]
         points, bounds, closed, _, _ = kernels.skeleton_paths(
-            kernels.neighbor_table(coords),
+            neighbors_of(pixels[:, ::-1] + 1),
             pixels.astype(float),
             round(radius),
             np.full(3, 2 * TOUCHING_RADII * radius),

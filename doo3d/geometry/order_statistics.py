@@ -8,6 +8,9 @@ import numpy as np
 
 from ..types import Floats
 
+SPREAD_PERCENTILES = np.array((15.0, 50.0, 85.0))
+"""Percentiles that tell how widths along a strand spread: of normally distributed ones the outer two are a deviation off."""
+
 
 def finite_median(values: Floats) -> float:
     """Return the median of values (N,); NaN if none is finite."""

@@ -20,5 +20,5 @@ NODE_RADII = 3.0
 """Distance from a junction or a tip, in radii of the strand, within which all belongs to it: a crossing in the view, a second
 junction, a rest of a strand, a branch at the tip of its trunk. Detected trees are scored with the same distance."""
 
-CORE_OFFSETS = np.array((-0.4, 0.0, 0.4))
+CORE_OFFSETS = 0.4 * np.array((-1, 0, 1))
 """Lateral offsets, in half-widths, that are on the strand for certain: away from its silhouette, where its surface falls away."""

@@ -14,7 +14,7 @@ from ..config import ExtendMaskConfig
 from ..geometry.noise import COLOR_NOISE
 from ..geometry.radii import STEP_RADII
 from ..kernels import follow_strand
-from ..types import Bools, Chain, Floats
+from ..types import Bools, Chain
 from . import FrameContext
 
 MIN_EXTENSION_RADII = 2.0
@@ -43,12 +43,13 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
     mask, color = foreground.mask, foreground.color
     if not config.max_length or mask is None or color is None or foreground.points.shape[1] != 2:
         return None
-    extended = None
+    extended, middle = None, (np.array(mask.shape[::-1]) - 1) / 2
     limits = {"step": STEP_RADII, "min_extension": MIN_EXTENSION_RADII, "noise": COLOR_NOISE}
     for chain in chains:
         radius = float(np.median(chain.radii))
         for joints in (chain.joints, chain.joints[::-1]):
-            if chain.closed or not radius > 0 or not _is_inside(joints[-1], mask, radius * (1 + STEP_RADII)):
+            is_inside = (np.abs(joints[-1] - middle) <= middle - radius * (1 + STEP_RADII)).all()
+            if chain.closed or not radius > 0 or not is_inside:
                 continue
             line = np.ascontiguousarray(joints)
             path = follow_strand(color, mask, line, radius, config.max_length, **limits)
@@ -56,8 +57,3 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
                 extended = mask.astype(np.uint8) if extended is None else extended
                 cv2.polylines(extended, [np.rint(path).astype(np.int32)], False, 1, max(1, round(2 * radius)))
     return None if extended is None else extended > 0
-
-
-def _is_inside(position: Floats, mask: Bools, margin: float) -> bool:
-    """Tell whether a position (2,) px lies in the image, at least the margin from its border."""
-    return bool((position >= margin).all() and (position <= np.array(mask.shape[::-1]) - 1 - margin).all())

@@ -198,19 +198,16 @@ def _closed_grid(points: Floats, size: float, radius: float, foreground: Foregro
     margin = CLOSING_ITERATIONS + 1
     origin = (np.floor(extent(points)[0] / size) - margin) * size
     shape, total = box_shape(points, origin, size, margin)
-    if not shape:
-        raise _too_large(total, KEY_LIMIT, size)
+    _check_size(total, KEY_LIMIT, size)
     of_point = cell_keys(points, origin, size, shape)
     occupied = distinct(of_point)
-    if len(occupied) > MAX_CELLS:
-        raise _too_large(len(occupied), MAX_CELLS, size)
+    _check_size(len(occupied), MAX_CELLS, size)
     keys = close_cells(occupied, shape, CLOSING_ITERATIONS)
     if foreground.cloud_facts is not None and foreground.cloud_facts.strands_nearer(MAX_CLOSED_GAP * size):
         strand = foreground.cloud_facts.strand_of(points)
         parts = (np.unique(of_point[strand == k]) for k in range(int(strand.max()) + 1))
         keys = np.unique(np.concatenate([close_cells(part, shape, CLOSING_ITERATIONS) for part in parts]))
-    if len(keys) > MAX_CELLS:
-        raise _too_large(len(keys), MAX_CELLS, size)
+    _check_size(len(keys), MAX_CELLS, size)
     coords, table = cell_coords(keys, shape), neighbors_of(cell_coords(keys, shape))
     centroids, counts = _means_in_voxels(points, np.searchsorted(keys, of_point), table, origin + (coords + 0.5) * size)
     label = connected_parts(table)
@@ -254,9 +251,10 @@ def _pixel_grid(foreground: Foreground, config: VoxelizeConfig) -> VoxelGrid:
     return VoxelGrid(pixels - origin, foreground.points, np.ones(len(pixels), dtype=np.int64), 1.0, origin - 0.5, radius)
 
 
-def _too_large(count: float, limit: float, size: float) -> InputError:
-    return InputError(
-        f"the grid would hold {count:.4g} voxels of {size:.3g} m, the limit is {limit:.4g}: "
-        "set a larger voxelize.size, or segment more narrowly",
-        code="voxels-too-many",
-    )
+def _check_size(count: float, limit: float, size: float) -> None:
+    if count > limit:
+        raise InputError(
+            f"the grid would hold {count:.4g} voxels of {size:.3g} m, the limit is {limit:.4g}: "
+            "set a larger voxelize.size, or segment more narrowly",
+            code="voxels-too-many",
+        )

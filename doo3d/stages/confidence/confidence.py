@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Collection, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -93,18 +93,18 @@ def with_confidence(
     slender = [length / chain.radius if chain.radius > 0 else math.inf for length, chain in zip(lengths, chains, strict=True)]
     most_slender = max(filter(math.isfinite, slender), default=0.0)
     curves = Curves.of([chain.joints for chain in chains])
-    samples = _samples(curves, chains, context.view)
-    turns = _sharpest_turns(samples.view).tolist()
+    view, reach = _samples(curves, chains, context.view)
+    turns = _sharpest_turns(view).tolist()
     support = depth_support(curves, [chain.radius for chain in chains], foreground)
     doubts = _depth_doubts(curves, chains, support)
     deviations = deviations_of(curves, chains, support, foreground) if curves.points.shape[1] == 3 else [None] * len(chains)
-    unclaimed = np.sqrt(_unclaimed(samples, foreground)).tolist()
-    ahead = _mask_ahead(samples, chains, foreground, joined)
+    unclaimed = np.sqrt(_unclaimed(view, reach, foreground)).tolist()
+    ahead = _mask_ahead(view, reach, chains, foreground, joined)
     share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
         unsupported, residual = doubts[i]
-        looks = looks_of(chain, lengths[i], samples.view[i], samples.reach[samples.view.parts[i]], foreground)
+        looks = looks_of(chain, lengths[i], view[i], reach[view.parts[i]], foreground)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
@@ -154,19 +154,11 @@ def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]] | N
     return lengths
 
 
-@dataclass(frozen=True)
-class _Samples:
-    """S samples along all of C chains, one chain after the other.
+def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> tuple[Curves, Floats]:
+    """Return samples half a radius apart along chains, as curves in the view, and the radius in the view at each, (S,).
 
-    view : the samples as curves in the view. reach : (S,), radius in the view.
+    Those behind the camera are left out; there are about MAX_SAMPLES at most.
     """
-
-    view: Curves
-    reach: Floats
-
-
-def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samples:
-    """Return samples half a radius apart along chains, without those behind the camera; at most about MAX_SAMPLES."""
     radius = np.array([chain.radius if chain.radius > 0 else chain.segment_length for chain in chains])
     spacing = np.maximum(STEP_RADII * radius, sum(chain.length for chain in chains) / MAX_SAMPLES)
     samples, _ = curves.sampled(spacing, np.ceil(curves.lengths / spacing).astype(int), curves.closed)
@@ -175,8 +167,7 @@ def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> _Samp
     owner = samples.owner[seen]
     reach = radius[owner] * view.scale(view.distance(samples.points[seen]))
     starts = np.searchsorted(owner, np.arange(len(chains) + 1))
-    in_view = Curves(np.ascontiguousarray(positions[seen]), starts, curves.closed)
-    return _Samples(in_view, reach)
+    return Curves(np.ascontiguousarray(positions[seen]), starts, curves.closed), reach
 
 
 def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport | None) -> list[tuple[float, float]]:
@@ -194,14 +185,14 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport
 
 
 def _mask_ahead(
-    samples: _Samples, chains: Sequence[Chain], foreground: Foreground, joined: Collection[tuple[int, int]]
+    view: Curves, reach: Floats, chains: Sequence[Chain], foreground: Foreground, joined: Collection[tuple[int, int]]
 ) -> list[float]:
     """Return for each chain the share of the pixels ahead of its ends that are in the mask, summed over both ends, 0 to 2.
 
     Where the mask continues ahead of an end, there is no tip: the object continues, or the end is at the side of another strand.
     Ends that are `joined` at a junction do not count.
     """
-    view, mask, shares = samples.view, foreground.mask, [0.0] * len(chains)
+    mask, shares = foreground.mask, [0.0] * len(chains)
     is_open = [not chain.closed and view.counts[i] > 1 for i, chain in enumerate(chains)]
     ends = [(i, side) for i in range(len(chains)) for side in (0, 1) if is_open[i] and (i, side) not in joined]
     if mask is None or not ends:
@@ -220,12 +211,12 @@ def _mask_ahead(
     return shares
 
 
-def _unclaimed(samples: _Samples, foreground: Foreground) -> Floats:
+def _unclaimed(view: Curves, reach: Floats, foreground: Foreground) -> Floats:
     """Return for each chain the share of the pixels of the mask that are near no chain, (C,); 0 for a cloud.
 
     In a mask that may hold noise of depth, the connected parts count that the chain runs through: others say nothing about it.
     """
-    none = np.zeros(len(samples.view.counts))
+    none = np.zeros(len(view.counts))
     if foreground.mask is None:
         return none
     facts = facts_of(foreground)
@@ -234,14 +225,14 @@ def _unclaimed(samples: _Samples, foreground: Foreground) -> Floats:
     mask = foreground.mask[facts.slices].astype(np.uint8)
     left = mask.copy()
     corner = np.array([cut.start for cut in facts.slices[::-1]])
-    pixels = np.rint(samples.view.points - corner)
-    thickness = np.rint(2 * (CLAIMED_RADII * samples.reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
-    for part in samples.view.parts:
-        if part.start < part.stop and np.abs(samples.view.points[part]).max() < MAX_PIXEL:
+    pixels = np.rint(view.points - corner)
+    thickness = np.rint(2 * (CLAIMED_RADII * reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
+    for part in view.parts:
+        if part.start < part.stop and np.abs(view.points[part]).max() < MAX_PIXEL:
             _draw_line(left, pixels[part][::DRAWN_EVERY].astype(np.int32), thickness[part][::DRAWN_EVERY].astype(int))
     if foreground.is_clean:
         return none + cv2.countNonZero(left) / facts.count
-    return _shares_of_parts(mask, left, pixels, samples.view)
+    return _shares_of_parts(mask, left, pixels, view)
 
 
 def _shares_of_parts(mask: Array, left: Array, pixels: Floats, view: Curves) -> Floats:

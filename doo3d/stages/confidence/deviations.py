@@ -34,7 +34,7 @@ MAX_OFFSET_RADII = 1.0
 """Radii of a segment's offset that count at most, and where all are unknown."""
 
 IN_FRAME, IN_CLOUD = (
-    np.array([weights.get(term, (0.0, 0.0)) for term in FRAME_WEIGHTS]) for weights in (FRAME_WEIGHTS, CLOUD_WEIGHTS)
+    np.array([weights.get(term, (0, 0)) for term in FRAME_WEIGHTS]) for weights in (FRAME_WEIGHTS, CLOUD_WEIGHTS)
 )
 
 

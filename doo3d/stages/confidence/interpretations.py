@@ -33,9 +33,9 @@ class Interpretation(NamedTuple):
         factor of `merge.free_space_weight`.
     """
 
-    voxel: float = 1.0
-    clearance: float = 1.0
-    free_space: float = 1.0
+    voxel: float = 1
+    clearance: float = 1
+    free_space: float = 1
 
 
 USUAL = Interpretation()

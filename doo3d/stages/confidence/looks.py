@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from scipy.special import logit
 
-from ...geometry.order_statistics import finite_percentiles
+from ...geometry.order_statistics import SPREAD_PERCENTILES, finite_percentiles
 from ...geometry.polyline import unit
 from ...geometry.radii import CORE_OFFSETS
 from ...kernels import strand_sides
@@ -24,9 +24,8 @@ from ...types import Array, Chain, Floats, Foreground
 CABLE_WIDTHS = 350.0
 """Widths of length from which on a chain cannot look more like a cable: 5 m of one that is 14 mm wide."""
 
-UNEVEN_PERCENTILES, MAX_UNEVEN = np.array((15.0, 50.0, 85.0)), 0.5
-"""Percentiles of the radii along a chain: the difference of the outer two over the median tells how uneven it is. And the most
-that counts."""
+MAX_UNEVEN = 0.5
+"""Spread of the radii along a chain, in medians, that counts at most."""
 
 SIDE_RADII = np.array((1.6, 2.2, 2.8, 3.4))
 """Radii to the side at which the depth beside the strand is taken, the color at the first two."""
@@ -110,5 +109,5 @@ def _uneven(chain: Chain) -> float:
     seen = ~chain.occluded
     at_seen = np.concatenate((seen[:1], seen[1:] & seen[:-1], seen[-1:]))
     radii = chain.radii[at_seen] if at_seen.any() else chain.radii
-    low, middle, high = finite_percentiles(radii, UNEVEN_PERCENTILES).tolist()
+    low, middle, high = finite_percentiles(radii, SPREAD_PERCENTILES).tolist()
     return min((high - low) / middle, MAX_UNEVEN) if middle > 0 else 0.0

@@ -8,9 +8,8 @@ import cv2
 import numpy as np
 
 from ...config import SegmentConfig
-from ...facts.cloud_facts import CloudFacts, longest_first, sampled, seeds_of, spreads
+from ...facts.cloud_facts import CELL_SPACINGS, CloudFacts, longest_first, sampled, seeds_of, spreads
 from ...types import Cloud, Frame
-from .point_filter import NEIGHBORHOOD_CELL_SPACINGS
 from .sparse_strands import is_sparse
 
 MIN_BROAD_FRACTION = 0.5
@@ -38,7 +37,7 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
         return _is_broad_frame(data, config)
     points = longest_first(sampled(data.points))
     seeds, points = seeds_of(points), np.ascontiguousarray(points[np.argsort(points[:, 0])])
-    size = NEIGHBORHOOD_CELL_SPACINGS * CloudFacts(points).spacing
+    size = CELL_SPACINGS * CloudFacts(points).spacing
     radius = max(config.max_width, MIN_DISC_CELLS * size)
     filled = MIN_DISC_OCCUPANCY * np.pi * radius**2 / size**2
     counts, means, covariances = spreads(points, seeds, radius)

@@ -6,15 +6,13 @@ import cv2
 import numpy as np
 
 from ...evidence.appearance import BAND_PX, RING_PX, Appearance
+from ...evidence.surround import BLUR_PX
 from ...geometry.noise import SURFACE_SAMPLES
 from ...kernels import MaskEdge, off_edge_share
 from ...types import Array, Bools
 
 ITERATIONS = 3
 """Times the colors are learned: the first time from the mask as given, then from what was found."""
-
-SMOOTHING_PX = 0.8
-"""px; standard deviation of the Gauss filter of log ratios."""
 
 MIN_CONTRAST = 2.5
 """Median log ratio in the mask from which on the colors tell the object from what is around it."""
@@ -51,11 +49,11 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
     (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from the
     background.
     """
-    stays = _width(mask) < 4 * SMOOTHING_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE
+    stays = _width(mask) < 4 * BLUR_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE
     if stays:
         return mask
     edge = MaskEdge(mask, BAND_PX, RING_PX)
-    kernel = cv2.getGaussianKernel(2 * int(4 * SMOOTHING_PX) + 1, SMOOTHING_PX, cv2.CV_32F).ravel()
+    kernel = cv2.getGaussianKernel(2 * int(4 * BLUR_PX) + 1, BLUR_PX, cv2.CV_32F).ravel()
     for _ in range(ITERATIONS):
         appearance = Appearance(color, edge.inside(), edge.around(SURFACE_SAMPLES))
         if appearance.separation < MIN_CONTRAST:

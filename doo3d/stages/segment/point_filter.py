@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...facts.cloud_facts import CloudFacts
+from ...facts.cloud_facts import CELL_SPACINGS, CloudFacts
 from ...geometry.cells import box_shape, cell_coords, cell_keys, neighbors_of
 from ...geometry.disjoint_set import group_sums
 from ...geometry.limits import MAX_CELLS
 from ...types import Bools, Floats
-
-NEIGHBORHOOD_CELL_SPACINGS = 2.0
-"""Point spacings; edge of the cells of which 3 x 3 x 3 hold the neighbors of a point of a cloud. Finer ones would be
-empty here and there on a surface."""
 
 MIN_NEIGHBORS_RATIO = 0.15
 """Fraction of the median number of neighbors that a point of a cloud must have, or it is a flying point."""
@@ -20,7 +16,7 @@ MIN_NEIGHBORS_RATIO = 0.15
 FAR_OUTLIER_BOX_SIZES = 3
 """Diagonals of the box of the central 96 % of the points beyond which, outside that box, a point is a far outlier."""
 
-SPREAD = (0.0, 0.02, 0.05, 0.95, 0.98, 1.0)
+SPREAD = (0, 0.02, 0.05, 0.95, 0.98, 1)
 """Fractions of the points that lie below the quantiles which tell how far a cloud extends, and how far its outliers lie."""
 
 MAX_POINTS = MAX_CELLS // 2
@@ -58,7 +54,7 @@ def filter_points(points: Floats, spread: Floats | None = None) -> tuple[CloudFa
     far = far_outliers(points, spread)
     near = points[~far] if far.any() else points
     facts = CloudFacts(near)
-    kept, means = _averaged(near, NEIGHBORHOOD_CELL_SPACINGS * facts.spacing)
+    kept, means = _averaged(near, CELL_SPACINGS * facts.spacing)
     return (facts, near, means) if kept.all() else (CloudFacts(near[kept]), near[kept], means)
 
 

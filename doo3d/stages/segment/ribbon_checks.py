@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-from ...geometry.order_statistics import finite_percentiles
+from ...geometry.order_statistics import SPREAD_PERCENTILES, finite_percentiles
 from ...types import Array, Bools, Floats
 from .ribbons import BORDER_PX, STEP_PX, TracedStrand
 
@@ -28,8 +28,8 @@ MIN_LENGTH_PX, MIN_LENGTH_WIDTHS = 60.0, 8.0
 MIN_MEAN_SCORE, MIN_SEEN = 2.2, 0.6
 """Mean score that a strand has at least, and the share of its length that is seen."""
 
-WIDTH_PERCENTILES, MAX_WIDTH_CHANGE = np.array((85.0, 15.0)), 3.2
-"""Percentiles of the widths along a strand, and their ratio in an object at most."""
+MAX_WIDTH_CHANGE = 3.2
+"""Ratio of the outer SPREAD_PERCENTILES of the widths along an object at most."""
 
 MAX_EDGE_PX = 5.5
 """px over which the color changes at an edge at most; shadows of distant things are softer."""
@@ -161,7 +161,7 @@ def _fault_without_profile(
     border = np.min((*strand.points.T, *(np.array((shape[1] - 1, shape[0] - 1))[:, None] - strand.points.T)), axis=0)
     if np.median(border) < width / 2 + BORDER_PX:
         return "border"
-    wide, narrow = finite_percentiles(strand.width[seen], WIDTH_PERCENTILES)
+    narrow, _, wide = finite_percentiles(strand.width[seen], SPREAD_PERCENTILES)
     return "uneven" if score < MIN_MEAN_SCORE or seen.mean() < MIN_SEEN or wide > MAX_WIDTH_CHANGE * narrow else ""
 
 

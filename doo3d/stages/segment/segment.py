@@ -124,11 +124,11 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
 
 
 def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
-    if isinstance(data, Frame):
-        return _segment_frame(data, config, mask, seed)
     if isinstance(data, Cloud):
         return _segment_cloud(data, config, mask, seed)
-    return _segment_image(data, config, mask, seed)
+    if isinstance(data, Image):
+        return _segment_image(data, config, mask, seed)
+    return _segment_frame(data, config, mask, seed)
 
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:

@@ -55,7 +55,8 @@ CANDIDATES = 8
 """Neighbors towards which a line is tried."""
 
 MAX_LINK_SPACINGS = 6.0
-"""Spacings along a strand up to which neighbors are joined; wider gaps are left to merging."""
+"""Spacings along a strand up to which neighbors are joined; wider gaps are left to merging. Points of strands that are not longer
+are outliers."""
 
 LINK_SLOPE = 0.15
 """Lateral offset that a neighbor along a strand may have, as a fraction of how far ahead it lies."""
@@ -80,9 +81,6 @@ MIN_PIECE_DISTANCE = 0.8
 
 MIN_KEPT = 0.85
 """Fraction of the points at least that must lie on strands of lines, or they show a surface."""
-
-MIN_PIECE_SPACINGS = 6.0
-"""Spacings of length that a strand must have, or its points are outliers."""
 
 
 class SparseStrands(NamedTuple):
@@ -230,7 +228,7 @@ def _joined(tree: cKDTree, points: Floats, seeds: _Lines) -> SparseStrands | Non
     if short is not None:
         return _through_pieces(points, index, label) if short > MIN_PIECE_DISTANCE else None
     size = np.bincount(label)[label]
-    good = size >= MIN_PIECE_SPACINGS
+    good = size >= MAX_LINK_SPACINGS
     kept = np.zeros(len(points), dtype=bool)
     kept[index[good]] = True
     if np.mean(kept) < MIN_KEPT:

@@ -12,10 +12,11 @@ from ...types import Array, Bools, Ints
 from .color_strands import MIN_SEED_SHARE, find_bands
 from .mask_parts import Parts, drawn
 from .methods.selected import ColorBands
+from .methods.strands import IMAGE_PIXELS
 
-MAX_PIXELS = 1920 * 1080
-"""Pixels that a photograph is scaled down to before lines are looked for: a line of 8 of 4000 px is 3 px wide then, and one of 60
-is 26 px, narrow for the window from which the surface is learned."""
+MAX_PIXELS = 9 * IMAGE_PIXELS
+"""Pixels (1920 x 1080) that a photograph is scaled down to before lines are looked for: a line of 8 of 4000 px is 3 px wide then,
+and one of 60 is 26 px, narrow for the window from which the surface is learned."""
 
 MIN_THIN_SHARE, MIN_PART_SHARE = 0.5, 1.0
 """Length of a line over the shorter side of the photograph at least, of one too thin for the network, and of one found in part:

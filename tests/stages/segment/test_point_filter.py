@@ -8,8 +8,8 @@ from builders.drawn_masks import surface, wave
 from builders.errors import refuses
 
 from doo3d.config import SegmentConfig
-from doo3d.facts.cloud_facts import CloudFacts
-from doo3d.stages.segment.point_filter import MIN_NEIGHBORS_RATIO, NEIGHBORHOOD_CELL_SPACINGS, far_outliers, filter_points
+from doo3d.facts.cloud_facts import CELL_SPACINGS, CloudFacts
+from doo3d.stages.segment.point_filter import MIN_NEIGHBORS_RATIO, far_outliers, filter_points
 from doo3d.types import Cloud, Foreground
 
 
@@ -49,7 +49,7 @@ def test_the_order_of_the_points_of_a_cloud_does_not_matter():
 
 def test_outliers_and_means_are_those_of_all_pairs_of_cells():
     points = np.concatenate((surface(wave(), RADIUS, spacing=0.002), np.random.default_rng(3).uniform(0, 0.3, (60, 3))))
-    size = NEIGHBORHOOD_CELL_SPACINGS * CloudFacts(points).spacing
+    size = CELL_SPACINGS * CloudFacts(points).spacing
     cell = np.floor((points - (points.min(axis=0) - size)) / size)
     near = (np.abs(cell[:, None] - cell).max(axis=2) <= 1).astype(float)
     wanted = near.sum(axis=1) >= MIN_NEIGHBORS_RATIO * np.median(near.sum(axis=1))

@@ -12,11 +12,12 @@ from scipy.special import logit
 from ....config import SegmentConfig
 from ....errors import InputError
 from ....evidence.appearance import BAND_PX, RING_PX, Appearance
+from ....evidence.surround import BLUR_PX
 from ....geometry.noise import SURFACE_SAMPLES
 from ....kernels import MaskEdge
 from ....types import Array, Bools, Cloud, Frame, Image
 from ..judged_parts import judged_mask, set_apart
-from ..mask_repair import ITERATIONS, SMOOTHING_PX
+from ..mask_repair import ITERATIONS
 from ..thin_lines import find_lines
 from . import strands
 from .onnx import run_model
@@ -142,9 +143,8 @@ def _with_colors(probability: Array, color: Array) -> Array:
         edge = MaskEdge(found > 0, BAND_PX, RING_PX)
         if not len(edge.inside()) or not len(edge.around(1)):
             break
-        found = cv2.GaussianBlur(
-            Appearance(color, edge.inside(), edge.around(SURFACE_SAMPLES)).log_odds.take(cells), (0, 0), SMOOTHING_PX
-        )
+        appearance = Appearance(color, edge.inside(), edge.around(SURFACE_SAMPLES))
+        found = cv2.GaussianBlur(appearance.log_odds.take(cells), (0, 0), BLUR_PX)
         found += given
     return found
 

@@ -106,7 +106,7 @@ def run_model(path: str, image: Array, is_trusted: bool = False) -> Array:
             _try, model, image, where=model.name, code="onnx-unreadable", memory=_MAX_FIRST_RUN_BYTES, seconds=_MAX_FIRST_RUN_S
         )
         _tried.add((model.digest, image.shape))
-    return _forward(_network(model), image, model.name)
+    return _forward(_load(model), image, model.name)
 
 
 @lru_cache(maxsize=2)
@@ -116,16 +116,12 @@ def _read(path: str, modified: int, size: int) -> _Model:
     return _Model(f"segment.onnx.model {path}", content, hashlib.sha256(content).hexdigest())
 
 
-@lru_cache(maxsize=2)
-def _network(model: _Model) -> cv2.dnn.Net:
-    return _load(model)
-
-
 def _try(model: _Model, image: Array) -> None:
     """Load the model and run it once."""
     _forward(_load(model), image, model.name)
 
 
+@lru_cache(maxsize=2)
 def _load(model: _Model) -> cv2.dnn.Net:
     try:
         network = cv2.dnn.readNetFromONNX(np.frombuffer(model.content, np.uint8)) if model.content else None
