@@ -13,7 +13,7 @@ neighbor, at 2."""
 TOUCHING_RADII = 2.2
 """Radii between two axes up to which surfaces touch: 2, and a tenth for the errors of both."""
 
-ACROSS_RADII = STEP_RADII * np.arange(-1, 2)
+ACROSS_RADII = np.array((-STEP_RADII, 0, STEP_RADII))
 """Radii to the side of an axis at which the images are read."""
 
 NODE_RADII = 3.0

@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..stages.branches import Branched
-from ..types import Bools, Chain, ChainEnd, Floats, Junction, LinearObject
+from ..stages.branches.objects import Piece, laid_out
+from ..types import Bools, Chain, Floats
 from .objects import SequenceObject
 from .registration import exact_lengths, to_lengths
 from .shape import Shape
@@ -128,47 +129,21 @@ def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], 
     ends = Counter(node.junction for item, chain in zip(objects, chains, strict=True) if chain for node in item.nodes if node)
     present = [(item, chain) for item, chain in zip(objects, chains, strict=True) if chain is not None]
     nodes: list[Nodes] = []
-    for item, _ in present:
-        first_node, last_node = (node if node and ends[node.junction] >= MIN_ENDS else None for node in item.nodes)
-        nodes.append((first_node, last_node))
-    bodies = [[(present[k][0].is_trunk, present[k][1], nodes[k]) for k in tree] for tree in trees_of(nodes)]
-    bodies += [[(True, chain, (None, None))] for chain in others]
-    bodies.sort(key=lambda body: -sum(chain.length for _, chain, _ in body))
-    ordered: list[Chain] = []
-    junctions: list[Junction] = []
-    trees: list[LinearObject] = []
-    for body in bodies:
-        first, first_junction = len(ordered), len(junctions)
-        ordered += [chain for _, chain, _ in body]
-        junctions += _junctions([pair for _, _, pair in body], ordered, first)
-        trunk = max(1, sum(is_trunk for is_trunk, _, _ in body))
-        trees.append(LinearObject(tuple(range(first, len(ordered))), tuple(range(first_junction, len(junctions))), trunk))
-    return Branched(ordered, tuple(junctions), tuple(trees))
-
-
-def _junctions(nodes: Sequence[Nodes], chains: Sequence[Chain], first: int) -> list[Junction]:
-    """Return the junctions of a tree: the middles of the ends that meet there.
-
-    Parameters
-    ----------
-    nodes
-        the nodes of the chains of the tree.
-    chains
-        all chains of the frame.
-    first
-        index in them of the first chain of the tree.
-    """
-    met: dict[Node, list[ChainEnd]] = {}
-    for k, pair in enumerate(nodes, first):
-        for side, node in enumerate(pair):
+    met: dict[Node, list[Floats]] = {}
+    for item, chain in present:
+        first, last = (node if node and ends[node.junction] >= MIN_ENDS else None for node in item.nodes)
+        nodes.append((first, last))
+        for side, node in enumerate((first, last)):
             if node is not None:
-                met.setdefault(node, []).append(ChainEnd(k, side))
-    return [
-        Junction(
-            np.mean([chains[end.chain].joints[-end.end] for end in ends], axis=0),
-            tuple(ends),
-            np.array([chains[end.chain].radius for end in ends]),
-            node.confidence,
-        )
-        for node, ends in met.items()
+                met.setdefault(node, []).append(chain.joints[-side])
+    pieces = [
+        Piece(chain, (first and first.junction, last and last.junction))
+        for (_, chain), (first, last) in zip(present, nodes, strict=True)
     ]
+    trees = [(tree, max(1, sum(present[k][0].is_trunk for k in tree))) for tree in trees_of(nodes)]
+    trees += [([len(pieces) + k], 1) for k in range(len(others))]
+    pieces += [Piece(chain, (None, None)) for chain in others]
+    trees.sort(key=lambda tree: -sum(pieces[k].chain.length for k in tree[0]))
+    places = {node.junction: (np.mean(points, axis=0), node.confidence) for node, points in met.items()}
+    ordered, junctions, found = laid_out(trees, pieces, places)
+    return Branched(ordered, tuple(junctions), tuple(found))

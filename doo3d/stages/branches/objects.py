@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,29 +59,45 @@ def assembled(pieces: Sequence[Piece], nodes: Sequence[Node]) -> tuple[list[Chai
             if node is not None:
                 at.setdefault(node, []).append(ChainEnd(number, side))
                 parts.join(at[node][0].chain, number)
-    bodies = sorted(parts.members(), key=lambda body: -sum(pieces[number].chain.length for number in body))
-    order: list[int] = []
-    objects = []
-    for body in bodies:
+    trees = []
+    for body in sorted(parts.members(), key=lambda body: -sum(pieces[number].chain.length for number in body)):
         trunk = _trunk(body, pieces, at)
-        objects.append(LinearObject(tuple(range(len(order), len(order) + len(body))), trunk=len(trunk)))
-        order += [*trunk, *sorted(set(body).difference(trunk), key=lambda number: (-pieces[number].chain.length, number))]
-    place = {number: i for i, number in enumerate(order)}
-    met = [(sorted(ChainEnd(place[each.chain], each.end) for each in ends), nodes[k]) for k, ends in at.items() if len(ends) > 2]
-    met.sort(key=lambda item: item[0])
-    junctions = [
-        Junction(
-            node.position,
-            tuple(ends),
-            np.array([pieces[order[end.chain]].chain.radius for end in ends]),
-            float(1 / (1 + np.exp(-min(node.gains) / 40))),
-        )
-        for ends, node in met
-    ]
-    objects = [
-        replace(item, junctions=tuple(k for k, (ends, _) in enumerate(met) if ends[0].chain in item.chains)) for item in objects
-    ]
-    return [pieces[number].chain for number in order], junctions, objects
+        rest = sorted(set(body).difference(trunk), key=lambda number: (-pieces[number].chain.length, number))
+        trees.append(([*trunk, *rest], len(trunk)))
+    places = {k: (node.position, float(1 / (1 + np.exp(-min(node.gains) / 40)))) for k, node in enumerate(nodes)}
+    return laid_out(trees, pieces, places)
+
+
+def laid_out(
+    trees: Sequence[tuple[Sequence[int], int]], pieces: Sequence[Piece], places: Mapping[int, tuple[Floats, float]]
+) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
+    """Return the chains, junctions and objects of a frame, as `Detection` holds them.
+
+    Parameters
+    ----------
+    trees
+        for each object the numbers of its pieces, those of the trunk first, and how many these are.
+    pieces
+        all pieces.
+    places
+        position, (D,) m (px in 2-D), and confidence of each node; those at which fewer than three pieces end are left out.
+    """
+    chains = [pieces[number].chain for numbers, _ in trees for number in numbers]
+    at: dict[int, list[ChainEnd]] = {}
+    for k, number in enumerate(number for numbers, _ in trees for number in numbers):
+        for side, node in enumerate(pieces[number].nodes):
+            if node is not None:
+                at.setdefault(node, []).append(ChainEnd(k, side))
+    met = sorted((ends, node) for node, ends in at.items() if len(ends) > 2)
+    junctions, objects, first = [], list[LinearObject](), 0
+    for ends, node in met:
+        position, confidence = places[node]
+        junctions.append(Junction(position, tuple(ends), np.array([chains[end.chain].radius for end in ends]), confidence))
+    for numbers, trunk in trees:
+        own = range(first, first + len(numbers))
+        objects.append(LinearObject(tuple(own), tuple(k for k, (ends, _) in enumerate(met) if ends[0].chain in own), trunk))
+        first += len(numbers)
+    return chains, junctions, objects
 
 
 def _trunk(body: Sequence[int], pieces: Sequence[Piece], at: Mapping[int, Sequence[ChainEnd]]) -> list[int]:
