@@ -15,9 +15,9 @@ COLOR_NOISE = 6.0
 LAB_NOISE = COLOR_NOISE / 2
 """The same in CIELAB, where lightness has 100 levels and not 256: the deviation of a strand's color along its length."""
 
-SURFACE_SAMPLES = 8_000
+SURFACE_SAMPLES = 20_000
 """Pixels or points of the object that its axis is measured on, and pixels around it that the colors of its surround are learned
-from; more are thinned evenly. An axis of 200 samples has 40 for each, whose mean is off by a sixth of their noise."""
+from; more are thinned evenly. An axis of 200 samples has 100 for each, whose mean is off by a tenth of their noise."""
 
 SAMPLES = 2000
 """Values that medians, percentiles and planes are estimated from, drawn evenly from more. The standard error of the median of N

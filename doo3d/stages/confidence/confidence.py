@@ -203,7 +203,7 @@ def _mask_ahead(
     forward = unit(view.points[tips] - view.points[tips + np.where(side, -inward, inward)])
     across = forward[:, ::-1] * (-1, 1)
     offsets = AHEAD_RADII[:, None, None] * forward[:, None, None] + ACROSS_RADII[:, None] * across[:, None, None]
-    pixels = np.rint(view.points[tips, None, None] + samples.reach[tips, None, None, None] * offsets)
+    pixels = np.rint(view.points[tips, None, None] + reach[tips, None, None, None] * offsets)
     in_view = np.asarray(((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1))
     u, v = np.where(in_view[..., None], pixels, 0).astype(int).transpose(3, 0, 1, 2)
     for i, share in zip(owner.tolist(), (in_view & mask[v, u]).mean(axis=(1, 2)).tolist(), strict=True):

@@ -72,7 +72,7 @@ def section_axes(positions: Floats, tangent: Floats, viewpoint: Floats | None) -
 
 
 def thinned(points: Array) -> Array:
-    """Return every k-th of N points, k being the least that leaves at most SURFACE_SAMPLES (8,000) of them.
+    """Return every k-th of N points, k being the least that leaves at most SURFACE_SAMPLES (20,000) of them.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from .samples import Samples
 
 
 def mask_sample(facts: FrameFacts) -> tuple[Floats, float]:
-    """Return about SURFACE_SAMPLES (8,000) pixels of a mask, evenly distributed, and how many pixels each stands for.
+    """Return about SURFACE_SAMPLES (20,000) pixels of a mask, evenly distributed, and how many pixels each stands for.
 
     Areas keep their share of the pixels: in each row every k-th pixel is kept, shifted from row to row by about the golden
     section of k, so that the pixels kept lie on a lattice that is nearly as fine in every direction.
