@@ -9,16 +9,14 @@ from builders.paths import ROOT
 
 from doo3d.evaluation.benchmark.source_size import SourceSize, file_size, method_files, size_of
 
-MOST = {"Python": 671, "C++": 195}
-"""Lower one when numbers go; a new one needs an old one to go, and a docstring that names where its value comes from."""
+MOST = 735
+"""Lower it when numbers go; a new one needs an old one to go, and a docstring that names where its value comes from."""
 
 
 def test_there_are_no_more_numbers_than_before():
     files = method_files(ROOT / "doo3d")  # an installation has no C++
     assert {".py", ".cpp"} <= {file.suffix for file in files}
-    python = [file for file in files if file.suffix == ".py"]
-    assert sum(file_size(file).numbers for file in python) <= MOST["Python"]
-    assert sum(file_size(file).numbers for file in files if file not in python) <= MOST["C++"]
+    assert sum(file_size(file).numbers for file in files) <= MOST
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,8 @@ def results(place: Path, sizes, stamps=None, failed=()) -> Path:
     for i, (width, height) in enumerate(sizes):
         bad = i in failed
         stamp = None if stamps is None else stamps[i]
-        frames.append(
-            {"name": f"f{i}", "status": "failed" if bad else "ok", "error": "torn" if bad else None, "timestamp": stamp}
-        )
+        status = {"status": "failed", "error": "torn"} if bad else {"status": "ok", "error": None, "picture": "png"}
+        frames.append({"name": f"f{i}", "timestamp": stamp, **status})
         if not bad:
             cv2.imwrite(str(place / f"f{i}.png"), np.full((height, width, 3), COLORS[i % 3], np.uint8))
     (place / "manifest.json").write_text(json.dumps({"schema": "doo3d/manifest/1", "finished": True, "frames": frames}))
