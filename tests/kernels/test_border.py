@@ -67,7 +67,6 @@ CALLS = {
     ),
     "half_shell_spread": (np.zeros(6, int), POINTS[:, 0].copy(), np.zeros(3, int), 1),
     "lay_equal_chords": (POINTS, 0.01),
-    "line_ends": (np.array([0, 1, 2]), np.array([0, 3]), (3, 3), 2),
     "mask_parts": (np.ones((3, 3), bool), 4, np.zeros(1, int)),
     "MaskEdge": (np.ones((3, 3), bool), 4.0, 24.0),
     "medial_axis": (np.ones((3, 3), bool),),
@@ -115,7 +114,6 @@ CALLS = {
     "thin_pixels": (COORDS[:4, 1:].copy(),),
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
-    "valley_bottoms": (np.zeros((3, 3), np.float32), np.zeros((3, 3), np.uint8), np.ones((3, 3), bool), 8),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
     "view_alignment": (
         *[np.ones((4, 4), np.float32)] * 4, np.ones(4), np.eye(4), np.ones(2), np.zeros(2), 3.0,

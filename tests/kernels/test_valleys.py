@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doo3d.kernels import valley_bottoms, valley_depth
+from doo3d.kernels import valley_depth
+from doo3d.stages.segment.valleys import valley_bottoms
 
 ORIENTATIONS = 8
 
@@ -48,7 +49,7 @@ def test_bottoms_are_no_less_deep_than_the_pixels_on_either_side(seed):
     random = np.random.default_rng(seed)
     depth, wanted = random.integers(0, 4, (9, 11)).astype(np.float32), random.random((9, 11)) < 0.7
     orientation = random.integers(0, ORIENTATIONS, (9, 11)).astype(np.uint8)
-    bottom = valley_bottoms(depth, orientation, wanted, ORIENTATIONS)
+    bottom = valley_bottoms(depth, orientation, wanted)
     padded = np.pad(depth, 1, constant_values=-np.inf)
     for y, x in np.ndindex(depth.shape):
         dy, dx = ((1, 0), (1, -1), (0, 1), (1, 1))[(orientation[y, x] + 1) // 2 % 4]
@@ -63,7 +64,7 @@ def test_a_dark_line_is_a_valley_across_its_direction():
     assert orientation[20, 20] == 0
     assert depth[20, 20] > 0.5
     assert depth[10, 20] < 0.01
-    bottom = valley_bottoms(depth, orientation, np.ones_like(image, bool), ORIENTATIONS)
+    bottom = valley_bottoms(depth, orientation, np.ones_like(image, bool))
     assert bottom[20].all()
     assert not bottom[19, 1:-1].any()
 
@@ -76,5 +77,3 @@ def test_what_does_not_fit_is_refused():
         valley_depth(image, wanted, 0.0, 1.0, 8)
     with pytest.raises(ValueError, match="even"):
         valley_depth(image, wanted, 1.0, 1.0, 7)
-    with pytest.raises(ValueError, match="multiple"):
-        valley_bottoms(image, np.zeros((5, 5), np.uint8), wanted, 6)

@@ -15,7 +15,6 @@ void bind_follow_strand(Module&);
 void bind_frame_facts(Module&);
 void bind_gap_path(Module&);
 void bind_hidden_parts(Module&);
-void bind_line_ends(Module&);
 void bind_line_fitting(Module&);
 void bind_mask_edge(Module&);
 void bind_mask_parts(Module&);
@@ -59,7 +58,6 @@ NB_MODULE(_native, native) {
     bind_frame_facts(m);
     bind_gap_path(m);
     bind_hidden_parts(m);
-    bind_line_ends(m);
     bind_line_fitting(m);
     bind_mask_edge(m);
     bind_mask_parts(m);

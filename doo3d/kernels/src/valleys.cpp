@@ -174,25 +174,6 @@ auto valley_depth(Matrix<float> image, Matrix<bool> wanted, double across, doubl
     return std::make_pair(to_numpy(std::move(depth), rows, columns), to_numpy(std::move(best), rows, columns));
 }
 
-auto valley_bottoms(Matrix<float> depth, Matrix<Byte> orientation, Matrix<bool> wanted, Index orientations) {
-    const Index rows = depth.shape(0), columns = depth.shape(1);
-    require(Index(orientation.shape(0)) == rows && Index(orientation.shape(1)) == columns, "depth and orientation differ in shape");
-    require(Index(wanted.shape(0)) == rows && Index(wanted.shape(1)) == columns, "depth and wanted differ in shape");
-    require(orientations > 0 && orientations % 8 == 0, "the number of orientations is no multiple of 8");
-    const Index steps[4][2] = {{1, 0}, {1, -1}, {0, 1}, {1, 1}};  // rows and columns across a valley, by eighths of a turn
-    std::vector<Byte> bottom(rows * columns, 0);
-    const auto is_above = [&](Index y, Index x, float value) {
-        return y >= 0 && x >= 0 && y < rows && x < columns && depth(y, x) > value;
-    };
-    for_each_set(wanted, [&](Index i) {
-        const Index y = i / columns, x = i % columns;
-        const auto& step = steps[(orientation(y, x) + orientations / 8) / (orientations / 4) % 4];
-        const float value = depth(y, x);
-        bottom[i] = !is_above(y + step[0], x + step[1], value) && !is_above(y - step[0], x - step[1], value);
-    });
-    return to_numpy(std::move(bottom), rows, columns);
-}
-
 }  // namespace
 
 void bind_valleys(Module& m) {
@@ -218,19 +199,4 @@ void bind_valleys(Module& m) {
     // depth : (H, W) float32, in the unit of the image; 0 where it is not wanted
     // orientation : (H, W) uint8, number of the orientation that responds most
     m.def("valley_depth", &valley_depth, "image"_a.noconvert(), "wanted"_a.noconvert(), "across"_a, "along"_a, "orientations"_a);
-    // Return the pixels that are no less deep than the two beside them across the direction of their valley.
-    //
-    // Parameters
-    // ----------
-    // depth, orientation
-    //     (H, W) float32 and (H, W) uint8, as `valley_depth` returns them
-    // wanted
-    //     (H, W) bool, the pixels that are tested
-    // orientations
-    //     number of orientations, a multiple of 8
-    //
-    // Returns
-    // -------
-    // (H, W) uint8, 1 or 0
-    m.def("valley_bottoms", &valley_bottoms, "depth"_a.noconvert(), "orientation"_a.noconvert(), "wanted"_a.noconvert(), "orientations"_a);
 }

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ...geometry.disjoint_set import joined_groups
-from ...kernels import line_ends, mask_parts, thin_pixels
+from ...geometry.polyline import unit
+from ...kernels import mask_parts, thin_pixels
 from ...types import Array, Bools, Floats, Ints
 from .wide_stretches import Bundles, close_gaps
 
@@ -65,7 +67,7 @@ def _opening_lines(pixels: Ints, starts: Ints, bundles: Bundles) -> Bools:
     own = np.repeat(np.arange(size), np.diff(starts))
     label = np.full(result.shape, -1, dtype=np.int32)
     label.ravel()[pixels] = own
-    ends = _LineEnds(*line_ends(pixels, starts, result.shape, math.ceil(2 * bundles.radius)))
+    ends = find_line_ends(pixels, starts, label, math.ceil(2 * bundles.radius))
     ahead, is_ahead, opening = _carry_on(ends, label, bundles)
     near = cKDTree(ends.position).query_pairs(2 * REACH_RADII * bundles.radius, output_type="ndarray")
     group = joined_groups(ends.line[near], size)
@@ -82,7 +84,7 @@ def _opening_lines(pixels: Ints, starts: Ints, bundles: Bundles) -> Bools:
     return result & bundles.closed
 
 
-class _LineEnds(NamedTuple):
+class LineEnds(NamedTuple):
     """The ends of lines: the lines' numbers (E,), the ends' (row, column) (E, 2), and unit directions (E, 2) out of the lines."""
 
     line: Ints
@@ -90,7 +92,32 @@ class _LineEnds(NamedTuple):
     direction: Floats
 
 
-def _carry_on(ends: _LineEnds, label: Ints, bundles: Bundles) -> tuple[Ints, Bools, Bools]:
+def find_line_ends(pixels: Ints, starts: Ints, label: Array, window: int) -> LineEnds:
+    """Return the ends of lines one pixel wide: pixels with one other among the eight around them, in row-major order.
+
+    Parameters
+    ----------
+    pixels, starts
+        (N,) row-major indices of the pixels, line by line, and (L + 1,) where each line begins.
+    label
+        (h, w) int, the number of the line at each pixel, -1 elsewhere.
+    window
+        px, distance in rows and columns up to which pixels of the line give its direction. An end in their middle has none, and
+        is left out.
+    """
+    around = cv2.boxFilter((label >= 0).astype(np.uint8), -1, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    tips = np.flatnonzero(around.ravel()[pixels] == 2)
+    tips = tips[np.argsort(pixels[tips])]
+    line, places = label.ravel()[pixels[tips]], np.column_stack(np.divmod(pixels, label.shape[1]))
+    direction = np.zeros((len(tips), 2))
+    for k, tip in enumerate(tips):
+        offset = places[starts[line[k]] : starts[line[k] + 1]] - places[tip]
+        direction[k] = -unit(offset[(np.abs(offset) <= window).all(axis=1)].mean(axis=0))
+    is_known = direction.any(axis=1)
+    return LineEnds(line[is_known], places[tips[is_known]], direction[is_known])
+
+
+def _carry_on(ends: LineEnds, label: Ints, bundles: Bundles) -> tuple[Ints, Bools, Bools]:
     """Carry lines on, straight from their ends, to the background or to another line.
 
     Returns

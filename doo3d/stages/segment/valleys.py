@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from ...geometry.noise import SAMPLES
-from ...kernels import valley_bottoms, valley_depth
+from ...kernels import valley_depth
 from ...types import Array, Bools
 from .wide_stretches import COARSE_RADIUS_PX, GAP_RADII, MAX_BUNDLE_PX, MAX_BUNDLE_RADII, close_gaps
 
@@ -21,6 +21,9 @@ VALLEY_LENGTH_RADII = 1.6
 
 ORIENTATIONS = 8
 """Orientations of the valleys looked for, a multiple of 8; one every 22.5 degrees."""
+
+ACROSS = np.array(((1, 0), (1, -1), (0, 1), (1, 1)))
+"""Steps (rows, columns) across a valley, by eighths of a turn."""
 
 CLIP = 2.0
 """Units of the contrast at which brightness is clipped: highlights. The background counts as so dark."""
@@ -59,7 +62,21 @@ def find_valleys(shade: Array, radius: float, wide: Bools) -> tuple[Array, Bools
     if scale < 1:
         depth = cv2.resize(depth, shade.shape[::-1], interpolation=cv2.INTER_LINEAR)
         orientation = cv2.resize(orientation, shade.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return depth, valley_bottoms(depth, orientation, wide, ORIENTATIONS).view(bool)
+    return depth, valley_bottoms(depth, orientation, wide)
+
+
+def valley_bottoms(depth: Array, orientation: Array, wanted: Bools) -> Bools:
+    """Return the wanted pixels (h, w) that are no less deep than the two beside them across the direction of their valley.
+
+    depth, orientation : (h, w) float32 and uint8, as `kernels.valley_depth` returns them. wanted : (h, w) bool.
+    """
+    padded = np.pad(depth, 1, constant_values=-np.inf)
+    rows, columns = np.nonzero(wanted)
+    down, right = ACROSS[(orientation[wanted] + ORIENTATIONS // 8) // (ORIENTATIONS // 4) % 4].T
+    sides = np.maximum(padded[rows + 1 + down, columns + 1 + right], padded[rows + 1 - down, columns + 1 - right])
+    bottom = wanted.copy()
+    bottom[wanted] = depth[wanted] >= sides
+    return bottom
 
 
 def shade_strands(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doo3d.kernels import line_ends, mask_parts
+from doo3d.kernels import mask_parts
+from doo3d.stages.segment.valley_lines import find_line_ends
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.sampled_from([(30, 40), (1, 30), (25, 2)]))
@@ -26,18 +26,6 @@ def test_ends_as_by_windows_around_them(seed, window, shape):
         back = offsets.mean(axis=0)
         if np.hypot(*back) > 1e-9:
             expected.append((label[y, x], y, x, *(-back / np.hypot(*back))))
-    line, position, direction = line_ends(pixels, starts, shape, window)
+    line, position, direction = find_line_ends(pixels, starts, label, window)
     found = np.column_stack((line, position, direction))
     np.testing.assert_allclose(found, np.reshape(expected, (-1, 5)), atol=1e-9)
-
-
-def test_the_ends_of_a_straight_line_point_out_of_it():
-    line, position, direction = line_ends(np.arange(12, 18), np.array([0, 6]), (3, 10), 3)
-    assert line.tolist() == [0, 0]
-    assert position.tolist() == [[1, 2], [1, 7]]
-    np.testing.assert_allclose(direction, [[0, -1], [0, 1]])
-
-
-def test_a_pixel_beyond_the_image_is_refused():
-    with pytest.raises(ValueError, match="not in the image"):
-        line_ends(np.array([9]), np.array([0, 1]), (3, 3), 1)
