@@ -69,15 +69,6 @@ class BitImage {
         for_each_run([&](Index, Index start, Index end) { sum += end - start; });
         return sum;
     }
-    // Return the number of set pixels [start, end) of a row.
-    Index count(Index y, Index start, Index end) const {
-        Index sum = 0;
-        for (Index x = next(y, start, 0), stop; x < end; x = next(y, stop, 0)) {
-            stop = std::min(next(y, x, ~Word(0)), end);
-            sum += stop - x;
-        }
-        return sum;
-    }
     BitImage operator~() const {
         BitImage result = *this;
         for (Word& word : result.bits) word = ~word;
@@ -86,10 +77,6 @@ class BitImage {
     }
     BitImage& operator&=(const BitImage& other) {
         for (std::size_t i = 0; i < bits.size(); ++i) bits[i] &= other.bits[i];
-        return *this;
-    }
-    BitImage& operator|=(const BitImage& other) {
-        for (std::size_t i = 0; i < bits.size(); ++i) bits[i] |= other.bits[i];
         return *this;
     }
     // Dilate by a convex shape that is symmetric: half_widths[k] is half its width, k rows above and below its middle, and does not
