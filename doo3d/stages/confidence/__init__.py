@@ -1,9 +1,8 @@
 """The confidence of chains: the odds that each is right, from every kind of evidence against it."""
 
-from .choice import most_probable_chains
 from .confidence import with_confidence
 from .evidence import Evidence
-from .interpretations import USUAL, Interpretation, most_probable, other_interpretations
+from .interpretations import USUAL, Interpretation, most_probable, most_probable_chains, other_interpretations
 
 __all__ = [
     "USUAL",

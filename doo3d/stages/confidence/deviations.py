@@ -24,7 +24,7 @@ FRAME_WEIGHTS = {
 """Weights, across and along the ray, of the terms in a frame, in their order. Fitted by docs/fit_deviations.py, so that 90 % of
 the errors of right chains are within 1.645 deviations."""
 
-CLOUD_WEIGHTS = {"pitch": (0.477, 1.75), "bulge": (1.3, 0.15), "roughness": (0.24, 0.215), "hidden": (0.128, 0.0)}
+CLOUD_WEIGHTS = {"pitch": (0.477, 1.75), "bulge": (1.3, 0.15), "roughness": (0.24, 0.215), "hidden": (0.128, 0)}
 """The same for a cloud, whose pitch is the spacing of its points; fitted by the same script to the points of the frames."""
 
 MAX_RESIDUAL_RADII = 3.0

@@ -1,4 +1,4 @@
-"""Which interpretation of an uncertain frame is kept: the most probable as a whole, by the evidence against its chains.
+"""Keep the most probable interpretation of an uncertain frame, and the most probable chains where a number of them is wanted.
 
 Much is settled before anything tells whether it was right: in coarse voxels two strands are one, and an end cut far back at a
 junction points elsewhere. Only of the whole is it known how well the chains explain what was seen. So an uncertain frame is
@@ -101,6 +101,17 @@ def most_probable(interpretations: Sequence[Sequence[Evidence]], config: Config)
     best = max(odds, key=odds.__getitem__)
     rivals = odds[best] - sum(odds.values()) / len(odds)
     return best, [replace(each, rivals=rivals) for each in interpretations[best]]
+
+
+def most_probable_chains(chains: Sequence[Chain], count: int) -> list[int]:
+    """Return the indices of the most probable chains, in ascending order; of those at CERTAIN (0.7) or above, the longest.
+
+    There, differences in confidence are noise, and a long piece of the object is worth more than a short one.
+
+    chains : the chains of one frame. count : number of chains wanted; all are returned if there are fewer.
+    """
+    order = sorted(range(len(chains)), key=lambda k: (-min(chains[k].confidence, CERTAIN), -chains[k].length))
+    return sorted(order[:count])
 
 
 def _log_odds(evidence: Sequence[Evidence], config: Config) -> float:

@@ -103,9 +103,7 @@ def measure_in_view(samples: Samples, view: CameraView) -> ViewMeasurement | Non
     turn, position, camera = view.pose[:3, :3], view.pose[:3, 3], view.camera
     local = (samples.curves.points - position) @ turn
     pixels = camera.project(local)
-    inside = np.asarray(np.isfinite(pixels).all(axis=1))
-    inside[inside] = ((pixels[inside] >= 0) & (pixels[inside] <= (camera.width - 1, camera.height - 1))).all(axis=1)
-    index = np.flatnonzero(inside)
+    index = np.flatnonzero(((pixels >= 0) & (pixels <= (camera.width - 1, camera.height - 1))).all(axis=1))
     if len(index) < 2 or not view.mask.any():
         return None
     # stretches in view are paths of their own

@@ -47,9 +47,8 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
     """
     if not paths:
         return []
-    points = context.foreground.points
     samples = sample_paths(paths, context.radius, context.segment_length)
-    return extend_to_surface(paths, samples, points, context.point_gap)
+    return extend_to_surface(paths, samples, context.foreground.points, context.point_gap)
 
 
 def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
