@@ -562,19 +562,12 @@ def _lost(stages: Stages) -> tuple[str, ...]:
     if stages.chains:
         return ()
     has_image = stages.context.foreground.mask is not None  # of a cloud doo3d tune proposes nothing
+    colors = "; doo3d tune proposes colour ranges and shows them" if has_image else ""
+    mask = ", or see with doo3d tune what the mask takes" if has_image else ""
     length_hint = "lower fit.segment_length" + ("; doo3d tune proposes one" if has_image else "")
     for name, product, hint in (
-        (
-            "segment",
-            len(stages.context.foreground.points),
-            "widen the segmentation" + ("; doo3d tune proposes colour ranges and shows them" if has_image else ""),
-        ),
-        (
-            "voxelize",
-            len(stages.context.grid.coords),
-            "the pieces are smaller than 12 voxels: lower voxelize.size"
-            + (", or see with doo3d tune what the mask takes" if has_image else ""),
-        ),
+        ("segment", len(stages.context.foreground.points), f"widen the segmentation{colors}"),
+        ("voxelize", len(stages.context.grid.coords), f"the pieces are smaller than 12 voxels: lower voxelize.size{mask}"),
         ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
         ("fit", len(stages.fitted), f"the object is shorter than a segment: {length_hint}"),
         ("prune", len(stages.pruned.chains), "lower prune.width"),

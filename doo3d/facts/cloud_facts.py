@@ -54,7 +54,8 @@ class CloudFacts:
         """
         if not len(self.sample):
             return np.zeros(0, dtype=np.int64)
-        origin, edge = self.sample.min(axis=0) - self.cell, self.cell
+        edge = CELL_SPACINGS * self.spacing * math.sqrt(self.count / len(self.sample))
+        origin = self.sample.min(axis=0) - edge
         shape, _ = box_shape(self.sample, origin, edge, 1)
         if not shape:
             return np.zeros(0, dtype=np.int64)
@@ -65,11 +66,6 @@ class CloudFacts:
         if len(large) < 2 or size[large].sum() < MIN_LARGE_FRACTION * len(part):
             return np.zeros(0, dtype=np.int64)
         return np.where(np.isin(part, large), np.searchsorted(large, part), -1)
-
-    @property
-    def cell(self) -> float:
-        """Edge in m of the cells that connect the points of a strand."""
-        return CELL_SPACINGS * self.spacing * math.sqrt(self.count / max(len(self.sample), 1))
 
     def strands_nearer(self, distance: float) -> bool:
         """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
