@@ -262,7 +262,7 @@ def _compared(first: Level, second: Level, pose: Floats, light: Floats, noise: F
     given = np.zeros(2) if noise is None else noise
     equations, summary = view_alignment(*first[:2], *second[:2], first[2], pose, light, given, OUTLIER_DEVIATIONS)
     known, seen, agreeing = summary[4:].astype(int).tolist()
-    return _Alignment(pose, light, equations, summary[2:4], float(summary[:2].sum()) / max(seen, 1), known, seen, agreeing)
+    return _Alignment(pose, light, equations, summary[:2], float(summary[2:4].sum()) / max(seen, 1), known, seen, agreeing)
 
 
 def _interpolated(given: Floats, known: Bools) -> Floats:
