@@ -73,7 +73,6 @@ CALLS = {
     "nearest": (POINTS, POINTS, 0.1),
     "neighbor_table": (COORDS,),
     "neighborhood_sums": (POINTS[np.argsort(POINTS[:, 0])], POINTS[:2], 0.02),
-    "off_edge_share": (np.ones((3, 3), bool), np.zeros((3, 3, 3), np.uint8), 4),
     "paint_strokes": (
         np.zeros((3, 3, 4), np.uint8), np.ones((2, 3)), np.array([1, 2]), np.ones((2, 4), np.uint8), np.zeros(2, bool),
     ),

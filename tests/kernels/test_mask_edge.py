@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doo3d.kernels import MaskEdge, off_edge_share
+from doo3d.kernels import MaskEdge
 
 BAND, RING = 4, 24
 SQUARE = np.ones((3, 3), np.uint8)
@@ -88,23 +88,6 @@ def test_dropped_parts_that_are_thick_and_long_are_restored(seed):
     np.testing.assert_array_equal(edge.mask(), found | long[label])
 
 
-@given(SEEDS, st.integers(1, 5))
-def test_the_share_off_the_edge_as_pixel_by_pixel(seed, reach):
-    mask, image, _ = scene(seed)
-    pixels = np.argwhere(edge_of(mask))[:: 2 * reach + 1]
-    off = []
-    for v, u in pixels:
-        if not (2 * reach <= v < mask.shape[0] - 2 * reach and 2 * reach <= u < mask.shape[1] - 2 * reach):
-            continue
-        inside = np.argwhere(mask[v - reach : v + reach + 1, u - reach : u + reach + 1]) - reach
-        outwards = -inside.sum(axis=0)
-        if outwards.any():
-            line = np.rint((v, u) + outwards / np.linalg.norm(outwards) * np.arange(-reach, reach + 1)[:, None]).astype(int)
-            steps = np.abs(np.diff(image[line[:, 0], line[:, 1]].astype(int), axis=0)).sum(axis=1)
-            off.append(abs(int(steps.argmax()) - reach) > 1)
-    assert off_edge_share(mask, image, reach) == (np.mean(off) if off else 0)
-
-
 def test_an_empty_mask_has_no_edge():
     mask, image, table = scene(0)
     mask[:] = False
@@ -112,7 +95,6 @@ def test_an_empty_mask_has_no_edge():
     edge.move(image, table, KERNEL)
     edge.restore_parts(1.0, 1.0)
     assert (len(edge.inside()), len(edge.around(10)), edge.raggedness(), edge.mask().any()) == (0, 0, 0, False)
-    assert off_edge_share(mask, image, BAND) == 0
 
 
 def test_a_full_mask_has_no_edge_and_no_surround():
@@ -123,7 +105,6 @@ def test_a_full_mask_has_no_edge_and_no_surround():
     edge.move(image, np.full_like(table, -1), KERNEL)
     edge.restore_parts(1.0, 1.0)
     assert not edge.mask().any()
-    assert off_edge_share(mask, image, BAND) == 0
 
 
 @pytest.mark.parametrize("shape", [(1, 200), (200, 1), (2, 2), (5, 64)])
@@ -144,7 +125,5 @@ def test_shapes_that_do_not_fit_are_refused():
         edge.move(image, table[:10], KERNEL)
     with pytest.raises(ValueError, match="kernel"):
         edge.move(image, table, KERNEL[:6])
-    with pytest.raises(ValueError, match="color"):
-        off_edge_share(mask[:10].copy(), image, BAND)
     with pytest.raises(ValueError, match="band"):
         MaskEdge(mask, RING, BAND)

@@ -29,58 +29,6 @@ BitImage edge_of(const BitImage& mask) {
     return edge &= mask;
 }
 
-// A pixel (v, u) of the edge, and the unit vector from the mask to what is around it.
-struct Outwards {
-    Index v, u;
-    double dv, du;
-};
-
-// Return at which step from -reach to reach px along a line the color changes most, of equal ones the first.
-Index largest_step(const Volume<Byte>& color, const Outwards& line, Index reach) {
-    const auto pixel = [&](Index along) {
-        const Index v = Index(std::nearbyint(line.v + line.dv * along)), u = Index(std::nearbyint(line.u + line.du * along));
-        return color.data() + CHANNELS * (v * Index(color.shape(1)) + u);
-    };
-    Index at = -reach;
-    int largest = -1;
-    for (Index along = -reach; along < reach; ++along) {
-        const Byte *one = pixel(along), *other = pixel(along + 1);
-        int step = 0;
-        for (Index k = 0; k < CHANNELS; ++k) step += std::abs(int(one[k]) - int(other[k]));
-        if (step > largest) largest = step, at = along;
-    }
-    return at;
-}
-
-double off_edge_share(Matrix<bool> mask, Volume<Byte> color, Index reach) {
-    const Index height = mask.shape(0), width = mask.shape(1), margin = 2 * reach, every = 2 * reach + 1;
-    require_color(color, height, width);
-    require(reach > 0, "reach is not positive");
-    nb::gil_scoped_release release;
-    const Crop crop = cropped(mask, 1);
-    Index ahead = 0, sampled = 0, off = 0;
-    edge_of(crop.bits).for_each_run([&](Index row, Index start, Index end) {
-        for (; ahead < end - start; ahead += every) {
-            const Index v = row + crop.top, u = start + ahead + crop.left;
-            if (u < margin || v < margin || u >= width - margin || v >= height - margin) continue;
-            Index dv = 0, du = 0;
-            for (Index y = -reach; y <= reach; ++y) {
-                const Byte* line = bytes_of(mask) + (v + y) * width + u;
-                for (Index x = -reach; x <= reach; ++x) {
-                    if (line[x]) dv -= y, du -= x;
-                }
-            }
-            if (!dv && !du) continue;
-            const double size = std::sqrt(double(dv * dv + du * du));
-            ++sampled;
-            count_visits((margin + 1) * (margin + 1));
-            off += std::abs(largest_step(color, {v, u, dv / size, du / size}, reach)) > 1;
-        }
-        ahead -= end - start;
-    });
-    return sampled ? double(off) / double(sampled) : 0.0;
-}
-
 // Return the largest chamfer distance of the pixels of a part from those that are not in it; beyond the image there are none.
 double thickness(const Part& part, const BitImage& image) {
     Index left = image.width, right = 0;
@@ -273,25 +221,6 @@ class MaskEdge {
 }  // namespace
 
 void bind_mask_edge(Module& m) {
-    // Return the share of the edge of a mask at which the largest step of color across it lies elsewhere.
-    //
-    // Every (2 reach + 1)-th pixel of the edge is looked at, since nearer ones have the same colors across. The line across it leads
-    // away from the mask's pixels in a window of (2 reach + 1)^2, and has steps between neighboring pixels up to `reach` px to
-    // either side. The largest one lies elsewhere if it begins 2 px or more from the edge.
-    //
-    // Parameters
-    // ----------
-    // mask
-    //     (H, W) bool.
-    // color
-    //     (H, W, 3) uint8 RGB.
-    // reach
-    //     px, 1 or more. Pixels nearer than twice this to the border of the image are left out.
-    //
-    // Returns
-    // -------
-    // 0 to 1; 0 if no pixel is looked at.
-    m.def("off_edge_share", &off_edge_share, "mask"_a.noconvert(), "color"_a.noconvert(), "reach"_a);
     // The edge of a mask that moves, within a band around the mask, to where the colors of an image say that it is.
     //
     // Distances are chamfer distances of OpenCV (DIST_L2, 3 x 3). Work and memory follow the pixels of the bounding box of mask and

@@ -8,7 +8,8 @@ import numpy as np
 from ...evidence.appearance import BAND_PX, RING_PX, Appearance
 from ...evidence.surround import BLUR_PX
 from ...geometry.noise import SURFACE_SAMPLES
-from ...kernels import MaskEdge, off_edge_share
+from ...geometry.polyline import unit
+from ...kernels import MaskEdge
 from ...types import Array, Bools
 
 ITERATIONS = 3
@@ -49,7 +50,7 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
     (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from the
     background.
     """
-    stays = _width(mask) < 4 * BLUR_PX if is_by_depth else off_edge_share(mask, color, BAND_PX) <= MAX_OFF_SHARE
+    stays = _width(mask) < 4 * BLUR_PX if is_by_depth else off_edge_share(mask, color) <= MAX_OFF_SHARE
     if stays:
         return mask
     edge = MaskEdge(mask, BAND_PX, RING_PX)
@@ -61,6 +62,27 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
         edge.move(color, appearance.log_odds, kernel)
     edge.restore_parts(MIN_THICKNESS_PX, MIN_ELONGATION)
     return edge.mask() if is_by_depth or edge.raggedness() >= MIN_RAGGEDNESS else mask
+
+
+def off_edge_share(mask: Bools, color: Array) -> float:
+    """Return the share of a mask's edge at which the largest step of color across it is 2 px or more off; 0 to 1.
+
+    Of the edge every (2 BAND_PX + 1)-th pixel is looked at that is 2 BAND_PX from the border of the image: nearer ones have the
+    same colors across. The line across leads away from the mask's pixels in a window of BAND_PX, and ends there.
+
+    mask : (H, W) bool. color : (H, W, 3) uint8 RGB.
+    """
+    reach, size = BAND_PX, np.array(mask.shape)
+    inner = cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
+    edge = np.column_stack(np.divmod(np.flatnonzero(mask & ~inner)[:: 2 * reach + 1], size[1]))
+    edge = edge[((edge >= 2 * reach) & (edge < size - 2 * reach)).all(axis=1)]
+    along = np.arange(-reach, reach + 1)
+    window = mask[edge[:, 0, None, None] + along[:, None], edge[:, 1, None, None] + along]
+    outwards = unit(-np.column_stack((window.sum(axis=2) @ along, window.sum(axis=1) @ along)))
+    has_side = outwards.any(axis=1)
+    across = np.rint(edge[has_side, None] + along[:, None] * outwards[has_side, None]).astype(int)
+    steps = np.abs(np.diff(color[across[..., 0], across[..., 1]].astype(int), axis=1)).sum(axis=2)
+    return float(np.mean(np.abs(steps.argmax(axis=1) - reach) > 1)) if len(steps) else 0.0
 
 
 def _width(mask: Bools) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from builders.blue_cable import DEPTH, SEEN, frame
@@ -9,7 +10,7 @@ from scipy.ndimage import binary_dilation, binary_erosion, gaussian_filter
 
 from doo3d.config import SegmentConfig
 from doo3d.stages.segment import segment
-from doo3d.stages.segment.mask_repair import repair_mask
+from doo3d.stages.segment.mask_repair import off_edge_share, repair_mask
 
 
 def photographed(cable=SEEN, color=(20, 60, 200), table=(150, 150, 145), seed=0):
@@ -102,3 +103,12 @@ def test_the_record_says_how_many_pixels_changed():
     assert record.repaired == (repair_mask(spoiled, photographed()) != spoiled).sum() > 1000
     without_color = segment(frame(np.where(DEPTH > 0, DEPTH, 0.6)), SegmentConfig(), spoiled)
     assert without_color.repaired == 0
+
+
+@pytest.mark.parametrize(("off_px", "share"), [(0, 0.0), (1, 0.0), (2, 1.0), (3, 1.0)])
+def test_the_share_of_the_edge_that_is_off_the_step_of_color(off_px, share):
+    strand = cv2.line(np.zeros((120, 160), np.uint8), (30, 20), (130, 100), 1, 15)
+    color = np.where(strand[..., None], (180, 60, 40), (90, 90, 90)).astype(np.uint8)
+    mask = cv2.dilate(strand, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * off_px + 1,) * 2)).astype(bool)
+    assert off_edge_share(mask, color) == pytest.approx(share, abs=0.15)
+    assert off_edge_share(mask | True, color) == off_edge_share(mask & False, color) == 0
