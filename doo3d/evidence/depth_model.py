@@ -213,6 +213,14 @@ class DepthModel:
         """Return the width that a pixel shows at the depth of a position, m; 1 px in 2-D."""
         return 1.0 if self.camera is None else float(point[2]) / self.camera.fx
 
+    def _pixels_of(self, points: Floats) -> tuple[Bools, Ints, Ints]:
+        """Return which of the positions (N, D) project into the image, (N,) bool, and the column and row of the pixel of each."""
+        pixels = points if self.camera is None else self.camera.project(points)
+        height, width = self.mask.shape
+        inside = np.asarray(((pixels > -0.5) & (pixels < (width - 0.5, height - 0.5))).all(axis=1))
+        u, v = np.rint(pixels[inside]).astype(np.int64).T
+        return inside, u, v
+
     def is_beside(self, points: Floats, clearance: float) -> Bools:
         """Tell at which positions the camera looks past the object: outside its mask, and not at something in front.
 
@@ -230,13 +238,10 @@ class DepthModel:
         -------
         (N,) bool, False outside the image.
         """
-        pixels = points if self.camera is None else self.camera.project(points)
-        height, width = self.mask.shape
-        inside = np.asarray(((pixels > -0.5) & (pixels < (width - 0.5, height - 0.5))).all(axis=1))
+        inside, u, v = self._pixels_of(points)
         beside = np.zeros(len(points), dtype=bool)
         if not inside.any():
             return beside
-        u, v = np.rint(pixels[inside]).astype(np.int64).T
         shown = ~self.mask[v, u]
         if self.depth is not None:
             left, top = max(u.min() - FRONT_PIXELS, 0), max(v.min() - FRONT_PIXELS, 0)

@@ -34,7 +34,7 @@ def load_native() -> None:
     except ImportError as error:
         what = "are not installed" if isinstance(error, ModuleNotFoundError) else f"cannot be loaded ({error})"
         raise _unusable(what, "kernels-missing") from error
-    sources = b"".join(path.read_bytes() for path in sorted(SOURCES.glob("*.*")))  # as `backend/docstrings.py` does
+    sources = b"".join(path.read_bytes() for path in sorted(SOURCES.rglob("*.*")))  # as `backend/docstrings.py` does
     if sources and sha256(sources).hexdigest() != native.__sources__:
         raise _unusable(f"were built of other sources, in {native.__file__}", "kernels-outdated")
 

@@ -46,7 +46,7 @@ def read_docstrings(sources: Path = SOURCES) -> dict[str, str]:
     ValueError : a binding has no comment, or a name is bound twice.
     """
     found: dict[str, str] = {}
-    for path in sorted(sources.glob("*.cpp")):
+    for path in sorted(sources.rglob("*.cpp")):
         lines, owner = path.read_text(encoding="utf-8").splitlines(), ""
         for index, line in enumerate(lines):
             if not (binding := BINDING.match(line)):
@@ -74,5 +74,5 @@ def literal(text: str) -> str:
 
 if __name__ == "__main__":
     rows = "\n".join(f'        {{"{name}",\n         {literal(text)}}},' for name, text in read_docstrings().items())
-    digest = sha256(b"".join(path.read_bytes() for path in sorted(SOURCES.glob("*.*")))).hexdigest()
+    digest = sha256(b"".join(path.read_bytes() for path in sorted(SOURCES.rglob("*.*")))).hexdigest()
     Path(sys.argv[1]).write_text(TABLE.format(digest=digest, rows=rows), encoding="utf-8")

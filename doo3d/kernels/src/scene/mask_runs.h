@@ -20,9 +20,9 @@ struct MeasuredParts {
 MeasuredParts measure(const std::vector<Part>& parts, Index height, Index width, Index min_pixels, const BitImage& asked);
 
 // Half-widths of parts: the percentiles 50 and 85 along the middle of each.
-class HalfWidths {
+class MaskHalfWidths {
    public:
-    HalfWidths(Index height, Index width) : height(height), width(width), values(3 * (width + 2), 0.0f) {}
+    MaskHalfWidths(Index height, Index width) : height(height), width(width), values(3 * (width + 2), 0.0f) {}
     std::pair<double, double> operator()(const Part& part);
 
    private:

@@ -26,7 +26,7 @@ auto mask_parts(Matrix<bool> mask, Index min_pixels, Vector<std::int64_t> asked_
 }  // namespace
 
 // Widen the distances of the pixels over a row's runs, from the row before (from the one after, and from the right, if not forward).
-void HalfWidths::pass(const Run* first, const Run* last, bool forward) {
+void MaskHalfWidths::pass(const Run* first, const Run* last, bool forward) {
     const float unknown = std::numeric_limits<float>::max(), straight = float(STRAIGHT), diagonal = float(DIAGONAL);
     const Index step = forward ? 1 : -1, count = last - first;
     const Index border = forward ? 0 : height - 1, start = (forward ? first : last - 1)->row;
@@ -54,7 +54,7 @@ void HalfWidths::pass(const Run* first, const Run* last, bool forward) {
 }
 
 // Collect the half-widths at the pixels that are as far from the edge as all around them.
-void HalfWidths::find_middle(const Run* first, const Run* last) {
+void MaskHalfWidths::find_middle(const Run* first, const Run* last) {
     const float* from = distance.data();
     const Run *shown = first, *clear = first;
     const auto show = [&](Index y) {
@@ -75,7 +75,7 @@ void HalfWidths::find_middle(const Run* first, const Run* last) {
     std::fill(values.begin(), values.end(), 0.0f);
 }
 
-std::pair<double, double> HalfWidths::operator()(const Part& part) {
+std::pair<double, double> MaskHalfWidths::operator()(const Part& part) {
     const Run *first = part.runs.data(), *last = first + part.runs.size();
     distance.assign(part.size, std::numeric_limits<float>::max());
     middle.clear();
@@ -88,7 +88,7 @@ std::pair<double, double> HalfWidths::operator()(const Part& part) {
 
 MeasuredParts measure(const std::vector<Part>& parts, Index height, Index width, Index min_pixels, const BitImage& asked) {
     MeasuredParts found;
-    HalfWidths half_widths(height, width);
+    MaskHalfWidths half_widths(height, width);
     for (const Part& part : parts) {
         bool holds = false;
         for (const Run& run : part.runs) {
