@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from builders.paths import ROOT
 
+from doo3d import Image, detect, load_config
+
 FIGURES, PICTURES = ROOT / "docs" / "figures", ROOT / "docs" / "pages" / "images"
 
 
@@ -24,3 +26,16 @@ def test_the_script_draws_the_picture(tmp_path, name):
 @pytest.mark.parametrize("name", ["choose", "simulator", "stages", "troubleshooting"])
 def test_scripts_of_pictures_import(name):
     subprocess.run([sys.executable, "-c", f"import {name}"], check=True, cwd=FIGURES)
+
+
+@pytest.mark.parametrize(
+    "radius", [55, pytest.param(45, marks=pytest.mark.xfail(strict=True, reason="only ends that keep their bend went round it"))]
+)
+def test_a_cable_25_px_wide_is_followed_round_a_loop(radius, monkeypatch):
+    monkeypatch.syspath_prepend(FIGURES)
+    from paper_2d import mask
+
+    cable = mask(radius, 140)
+    image = Image(np.where(cable[:, :, None], (150, 150, 150), (40, 40, 40)).astype(np.uint8))
+    (chain,) = detect(image, load_config("image", {"merge.chains": 1}), cable).chains
+    assert np.linalg.norm(np.diff(chain.joints, axis=0), axis=1).sum() > 500 + 4 * radius

@@ -17,7 +17,7 @@ from doo3d.viz import draw
 IMAGES = Path(__file__).parents[1] / "pages" / "images"
 WIDTH, TAIL = 25, 230  # px, of the cable, and how long its ends are
 SIZE = (400, 480)  # px, height and width
-LOOPS = ((45, 140), (75, 110))  # px, radius of a loop, and degrees between the strands below it
+LOOPS = ((55, 140), (75, 110))  # px, radius of a loop, and degrees between the strands below it
 
 
 def mask(radius: float, degrees: float) -> np.ndarray:
