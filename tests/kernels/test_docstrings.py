@@ -42,7 +42,7 @@ def test_the_docstrings_are_the_comments_above_the_bindings():
 
 
 def test_the_letters_of_shapes_are_defined_once():
-    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "doo3d" / "kernels" / "src").iterdir())
+    sources = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "doo3d" / "kernels" / "src").rglob("*.*"))
     assert sources.count("P points of a polyline,") == 1
     assert "P points of a polyline," in kernels._native.__doc__
 
