@@ -33,9 +33,7 @@ def test_scripts_of_pictures_import(name):
 )
 def test_a_cable_25_px_wide_is_followed_round_a_loop(radius, monkeypatch):
     monkeypatch.syspath_prepend(FIGURES)
-    from paper_2d import mask
-
-    cable = mask(radius, 140)
+    cable = __import__("paper_2d").mask(radius, 140)
     image = Image(np.where(cable[:, :, None], (150, 150, 150), (40, 40, 40)).astype(np.uint8))
     (chain,) = detect(image, load_config("image", {"merge.chains": 1}), cable).chains
     assert np.linalg.norm(np.diff(chain.joints, axis=0), axis=1).sum() > 500 + 4 * radius

@@ -29,8 +29,7 @@ def explained(request):
 
 def test_the_merges_are_those_of_the_result(explained):
     found, stages = explained
-    costs = sorted(decision.chosen.cost for decision in stages.merged.decisions)
-    assert sorted(merge.chosen.cost for merge in found.merges) == pytest.approx(costs)
+    assert [merge.chosen.cost for merge in found.merges] == sorted(each.chosen.cost for each in stages.merged.decisions)
     assert sum(merge.kept for merge in found.merges) == sum(len(assembly.confidence) for assembly in stages.merged.assemblies)
     confidence = {round(value, 9) for assembly in stages.merged.assemblies for value in assembly.confidence}
     assert {round(merge.confidence, 9) for merge in found.merges if merge.kept} == confidence
