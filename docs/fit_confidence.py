@@ -10,7 +10,7 @@ source, by the packaged weights and by a fit that saw nothing of its group (leav
 - nothing: frames with a cable that show neither a chain nor a doubtful one;
 - empty: frames without a cable that show a chain, and that show a doubtful one.
 
-Then GIVEN and AUTO of doo3d/stages/confidence/evidence.py: one logistic regression each, with weights of 0 or more. Each source
+Then GIVEN and AUTO of doo3d/judge/evidence.py: one logistic regression each, with weights of 0 or more. Each source
 counts with the square root of the number of its chains. `--measure` prints the table by the packaged weights alone.
 """
 
@@ -31,8 +31,8 @@ from scipy.special import expit
 from scipy.stats import rankdata
 
 from doo3d import DooError, Image, load_config
+from doo3d.judge.evidence import AUTO, GIVEN
 from doo3d.pipeline import detect_with_stages
-from doo3d.stages.confidence.evidence import AUTO, GIVEN
 from doo3d.types.results import DOUBTFUL_LENGTH_RADII, MIN_DOUBTFUL_CONFIDENCE
 
 UNSURE = "unsure"

@@ -2,8 +2,8 @@
 
 python docs/fit_deviations.py [--cache FOLDER] [--joints FILE] [--check]
 
-Prints the constants FRAME_WEIGHTS and CLOUD_WEIGHTS of doo3d/stages/confidence/deviations.py, and WEIGHTS of
-doo3d/sequence/deviations.py, by quantile regression:
+Prints the constants FRAME_WEIGHTS and CLOUD_WEIGHTS of doo3d/judge/deviations.py, and WEIGHTS of
+doo3d/track/deviations.py, by quantile regression:
 the pinball loss at 0.92 of the logarithms of the errors, over the joints of right chains, is least where 92 % of them
 are within 1.645 deviations: 90 % then are in other scenes. Fitted are seeds 0 and 1 of every family by stereo and by
 the simulated D435, and seed 0 by the Zivid and by the coarse sensor, with the true and with a ragged mask; and, as
@@ -37,12 +37,12 @@ from doo3d.evaluation.scenes.registry import FAMILIES, family_rng
 from doo3d.evaluation.sequences.motions import OWN_MOTIONS
 from doo3d.evaluation.sequences.scenes import make_sequence
 from doo3d.geometry.curves import Curves
-from doo3d.geometry.depth_support import depth_support
+from doo3d.judge.deviations import FRAME_WEIGHTS, IN_CLOUD, IN_FRAME, deviations_of
 from doo3d.pipeline import run_with_stages
-from doo3d.sequence import detect_sequence
-from doo3d.sequence.deviations import WEIGHTS, deviation_terms
-from doo3d.sequence.first_pass import observe_frame
-from doo3d.stages.confidence.deviations import FRAME_WEIGHTS, IN_CLOUD, IN_FRAME, deviations_of
+from doo3d.scene.depth_support import depth_support
+from doo3d.track import detect_sequence
+from doo3d.track.deviations import WEIGHTS, deviation_terms
+from doo3d.track.first_pass import observe_frame
 
 SEEDS = {"stereo": (0, 1, 2), "d435": (0, 1, 2), "zivid": (0, 2), "coarse": (0, 2), "d455": (2,)}
 CHECKED_SEED = 2

@@ -17,7 +17,7 @@ import numpy as np
 from doo3d import Image, load_config
 from doo3d.evaluation.photos.score import drawn_pixels
 from doo3d.pipeline import detect_with_stages
-from doo3d.stages.segment.methods import SEGMENTERS, resolve_method
+from doo3d.segment.methods import SEGMENTERS, resolve_method
 
 TIMED_SIZE, TIMED_EVERY = (1280, 720), 5
 """px, and every so many photographs are timed."""

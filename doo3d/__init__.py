@@ -9,18 +9,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .camera.opening import open_rig
     from .config import Config, load_config
     from .errors import ArgumentError, ConfigError, DooError, InputError, MissingDependency
     from .exports import export
+    from .fusion.fuse import fuse
     from .inputs import open_capture
-    from .inspection.explain import explain
     from .pipeline import detect
-    from .rig.opening import open_rig
     from .runs.detect_capture import run
-    from .sequence.detect_sequence import detect_sequence
-    from .sequence.detector import Detector
-    from .sequence.fusion import fuse
-    from .sequence.tracking import Tracker
+    from .tools.explain import explain
+    from .track.detect_sequence import detect_sequence
+    from .track.detector import Detector
+    from .track.tracking import Tracker
     from .types import Camera, Chain, Cloud, Detection, Frame, Image
     from .viz import draw
     from .viz.report.write import report
@@ -32,14 +32,14 @@ _NAMES = {
     "errors": ("ArgumentError", "ConfigError", "DooError", "InputError", "MissingDependency"),
     "exports": ("export",),
     "inputs": ("open_capture",),
-    "inspection.explain": ("explain",),
+    "tools.explain": ("explain",),
     "pipeline": ("detect",),
-    "rig.opening": ("open_rig",),
+    "camera.opening": ("open_rig",),
     "runs.detect_capture": ("run",),
-    "sequence.detect_sequence": ("detect_sequence",),
-    "sequence.detector": ("Detector",),
-    "sequence.fusion": ("fuse",),
-    "sequence.tracking": ("Tracker",),
+    "track.detect_sequence": ("detect_sequence",),
+    "track.detector": ("Detector",),
+    "fusion.fuse": ("fuse",),
+    "track.tracking": ("Tracker",),
     "types": ("Camera", "Chain", "Cloud", "Detection", "Frame", "Image"),
     "viz": ("draw",),
     "viz.report.write": ("report",),

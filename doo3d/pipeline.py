@@ -10,41 +10,33 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .chains.fill import fill
+from .chains.fit import fit
+from .chains.prune import Pruned, prune
+from .chains.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
 from .config import Config, ConfigLike, as_config
 from .errors import ArgumentError, InputError
 from .geometry.curves import Curves
 from .geometry.limits import MAX_SAMPLES
 from .geometry.radii import STEP_RADII
-from .plausibility import frame_notes
-from .stages import FrameContext
-from .stages.branches import Branched, find_branches, may_branch
-from .stages.confidence import (
-    USUAL,
-    Evidence,
-    Interpretation,
-    most_probable,
-    most_probable_chains,
-    other_interpretations,
-    with_confidence,
-)
-from .stages.crossings import find_crossings
-from .stages.extend_mask import extend_mask
-from .stages.fill import fill
-from .stages.fit import fit
-from .stages.links import Merged, merge
-from .stages.prune import Pruned, prune
-from .stages.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
-from .stages.segment import Segmentation, segment, segment_extended
-from .stages.thin import thin
-from .stages.traverse import Traversal, traverse
-from .stages.voxelize import voxelize
+from .judge import USUAL, Evidence, Interpretation, most_probable, most_probable_chains, other_interpretations, with_confidence
+from .judge.crossings import find_crossings
+from .links import Merged, merge
+from .links.branches import Branched, find_branches, may_branch
+from .scene.context import FrameContext
+from .scene.visibility import Visibility
+from .segment import Segmentation, segment, segment_extended
+from .segment.extend_mask import extend_mask
+from .segment.working_picture import enlarged, segment_config, segment_picture
+from .skeleton.thin import thin
+from .skeleton.traverse import Traversal, traverse
+from .skeleton.voxelize import voxelize
 from .types import Array, Chain, Cloud, Crossing, Detection, Floats, Frame, Image, Path, Skeleton, as_pose
 from .types.arguments import array
 from .types.arrays import fit_mask
 from .types.display import DOUBTFUL_CONFIDENCE
+from .types.plausibility import frame_notes
 from .types.results import kept_crossings
-from .visibility import Visibility
-from .working_picture import enlarged, segment_config, segment_picture
 
 MASK_EXTENSIONS = 3
 """Times at most that the mask is extended and the chains are found anew."""

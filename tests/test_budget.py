@@ -58,8 +58,8 @@ MOST_OF_TWICE = 2.2
 def counts() -> dict[str, dict[str, Any]]:
     """Return the counts of each frame, of the frame with four times the area around it, and of its cables twice."""
     from doo3d import detect, load_config
-    from doo3d.inspection.bench_cases import CASES
-    from doo3d.stages.confidence import interpretations
+    from doo3d.judge import interpretations
+    from doo3d.tools.bench_cases import CASES
 
     interpretations.OTHERS = ()
     result = {}
@@ -84,7 +84,7 @@ def counts() -> dict[str, dict[str, Any]]:
 def _print_large_arrays() -> None:
     """Print for each frame the lines of doo3d that allocate large arrays, and how many."""
     from doo3d import detect, load_config
-    from doo3d.inspection.bench_cases import CASES
+    from doo3d.tools.bench_cases import CASES
 
     for case in (case for case in CASES if case.name in NAMES):
         frame, config = case.make(), load_config(case.preset or "default")

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from builders.paths import ROOT
 
+from doo3d.judge.evidence import AUTO, GIVEN
 from doo3d.runs.frame_record import FrameRecord
-from doo3d.stages.confidence.evidence import AUTO, GIVEN
 from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef
 
 PAGES = ROOT / "docs" / "pages"

@@ -17,26 +17,23 @@ ORDER = [
     {"plugins", "guard", "kernels"},
     {"types"},
     {"config"},
-    {"plausibility"},
     {"geometry"},
-    {"facts"},
-    {"evidence"},
-    {"visibility"},
-    {"stages"},
-    {"working_picture"},
+    {"scene"},
+    {"segment", "skeleton", "chains", "links", "judge"},
     {"pipeline"},
-    {"sequence", "tuning"},
-    {"rig"},
+    {"fusion"},
+    {"camera"},
+    {"track"},
     {"outputs"},
     {"viz"},
     {"runs"},
-    {"exports", "compare", "evaluation", "training"},
-    {"inspection"},
+    {"exports", "evaluation", "training"},
+    {"tools"},
     {"commands"},
     {"cli"},
 ]
 INPUTS = "inputs"  # stands beside the method: whoever reads frames may import it
-INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config", "plausibility"}
+INPUTS_MAY_IMPORT = {"errors", "guard", "plugins", "types", "config"}
 # imported by name, upwards, once asked for: results draw themselves in a prompt and in a notebook
 UPWARDS_BY_NAME = {("types.display", "viz.figure"), ("types.display", "viz.notebook")}
 HEAVY = ["numpy", "cv2", "open3d", "trimesh", "fcl", "rustworkx", "scipy", "pydantic", "rich.progress", "dask"]
@@ -91,7 +88,7 @@ def rank(name: str) -> int:
 
 
 def test_the_walk_sees_the_imports():
-    assert "stages.fit" in EDGES["pipeline"]
+    assert "chains.fit" in EDGES["pipeline"]
     assert "config" in EDGES["runs.run"]
     assert "inputs.support.open3d" in EDGES["inputs.formats._cloud_files"]
 
@@ -109,7 +106,7 @@ def test_imports_go_one_way(name):
             assert part(other) in INPUTS_MAY_IMPORT, f"{name} imports {other}"
         elif part(other) == INPUTS:
             # the method knows no files; only a segmentation may read its reference image
-            assert rank(name) > rank("pipeline") or name.startswith("stages.segment.methods."), f"{name} imports {other}"
+            assert rank(name) > rank("pipeline") or name.startswith("segment.methods."), f"{name} imports {other}"
         else:
             assert rank(other) < rank(name), f"{name} imports {other}: upwards or sideways"
 
@@ -117,13 +114,6 @@ def test_imports_go_one_way(name):
 def test_upwards_only_results_that_draw_themselves_import_by_name():
     named = {(name, other) for name in EDGES for other in imported_by_name(MODULES[name])}
     assert {(name, other) for name, other in named if rank(other) >= rank(name)} == UPWARDS_BY_NAME
-
-
-def test_stages_never_import_each_other():
-    for name, others in EDGES.items():
-        if part(name) == "stages":
-            own = name.split(".")[1:2]
-            assert not [other for other in others if part(other) == "stages" and other.split(".")[1:2] not in (own, [])], name
 
 
 def test_no_circles_among_the_modules():

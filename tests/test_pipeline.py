@@ -11,18 +11,18 @@ from builders.drawn_masks import CAMERA, axis_error, frame_of, helix, line, ring
 from builders.errors import refuses
 
 import doo3d
+from doo3d.chains.fill import fill
+from doo3d.chains.fit import fit
+from doo3d.chains.prune import prune
+from doo3d.chains.refine import estimate_centerline, extend_ends, lay_chains
 from doo3d.config import Config
 from doo3d.geometry.polyline import arc_length, steps
+from doo3d.links import merge
 from doo3d.pipeline import run_stages
-from doo3d.stages import FrameContext
-from doo3d.stages.fill import fill
-from doo3d.stages.fit import fit
-from doo3d.stages.links import merge
-from doo3d.stages.prune import prune
-from doo3d.stages.refine import estimate_centerline, extend_ends, lay_chains
-from doo3d.stages.thin import thin
-from doo3d.stages.traverse import traverse
-from doo3d.stages.voxelize import voxelize
+from doo3d.scene.context import FrameContext
+from doo3d.skeleton.thin import thin
+from doo3d.skeleton.traverse import traverse
+from doo3d.skeleton.voxelize import voxelize
 from doo3d.types import Foreground, Frame
 
 RADIUS = 0.005

@@ -11,10 +11,10 @@ from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 
 import doo3d
 from doo3d.config import VoxelizeConfig
+from doo3d.links import TOO_MANY
+from doo3d.links.terms.gap_path import GapPaths
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
-from doo3d.stages.links import TOO_MANY
-from doo3d.stages.links.terms.gap_path import GapPaths
-from doo3d.stages.voxelize import voxelize
+from doo3d.skeleton.voxelize import voxelize
 from doo3d.types import Foreground
 
 UNEXTENDED = {"extend_mask.max_length": 0}
@@ -71,7 +71,7 @@ def test_of_too_many_chains_the_longest_are_merged(monkeypatch):
     mask = sticks((480, 270), 60, 3)
     everything = stages_of(mask, **UNEXTENDED).pruned.chains
     limit = len(everything) // 2
-    monkeypatch.setattr(import_module("doo3d.stages.links.links"), "MAX_CHAINS", limit)
+    monkeypatch.setattr(import_module("doo3d.links.links"), "MAX_CHAINS", limit)
     stages = stages_of(mask, **UNEXTENDED)
     left_out = [dropped.joints for dropped in stages.merged.dropped if dropped.setting == TOO_MANY]
     assert len(left_out) == len(everything) - limit
@@ -87,7 +87,7 @@ def test_of_too_many_branches_the_longest_become_paths(monkeypatch):
     mask = sticks((480, 270), 60, 3)
     everything = stages_of(mask, **UNEXTENDED).paths
     limit = len(everything) // 4
-    monkeypatch.setattr(import_module("doo3d.stages.traverse.traverse"), "MAX_BRANCHES", limit)
+    monkeypatch.setattr(import_module("doo3d.skeleton.traverse"), "MAX_BRANCHES", limit)
     traversal = stages_of(mask, **UNEXTENDED).traversal
     assert len(traversal.paths) <= limit
     (note,) = traversal.notes
@@ -117,7 +117,7 @@ def test_short_segments_that_the_program_chose_are_longer_where_they_were_too_ma
     mask, settings = sticks((480, 270), 60, 3), {"merge.branches": True, "fit.segment_length": wanted}
     usual = stages_of(mask, **settings, **UNEXTENDED)
     total = usual.fitted.lengths.sum()
-    for module in ("pipeline", "stages.fit"):
+    for module in ("pipeline", "chains.fit"):
         monkeypatch.setattr(import_module(f"doo3d.{module}"), "MAX_SAMPLES", int(total / 5))
     if wanted < 5:
         with pytest.raises(doo3d.ConfigError, match=r"fit\.segment_length: 2 would make"):
@@ -142,7 +142,7 @@ def test_gap_paths_are_limited(monkeypatch):
     exact = stages_of(mask, **UNEXTENDED)
     exact_made = len(set(made))
     made.clear()
-    monkeypatch.setattr(import_module("doo3d.stages.links.solve"), "MAX_GAP_PATHS", 10)
+    monkeypatch.setattr(import_module("doo3d.links.solve"), "MAX_GAP_PATHS", 10)
     limited = stages_of(mask, **UNEXTENDED)
     assert len(set(made)) < exact_made
     assert limited.merged.decisions
@@ -192,7 +192,7 @@ def test_points_exactly_on_a_line_have_a_radius_that_bounds_the_samples(monkeypa
 def test_of_too_many_points_some_are_drawn_and_a_note_says_so(monkeypatch):
     points, config = ropes(30_000, 1, 0.01), doo3d.load_config("default", {"segment.method": "everything"})
     (whole,) = doo3d.detect(doo3d.Cloud(points), config).chains
-    monkeypatch.setattr(import_module("doo3d.stages.segment.point_filter"), "MAX_POINTS", 15_000)
+    monkeypatch.setattr(import_module("doo3d.segment.point_filter"), "MAX_POINTS", 15_000)
     drawn = doo3d.detect(doo3d.Cloud(points), config)
     (note,) = (note for note in drawn.notes if "drawn at random" in note)
     assert "30000" in note
@@ -205,7 +205,7 @@ def test_closing_that_adds_too_many_voxels_is_refused(monkeypatch):
     """Points two voxels apart: each stands for itself, and closing fills all between them."""
     config, points = VoxelizeConfig(size=0.002, radius=0.004), lattice(126, 2)  # 4 mm apart
     assert len(voxelize(Foreground(points), config).coords) > 3 * len(points)
-    monkeypatch.setattr(import_module("doo3d.stages.voxelize"), "MAX_CELLS", 2 * len(points))
+    monkeypatch.setattr(import_module("doo3d.skeleton.voxelize"), "MAX_CELLS", 2 * len(points))
     with pytest.raises(doo3d.InputError, match="the grid would hold"):
         voxelize(Foreground(points), config)
 
@@ -215,7 +215,7 @@ def test_the_size_of_a_mask_is_checked_before_the_work(preset, monkeypatch):
     def not_yet(*_):
         raise AssertionError("the strands were split before the size was checked")
 
-    module = import_module("doo3d.stages.segment.segment")
+    module = import_module("doo3d.segment.segment")
     monkeypatch.setattr(module, "split_strands", not_yet)
     monkeypatch.setattr(module, "MAX_CELLS", 1000)
     with pytest.raises(doo3d.InputError, match=r"pixels, the limit is 1000"):
@@ -232,7 +232,7 @@ def test_junctions_are_looked_for_on_the_longest_chains(monkeypatch):
     mask = sticks((480, 270), 20, 5)
     config, frame = doo3d.load_config("harness"), frame_of_mask(mask, False)
     assert not any("junctions are looked for" in note for note in doo3d.detect(frame, config, mask=mask).notes)
-    monkeypatch.setattr(import_module("doo3d.stages.branches.branches"), "MAX_CHAINS", 3)
+    monkeypatch.setattr(import_module("doo3d.links.branches.branches"), "MAX_CHAINS", 3)
     detection = doo3d.detect(frame, config, mask=mask)
     assert any("junctions are looked for on the 3 longest" in note for note in detection.notes)
     in_objects = {number for each in detection.objects for number in each.chains}
@@ -241,7 +241,7 @@ def test_junctions_are_looked_for_on_the_longest_chains(monkeypatch):
 
 def test_of_too_many_samples_along_the_paths_they_are_farther_apart(monkeypatch):
     stages = stages_of(sticks((480, 270), 20, 5), **UNEXTENDED)
-    module = import_module("doo3d.stages.refine.samples")
+    module = import_module("doo3d.chains.samples")
     usual = module.sample_paths(stages.filled, stages.context.radius, 10.0)
     monkeypatch.setattr(module, "MAX_CELLS", len(usual.filled))
     fewer = module.sample_paths(stages.filled, stages.context.radius, 10.0)
@@ -254,5 +254,5 @@ def test_in_a_mask_of_too_many_branches_no_gaps_are_looked_for(monkeypatch):
     frame = frame_of_mask(mask, False)
     usual = doo3d.detect(frame, mask=mask)
     assert not any("gaps between chains are not looked for" in note for note in usual.notes)
-    monkeypatch.setattr(import_module("doo3d.stages.links.seen"), "MAX_BRANCHES", 10)
+    monkeypatch.setattr(import_module("doo3d.links.seen"), "MAX_BRANCHES", 10)
     assert any("gaps between chains are not looked for" in note for note in doo3d.detect(frame, mask=mask).notes)

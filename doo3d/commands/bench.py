@@ -13,7 +13,7 @@ from .arguments import DEFAULT_SETTINGS, Settings, save
 
 if TYPE_CHECKING:
     from ..config import Config
-    from ..inspection.benchmark import Timing
+    from ..tools.benchmark import Timing
 
 
 def bench(
@@ -53,8 +53,8 @@ def bench(
       doo3d bench sample_clouds/crossing --runs 50
       doo3d bench --scale --plot scale.png
     """
-    from ..inspection.benchmark import bench as time_captures
     from ..runs.threads import single_thread
+    from ..tools.benchmark import bench as time_captures
 
     if (captures or scale) and (stages or large or only):
         sentence = "--stages, --large and --only are for the rendered frames: give neither INPUT nor --scale with them"
@@ -81,8 +81,8 @@ def _print_stages(timings: Sequence[Timing]) -> None:
 
 def _print_cases(config: Config, runs: int, stages: bool, large: bool, only: str) -> None:
     """Time the rendered frames whose names hold `only`, and print their table; before it the stages of each, if wanted."""
-    from ..inspection.bench_cases import CASES, LARGE_CASE, time_cases
-    from ..inspection.benchmark import table
+    from ..tools.bench_cases import CASES, LARGE_CASE, time_cases
+    from ..tools.benchmark import table
     from .progress_bars import with_progress
 
     cases = [case for case in (*CASES, *([LARGE_CASE] if large else [])) if only in case.name]
@@ -98,7 +98,7 @@ def _print_cases(config: Config, runs: int, stages: bool, large: bool, only: str
 
 def _print_scaling(config: Config, runs: int, plot: Path | None) -> None:
     """Print a table for each respect in which frames grow, and draw the plot if a file is given."""
-    from ..inspection.scaling import HEADING, SIZES, UNITS, ScalePoint, growth, time_sizes
+    from ..tools.scaling import HEADING, SIZES, UNITS, ScalePoint, growth, time_sizes
     from ..viz.encoding import encode_image
     from ..viz.scaling_plot import draw_scaling
 

@@ -40,7 +40,7 @@ def compare(
     shared = {} if effective.merge.chains is None else {"merge.chains": effective.merge.chains}
     effective_2d = load_config(config_2d, shared | parse_overrides(overrides_2d or []))
     opened = selection.of(reading.open(capture))
-    from ..compare import compare_capture
+    from ..tools.compare import compare_capture
 
     column = max((len(entry.name) for entry in opened.frames), default=0)
     records = compare_capture(

@@ -72,10 +72,10 @@ def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[
     ------
     InputError : the frame cannot be read or used, or the folder cannot be written to.
     """
-    from ..inspection.explain import explain_stages
-    from ..inspection.stage_products import products
     from ..outputs.detection_json import dumps
     from ..outputs.ply import encode_points
+    from ..tools.explain import explain_stages
+    from ..tools.stage_products import products
     from ..types import Image
     from ..viz.backdrop import backdrop_of, planar_backdrop
     from ..viz.encoding import encode_image

@@ -106,7 +106,7 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..rig.opening import open_frames
+        from ..camera.opening import open_frames
         from ..runs.option_checks import check_use
 
         effective = settings.load()
@@ -117,7 +117,7 @@ def detect(
         for note in () if quiet else opened.notes:
             typer.echo(wrapped(f"note: {note}", sys.stderr), err=True)
         if fuse_views:
-            from ..sequence.fused_capture import fused_capture
+            from ..fusion.fused_capture import fused_capture
 
             opened = fused_capture(opened, effective)
         debugged = debug_frames(opened, debug_frame)

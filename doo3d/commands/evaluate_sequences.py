@@ -68,7 +68,7 @@ def sequences(
     effective, depth_camera = _motions(motions or [], own, bool(captures)), shared.parse_sensor(sensor)
     config = settings.load()
     if config.mode == "2d":
-        from ..sequence.first_pass import check_mode
+        from ..track.first_pass import check_mode
 
         check_mode(config)
     chosen = _sequences(effective, range(start, start + seeds), shared.parse_size(size), frames, level, motions or [])

@@ -23,8 +23,8 @@ from .arguments import (
 if TYPE_CHECKING:
     from ..config import Config
     from ..inputs import FrameRef
-    from ..inspection.explain import Choice, Explanation
     from ..pipeline import Stages
+    from ..tools.explain import Choice, Explanation
     from ..types import Cloud, Frame, Image
 
 
@@ -48,14 +48,14 @@ def explain(
       doo3d explain sample_clouds/crossing --frame 0
       doo3d explain photo.jpg -c image --json why.json
     """
-    from ..rig.opening import open_frames
+    from ..camera.opening import open_frames
 
     effective = settings.load()
     opened = open_frames(capture, effective, reading.mask, reading.options(cameras))
     frame_ref = frame_of(opened, frame)
     if document is not None:
         check_new_file(document, force)
-    from ..inspection.explain import explain_stages
+    from ..tools.explain import explain_stages
 
     _, stages = run_with_stages(frame_ref, effective)
     explanation = explain_stages(stages, effective)

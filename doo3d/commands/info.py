@@ -103,7 +103,7 @@ def info(
 def _notes_on(loaded: FrameData) -> tuple[str, ...]:
     """Return what is implausible about a frame and the chains that the default configuration finds in it."""
     from ..pipeline import detect
-    from ..plausibility import METHOD, topic_of
+    from ..types.plausibility import METHOD, topic_of
 
     try:
         notes = detect(loaded.data, mask=loaded.mask).notes

@@ -101,7 +101,7 @@ class Reporter:
 
     def _unsaid(self, notes: Sequence[str]) -> list[str]:
         """Return the notes of a frame without those of a check that has given one for an earlier frame."""
-        from ..plausibility import topic_of
+        from ..types.plausibility import topic_of
 
         topics = {note: topic for note in notes if (topic := topic_of(note)) is not None}
         unsaid = [note for note in notes if topics.get(note) not in self._topics]

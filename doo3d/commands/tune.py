@@ -12,7 +12,7 @@ from ..errors import InputError
 from .arguments import CameraOption, FrameOption, InputOption, Overrides, check_new_file, config_of, frame_of, save
 
 if TYPE_CHECKING:
-    from ..tuning import Tuned
+    from ..tools.tuning import Tuned
 
 CHECKSUM = "# Checksum "
 """Begin of the first line of a proposed configuration."""
@@ -69,7 +69,7 @@ def tune(
     if picks and region:
         raise InputError("--pick and --box exclude each other: give one", code="options-conflict")
     from ..config.documentation import annotated_yaml
-    from ..tuning import tune as propose
+    from ..tools.tuning import tune as propose
     from ..viz.backdrop import backdrop_of
     from ..viz.encoding import encode_image
     from ..viz.tuning_preview import draw_tuning

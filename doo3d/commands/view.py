@@ -38,7 +38,7 @@ def view(
     opened = open_results(results)
     if save is not None:
         check_new_file(save, force, results)
-    from ..inspection.rerun_viewer import RerunRecording, select_frames
+    from ..tools.rerun_viewer import RerunRecording, select_frames
 
     names = select_frames(opened, frame)
     recording = RerunRecording(opened, save)

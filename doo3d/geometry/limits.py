@@ -15,5 +15,11 @@ AT_ONCE = 1 << 14
 MAX_BRANCHES = 3000
 """Branches of a skeleton at most that become paths, the longest; each takes 0.1 ms. A frame of an object has less than 100."""
 
+FRAME_RATE = 30
+"""Frames per second of captures without times: that of most video."""
+
+MAX_AGE = FRAME_RATE
+"""Frames for which a chain that is not found is remembered at its last position: a second of video."""
+
 KEY_LIMIT = 2**61
 """Keys of the cells of a sparse grid are 64-bit; the box must have fewer cells than this."""

@@ -6,6 +6,9 @@ MAD_TO_DEVIATION = 1.4826
 DEVIATIONS = 3.0
 """Standard deviations beyond which a measurement is an outlier: 0.3 % of normally distributed errors are."""
 
+OUTLIER_DEVIATIONS = 2.0
+"""Standard deviations at which a residual weighs a quarter in a robust fit (Geman-McClure)."""
+
 NOISE_RADII = 0.15
 """Radii; noise of depth up to which a strand is measured well: louder noise is smoothed over more, and weighs less."""
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..plausibility import topic_of
-from ..plausibility.camera import camera_notes
-from ..plausibility.depth_unit import depth_samples, depth_step, unit_notes
-from ..plausibility.registration import ColorShift, color_shift, registration_notes
 from ..types import Camera, Cloud, Frame
+from ..types.plausibility import topic_of
+from ..types.plausibility.camera import camera_notes
+from ..types.plausibility.depth_unit import depth_samples, depth_step, unit_notes
+from ..types.plausibility.registration import ColorShift, color_shift, registration_notes
 from .capture import Capture, FrameData, FrameRef
 
 SCHEMA = "doo3d/info/2"
@@ -122,7 +122,7 @@ class CaptureSummary:
     notes
         a sentence for each thing that was assumed or mended in reading the capture.
     frame_notes
-        what is implausible about one frame and the chains found in it, from `doo3d.plausibility`.
+        what is implausible about one frame and the chains found in it, from `doo3d.types.plausibility`.
     """
 
     path: str

@@ -89,7 +89,7 @@ class Results:
         DooError
             the capture cannot be read now, or is of another format.
         """
-        from ..rig.opening import open_frames
+        from ..camera.opening import open_frames
 
         source = self.manifest.get("input", {})
         try:

@@ -14,10 +14,10 @@ import numpy as np
 from ..config import Config
 from ..errors import DooError
 from ..inputs import FrameData
-from ..plausibility import METHOD, topic_of
-from ..plausibility.lengths import ChainLength, is_whole, length_notes
-from ..plausibility.registration import ColorShift, color_shift, registration_notes
 from ..types import Cloud, Detection, Frame, Image
+from ..types.plausibility import METHOD, topic_of
+from ..types.plausibility.lengths import ChainLength, is_whole, length_notes
+from ..types.plausibility.registration import ColorShift, color_shift, registration_notes
 from .frame_record import OK, FrameRecord
 
 MIN_FRAMES_APART = 32

@@ -8,13 +8,13 @@ from dataclasses import replace
 from os import PathLike
 from typing import Any
 
+from ..camera.opening import open_frames
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, options_of_python
+from ..fusion.fused_capture import fused_capture
 from ..inputs import Capture, ReadOptions
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
-from ..rig.opening import open_frames
-from ..sequence.fused_capture import fused_capture
 from ..types.arguments import each, file_path, flag, number, refused, text, whole
 from .frame_record import FrameRecord
 from .option_checks import check_use

@@ -41,7 +41,7 @@ def detect_alone(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
 def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
     """Detect in a frame of a sequence by itself, and keep its strands for the second pass."""
     from ..outputs.sequence_files import encode_strands
-    from ..sequence.first_pass import observe_frame
+    from ..track.first_pass import observe_frame
 
     assert isinstance(loaded.data, Frame | Cloud)
     observation = observe_frame(loaded.data, config, loaded.mask_for(config), loaded.pose)
@@ -65,7 +65,7 @@ class SecondPass:
 
     def __call__(self, loaded: FrameData, frame: FrameRef, config: Config) -> Found:
         """Return the chains of a frame, in the base frame if it has one."""
-        from ..sequence.tracks import WINDOW
+        from ..track.tracks import WINDOW
 
         start = _positions(self)[frame.name] // WINDOW * WINDOW
         detection = _window(self, start, config.tracking, config.sequence.length)[frame.name]
@@ -83,10 +83,10 @@ def _positions(method: SecondPass) -> dict[str, int]:
 @lru_cache(maxsize=2)
 def _window(method: SecondPass, start: int, tracking: TrackingConfig, length: float | None) -> dict[str, Detection]:
     """Return the detections of the frames of a window, by their names; kept for the frames that follow."""
+    from ..camera.camera_motion import CameraMotion
     from ..outputs.sequence_files import read_objects, read_observation
-    from ..sequence.camera_motion import CameraMotion
-    from ..sequence.detect_sequence import combine_window, window_bounds, with_poses
-    from ..sequence.steady_depth import steadied
+    from ..track.detect_sequence import combine_window, window_bounds, with_poses
+    from ..track.steady_depth import steadied
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))

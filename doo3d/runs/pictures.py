@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from ..errors import InputError
 from ..outputs import PICTURES
-from ..plausibility import METHOD, topic_of
 from ..types.display import DOUBTFUL_CONFIDENCE
+from ..types.plausibility import METHOD, topic_of
 
 if TYPE_CHECKING:
     from .frame_record import FrameRecord

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..config import Config
 from ..inputs import FrameRef
-from ..sequence.tracking import Tracker
+from ..track.tracking import Tracker
 from .executor import Executor, Future, WorkerLost
 from .frame_jobs import DetectedFrame, detect_frame, render_frame
 from .frame_record import FrameRecord

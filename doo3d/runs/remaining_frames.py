@@ -10,7 +10,7 @@ from ..config import Config
 from ..inputs import FrameRef
 from ..outputs import SUFFIXES
 from ..outputs.run_reader import read_detection
-from ..sequence.tracking import Tracker
+from ..track.tracking import Tracker
 from ..types import Detection
 from .executor import Executor
 from .frame_record import OK, FrameRecord

@@ -21,7 +21,7 @@ from ..outputs import SUFFIXES
 from ..outputs.folder_checks import check_names
 from ..outputs.input_state import InputState
 from ..outputs.run_folder import ResultsFolder
-from ..sequence.tracking import Tracker
+from ..track.tracking import Tracker
 from ..types.display import Displayed, counted
 from .capture_checks import capture_notes, run_notes, thorough_frames
 from .executor import Executor

@@ -12,10 +12,10 @@ from ..inputs import Capture
 from ..outputs import MANIFEST
 from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
-from ..sequence.detect_sequence import gap_frames, motion_of, with_poses
-from ..sequence.first_pass import check_mode
-from ..sequence.given_length import length_notes
-from ..sequence.objects import steady_objects
+from ..track.detect_sequence import gap_frames, motion_of, with_poses
+from ..track.first_pass import check_mode
+from ..track.given_length import length_notes
+from ..track.objects import steady_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
 from .pictures import NO_PICTURES

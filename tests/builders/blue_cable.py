@@ -6,7 +6,7 @@ import numpy as np
 
 from builders.drawn_masks import CAMERA, depth_of, wave
 from doo3d.config import HsvRange, SegmentConfig
-from doo3d.stages.segment import segment
+from doo3d.segment import segment
 from doo3d.types import Array, Bools, Cloud, Foreground, Frame, Image
 
 RADIUS = 0.005

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from doo3d.stages import FrameContext
+from doo3d.scene.context import FrameContext
+from doo3d.scene.visibility import Visibility
 from doo3d.types import Foreground, VoxelGrid
-from doo3d.visibility import Visibility
 
 
 def context_of(

@@ -38,7 +38,7 @@ def scene() -> Scene:
     depth = np.pad(frame.depth[::2, ::2], rows)
     camera = frame.camera
     pinhole = (camera.fx / 2, camera.fy / 2, camera.cx / 2, camera.cy / 2 + 60)
-    from doo3d.stages.segment import segment
+    from doo3d.segment import segment
 
     config = doo3d.load_config("default")
     whole = doo3d.Frame(color, depth.astype(np.float32), doo3d.Camera(*pinhole, width=640, height=480))

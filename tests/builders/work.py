@@ -187,7 +187,7 @@ _kept: list[Any] = []  # handlers of arrays that may still live
 
 
 def large_arrays_of(function: Callable[[], Any]) -> Counter[str]:
-    """Return how many large arrays NumPy allocates at each line of doo3d, such as "stages/segment/segment.py:158".
+    """Return how many large arrays NumPy allocates at each line of doo3d, such as "segment/segment.py:158".
 
     An allocator counts them and hands on to NumPy's own.
     """

@@ -65,7 +65,7 @@ def detect_in_forks(frames: Path) -> None:
 
 def count(only: str) -> dict[str, float]:
     """Return the millions of instructions of each frame whose name holds `only`."""
-    from doo3d.inspection.bench_cases import CASES
+    from doo3d.tools.bench_cases import CASES
 
     cases = [(case, case.make()) for case in CASES if case.name in NAMES and only in case.name]
     with tempfile.TemporaryDirectory() as folder:

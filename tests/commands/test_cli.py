@@ -14,7 +14,7 @@ from builders.errors import code_in
 
 from doo3d import __version__
 from doo3d.config import Config, load_config, preset_names
-from doo3d.inspection import scaling
+from doo3d.tools import scaling
 
 COMMANDS = "detect info tune explain report video view export compare evaluate bench train presets config samples".split()
 

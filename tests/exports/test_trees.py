@@ -17,7 +17,7 @@ from doo3d.config import MergeConfig
 from doo3d.exports.overlaps import CONTACT_FREE_RADII, overlapping_bodies
 from doo3d.exports.trees import grown
 from doo3d.geometry.equal_segments import equal_segments
-from doo3d.stages.branches import find_branches
+from doo3d.links.branches import find_branches
 from doo3d.types import Chain, ChainEnd, Detection
 
 STEP = 0.01

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from doo3d.facts.frame_facts import FrameFacts
 from doo3d.geometry.mask import bounding_box, ridge_radius
+from doo3d.scene.frame_facts import FrameFacts
 
 
 def of_facts(mask, depth=None, focal=1.0):

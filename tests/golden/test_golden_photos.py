@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from golden.renew import AXES, CASES, HERE, difference, found, gap, golden, text
 
-from doo3d.compare.line_alignment import align_line, resample_line
+from doo3d.tools.compare.line_alignment import align_line, resample_line
 
 MOVED = 0.5  # px
 

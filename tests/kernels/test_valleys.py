@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doo3d.kernels import valley_depth
-from doo3d.stages.segment.valleys import valley_bottoms
+from doo3d.segment.valleys import valley_bottoms
 
 ORIENTATIONS = 8
 

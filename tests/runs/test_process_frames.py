@@ -10,7 +10,7 @@ from doo3d.runs.executor import WorkerLost, do_calls
 from doo3d.runs.frame_cache import FrameCache
 from doo3d.runs.frame_jobs import detect_frame
 from doo3d.runs.process_frames import JobSize, process_frames
-from doo3d.sequence.tracking import Tracker
+from doo3d.track.tracking import Tracker
 from doo3d.types import Cloud
 
 pytestmark = pytest.mark.usefixtures("fake_detection")

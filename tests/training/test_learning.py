@@ -18,7 +18,7 @@ from dataclasses import replace  # noqa: E402
 import torch  # noqa: E402
 
 from doo3d.config import OnnxConfig, SegmentConfig  # noqa: E402
-from doo3d.stages.segment.methods import network as method  # noqa: E402
+from doo3d.segment.methods import network as method  # noqa: E402
 from doo3d.training import learning  # noqa: E402
 from doo3d.training.learning import Settings, exported, train  # noqa: E402
 from doo3d.training.network import Network  # noqa: E402

@@ -10,11 +10,11 @@ from builders.drawn_masks import line
 from doo3d.commands.messages import frame_line
 from doo3d.config import MergeConfig
 from doo3d.geometry.equal_segments import equal_segments
-from doo3d.inspection.explain import explain
+from doo3d.links.branches import find_branches
 from doo3d.outputs.detection_json import dumps
 from doo3d.outputs.run_reader import open_results
 from doo3d.runs.frame_record import FrameRecord
-from doo3d.stages.branches import find_branches
+from doo3d.tools.explain import explain
 from doo3d.types import Camera, Chain, ChainEnd, Cloud, Detection, Frame, Image, Junction, LinearObject
 from doo3d.types.display import objects_text
 from doo3d.viz import draw

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...config import Config, load_config
+from ...fusion.fuse import fuse
 from ...inputs import FrameData, FrameRef
 from ...pipeline import detect
-from ...sequence.fusion import fuse
 from ...types import Bools, Floats
 from ..metrics.record import Record, flags, number, share
 from ..metrics.score import score

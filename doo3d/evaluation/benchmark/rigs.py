@@ -10,6 +10,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from ...camera.depth_cameras import load_best
+from ...camera.opening import PairLoader, open_rig
+from ...camera.pair_frame import triangulate
 from ...config import Config, load_config
 from ...inputs import FrameData
 from ...inputs.bag.undistortion import Lens
@@ -17,9 +20,6 @@ from ...inputs.rig.pair_images import PairImages
 from ...inputs.rig.stereo_pair import RectifiedPair, StereoPair
 from ...kernels import medial_axis
 from ...pipeline import detect
-from ...rig.depth_cameras import load_best
-from ...rig.opening import PairLoader, open_rig
-from ...rig.pair_frame import triangulate
 from ...types import Bools, Chain, Detection, Floats
 from ..metrics.record import Record, added, amount, number
 from ..metrics.score import score

@@ -11,7 +11,20 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-METHOD = ("kernels", "facts", "evidence", "stages", "geometry", "sequence", "pipeline.py", "visibility.py", "working_picture.py")
+METHOD = (
+    "kernels",
+    "geometry",
+    "scene",
+    "segment",
+    "skeleton",
+    "chains",
+    "links",
+    "judge",
+    "pipeline.py",
+    "track",
+    "fusion",
+    "camera",
+)
 """Packages and modules of `doo3d` in which the method is; the rest reads, writes, draws and measures."""
 
 _CPP_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.S)
@@ -55,7 +68,7 @@ def method_files(root: Path | None = None) -> list[Path]:
 
 
 def size_of(modules: Iterable[str]) -> SourceSize:
-    """Return the size of modules named as `stages.segment.mask_repair`, that is in `doo3d`.
+    """Return the size of modules named as `segment.mask_repair`, that is in `doo3d`.
 
     Raises
     ------

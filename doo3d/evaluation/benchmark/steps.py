@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.special import logit
 
-from ...stages.confidence.evidence import GIVEN
+from ...judge.evidence import GIVEN
 from .trials import BRANCHED
-
-_STAGES = "doo3d.stages"
 
 
 @dataclass(frozen=True)
@@ -43,13 +41,13 @@ def _first(value: Any, *_: Any) -> Any:
 
 
 def _no_split(facts: Any, *_: Any) -> Any:
-    from ...stages.segment.split_strands import SplitMask
+    from ...segment.split_strands import SplitMask
 
     return SplitMask(facts.mask, 0, None)
 
 
 def _repaired_where_ragged(mask: Any, color: Any, *_: Any) -> Any:
-    from ...stages.segment.mask_repair import repair_mask
+    from ...segment.mask_repair import repair_mask
 
     return repair_mask(mask, color)
 
@@ -65,7 +63,7 @@ def _nothing_beside(value: Any, known: Any, surface: Any, *rest: Any, **limits: 
 
 
 def _readings_alone(readings: Any, *rest: Any) -> Any:
-    from ...stages.segment.strand_filter import filter_along_strands
+    from ...segment.strand_filter import filter_along_strands
 
     filtered, count = filter_along_strands(readings, *rest)
     kept = np.isin(filtered.pixels @ (1, 1 << 32), readings.pixels @ (1, 1 << 32))  # both in row-major order
@@ -90,105 +88,103 @@ class _NoSupport:
 
 def _confidence_without(kind: str) -> Ablation:
     weights = {name: 0.0 if name == kind else weight for name, weight in GIVEN.items()}
-    return Ablation(places={f"{_STAGES}.confidence.evidence:GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
+    return Ablation(places={"doo3d.judge.evidence:GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
 
 
 DEPTH = ("stereo", "ragged")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={f"{_STAGES}.segment.segment:repair_mask": _first},
-        modules=("stages.segment.mask_repair",),
+        places={"doo3d.segment.segment:repair_mask": _first},
+        modules=("segment.mask_repair",),
         made_for=("ragged", "untold"),
     ),
     "masks made by depth repaired": Ablation(
-        places={f"{_STAGES}.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
+        places={"doo3d.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
     ),
-    "parts judged by a network": Ablation(
-        {"segment.method": "strands"}, modules=("stages.segment.judged_parts",), made_for=("untold",)
-    ),
-    "surface learned outside of bands": Ablation(
-        places={f"{_STAGES}.segment.color_strands:_told_again": _none}, made_for=("untold",)
-    ),
+    "parts judged by a network": Ablation({"segment.method": "strands"}, modules=("segment.judged_parts",), made_for=("untold",)),
+    "surface learned outside of bands": Ablation(places={"doo3d.segment.color_strands:_told_again": _none}, made_for=("untold",)),
     "colors vote in photographs": Ablation(
-        places={f"{_STAGES}.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
+        places={"doo3d.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
         made_for=("photographs",),
     ),
     "split strands": Ablation(
-        places={f"{_STAGES}.segment.segment:split_strands": _no_split},
-        modules=tuple(f"stages.segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
+        places={"doo3d.segment.segment:split_strands": _no_split},
+        modules=tuple(f"segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
     ),
     "strand hues": Ablation(
-        places={f"{_STAGES}.segment.split_strands:_split_colors": _none},
-        modules=("evidence.strand_hues",),
+        places={"doo3d.segment.split_strands:_split_colors": _none},
+        modules=("scene.strand_hues",),
         made_for=("images",),
     ),
     "strand filter": Ablation(
-        places={f"{_STAGES}.segment.segment:filter_along_strands": _no_strand_filter},
-        modules=("stages.segment.strand_filter",),
+        places={"doo3d.segment.segment:filter_along_strands": _no_strand_filter},
+        modules=("segment.strand_filter",),
         made_for=DEPTH,
     ),
     "strand filter: drawn to the surface": Ablation(
-        places={f"{_STAGES}.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
+        places={"doo3d.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
     ),
-    "strand filter: runs of readings": Ablation(places={f"{_STAGES}.segment.strand_filter:MAX_SLOPE": np.inf}, made_for=DEPTH),
+    "strand filter: runs of readings": Ablation(places={"doo3d.segment.strand_filter:MAX_SLOPE": np.inf}, made_for=DEPTH),
     "strand filter: what lies behind is told by what is beside": Ablation(
-        places={f"{_STAGES}.segment.strand_filter:smooth_strand_depth": _nothing_beside}, made_for=DEPTH
+        places={"doo3d.segment.strand_filter:smooth_strand_depth": _nothing_beside}, made_for=DEPTH
     ),
     "strand filter: all pixels of a smoothed strand": Ablation(
-        places={f"{_STAGES}.segment.segment:filter_along_strands": _readings_alone}, made_for=DEPTH
+        places={"doo3d.segment.segment:filter_along_strands": _readings_alone}, made_for=DEPTH
     ),
-    "outliers of depth": Ablation(places={f"{_STAGES}.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
+    "outliers of depth": Ablation(places={"doo3d.segment.depth_filter:OUTLIER_MIN_NEIGHBORS": 0}),
     "inpainting of depth": Ablation(
-        places={f"{_STAGES}.segment.segment:inpaint_readings": _first}, modules=("stages.segment.depth_inpainting",)
+        places={"doo3d.segment.segment:inpaint_readings": _first}, modules=("segment.depth_inpainting",)
     ),
     "sparse strands": Ablation(
-        places={f"{_STAGES}.segment.segment:find_sparse_strands": _none},
-        modules=("stages.segment.sparse_strands",),
+        places={"doo3d.segment.segment:find_sparse_strands": _none},
+        modules=("segment.sparse_strands",),
         made_for=("lines",),
     ),
     "voxels along the rays": Ablation(
-        places={f"{_STAGES}.voxelize:_along_rays": _first, f"{_STAGES}.voxelize:_in_space": _first}, made_for=DEPTH
+        places={"doo3d.skeleton.voxelize:_along_rays": _first, "doo3d.skeleton.voxelize:_in_space": _first}, made_for=DEPTH
     ),
     "voxels of the core alone": Ablation({"voxelize.core_fraction": 0}),
-    "voxels of middle lines between touching strands": Ablation(places={f"{_STAGES}.voxelize:middle_pixels": _all}),
+    "voxels of middle lines between touching strands": Ablation(places={"doo3d.skeleton.voxelize:middle_pixels": _all}),
     "cut at occluding edges": Ablation({"voxelize.split_at_depth_step": 0}),
     "spurs": Ablation({"traverse.min_branch": 0}),
-    "small loops": Ablation(places={f"{_STAGES}.traverse.traverse:MIN_LOOP_RADII": 0.0}),
-    "forks of a crossing united": Ablation(places={f"{_STAGES}.traverse.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
-    "paths cut back at junctions": Ablation(places={f"{_STAGES}.traverse.traverse:TOUCHING_RADII": 0.0}),
+    "small loops": Ablation(places={"doo3d.skeleton.traverse:MIN_LOOP_RADII": 0.0}),
+    "forks of a crossing united": Ablation(places={"doo3d.skeleton.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
+    "paths cut back at junctions": Ablation(places={"doo3d.skeleton.traverse:TOUCHING_RADII": 0.0}),
     "gaps along which the object is seen": Ablation(
-        places={f"{_STAGES}.links.candidates:seen_gaps": lambda *_: {}}, modules=("stages.links.seen",), made_for=DEPTH
+        places={"doo3d.links.candidates:seen_gaps": lambda *_: {}}, modules=("links.seen",), made_for=DEPTH
     ),
     "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
-        places={"doo3d.visibility:Support": _NoSupport},
-        modules=("evidence.support",),
+        places={"doo3d.scene.visibility:Support": _NoSupport},
+        modules=("scene.support",),
         made_for=("stereo", "ragged", "images"),
     ),
-    "ends extended to the surface": Ablation(places={f"{_STAGES}.refine.refine:extend_to_surface": _first}),
+    "ends extended to the surface": Ablation(places={"doo3d.chains.refine:extend_to_surface": _first}),
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
-    "smoothing of the axis": Ablation(places={f"{_STAGES}.refine.axis_and_radius:SMOOTHING_RADII": 0.0}),
-    "depth weighs less than the mask": Ablation(places={f"{_STAGES}.refine.axis_and_radius:DEPTH_WEIGHT": 1.0}),
-    "axis raised out of the plane": Ablation(places={f"{_STAGES}.refine.axis_and_radius:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
-    "mask extended along strands": Ablation({"extend_mask.max_length": 0}, modules=("stages.extend_mask",), made_for=("images",)),
-    "upper strand by depth": Ablation(places={f"{_STAGES}.crossings.upper_strand:depth_log_odds": lambda *_: 0.0}),
-    "upper strand by color": Ablation(places={f"{_STAGES}.crossings.upper_strand:color_log_odds": lambda *_: 0.0}),
+    "smoothing of the axis": Ablation(places={"doo3d.chains.axis_and_radius:SMOOTHING_RADII": 0.0}),
+    "depth weighs less than the mask": Ablation(places={"doo3d.chains.axis_and_radius:DEPTH_WEIGHT": 1.0}),
+    "axis raised out of the plane": Ablation(places={"doo3d.chains.axis_and_radius:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
+    "mask extended along strands": Ablation(
+        {"extend_mask.max_length": 0}, modules=("segment.extend_mask",), made_for=("images",)
+    ),
+    "upper strand by depth": Ablation(places={"doo3d.judge.upper_strand:depth_log_odds": lambda *_: 0.0}),
+    "upper strand by color": Ablation(places={"doo3d.judge.upper_strand:color_log_odds": lambda *_: 0.0}),
     "other interpretations of uncertain frames": Ablation(
-        places={f"{_STAGES}.confidence.interpretations:OTHERS": ()},
-        modules=("stages.confidence.interpretations",),
+        places={"doo3d.judge.interpretations:OTHERS": ()},
+        modules=("judge.interpretations",),
         made_for=DEPTH,
     ),
     "bodies": Ablation(
-        places={f"{_STAGES}.branches.branches:body_meetings": _nothing}, modules=("stages.branches.bodies",), made_for=BRANCHED
+        places={"doo3d.links.branches.branches:body_meetings": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
     ),
     "necks": Ablation(
-        places={f"{_STAGES}.branches.attachments:NECK_COST": 0.0}, modules=("stages.branches.necks",), made_for=BRANCHED
+        places={"doo3d.links.branches.attachments:NECK_COST": 0.0}, modules=("links.branches.necks",), made_for=BRANCHED
     ),
     "joins across gaps of a branched cloud": Ablation(
-        places={f"{_STAGES}.branches.branches:end_joins": _nothing},
-        modules=("stages.branches.clouds",),
+        places={"doo3d.links.branches.branches:end_joins": _nothing},
+        modules=("links.branches.clouds",),
         made_for=("harness clouds",),
     ),
     **{f"confidence by {kind}": _confidence_without(kind) for kind in GIVEN if kind != "base"},

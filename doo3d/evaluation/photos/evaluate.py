@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...config import Config
-from ...stages.segment import segment
+from ...segment import segment
 from ...types import Array, Bools, Detection, Image
 from ...viz import draw
 from ...viz.palette import DARK, chain_color

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...config import Config, load_config
-from ...sequence.detect_sequence import combine
-from ...sequence.shape import Shape
+from ...track.detect_sequence import combine
+from ...track.shape import Shape
 from ...types import Bools, Floats
 from ..benchmark.ablations import changed, replaced
 from ..benchmark.run import print_lines
@@ -25,7 +25,7 @@ from .recorded import RecordedSequence, recorded_sequences
 from .scenes import Sequence as TrueSequence
 from .scenes import make_sequence
 
-_PLACE = "doo3d.sequence"
+_PLACE = "doo3d.track"
 
 
 def _first(value: Any, *_: Any) -> Any:

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from ...camera.background import background_view
 from ...config import Config
 from ...errors import DooError
 from ...pipeline import detect_with_stages
-from ...sequence.background import background_view
-from ...sequence.detect_sequence import combine, motion_of, with_poses
-from ...sequence.first_pass import check_mode, first_pass_config
-from ...sequence.objects import steady_objects
-from ...sequence.observations import Observation, observe
-from ...sequence.without_depth import strands_in_image
+from ...track.detect_sequence import combine, motion_of, with_poses
+from ...track.first_pass import check_mode, first_pass_config
+from ...track.objects import steady_objects
+from ...track.observations import Observation, observe
+from ...track.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
 from ..benchmark.pictures import panels, truth_chain

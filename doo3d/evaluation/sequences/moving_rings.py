@@ -9,7 +9,7 @@ import numpy as np
 
 from ...config import load_config
 from ...geometry.polyline import arc_length, resample
-from ...sequence.detect_sequence import combine
+from ...track.detect_sequence import combine
 from ...types import Floats
 from ..benchmark.run import print_lines
 from ..benchmark.tables import markdown_table

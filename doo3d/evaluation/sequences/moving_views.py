@@ -11,9 +11,9 @@ from numpy.random import Generator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
+from ...camera.camera_motion import CameraMotion
 from ...config import Config, load_config
-from ...sequence.camera_motion import CameraMotion
-from ...sequence.detect_sequence import combine, motion_of, with_poses
+from ...track.detect_sequence import combine, motion_of, with_poses
 from ...types import Floats
 from ..benchmark.fused_views import scene_in_view
 from ..benchmark.run import print_lines

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...sequence.registration import exact_lengths, to_lengths
-from ...sequence.rings import ring_joints
+from ...track.registration import exact_lengths, to_lengths
+from ...track.rings import ring_joints
 from ...types import Bools, Chain, Detection, Floats, Ints
 from ..metrics.nodes import axis_points
 from ..scenes.model import Truth

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...errors import InputError, require
 from ...guard.guarding import prefixed, read_head
-from ...plausibility.camera import baseline_notes
 from ...types import Cloud, Floats, Frame, Image
+from ...types.plausibility.camera import baseline_notes
 from ..capture import FrameData, FrameRef
 from ..read_options import DEFAULT, NONE, OF_DEPTH, ReadOptions, check_used, without_color
 from ..support.color_registration import align_color

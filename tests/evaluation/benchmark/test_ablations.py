@@ -23,9 +23,9 @@ from doo3d.evaluation.benchmark.ablations import (
 from doo3d.evaluation.benchmark.source_size import size_of
 from doo3d.evaluation.benchmark.steps import ABLATIONS, Ablation
 from doo3d.evaluation.benchmark.trials import KINDS, Outcome, Trial, make_trials
-from doo3d.stages.segment import segment, strand_filter
+from doo3d.segment import segment, strand_filter
 
-MODULE = "doo3d.stages.refine.axis_and_radius"
+MODULE = "doo3d.chains.axis_and_radius"
 WEIGHT = f"{MODULE}:DEPTH_WEIGHT"
 OUTCOME = Outcome(True, True, 2, 2, 0.9, 10.0)
 
@@ -148,7 +148,7 @@ def test_a_frame_is_not_run_again_without_a_function_that_it_does_not_call(monke
 
 def test_a_row_counts_what_a_step_makes_right_and_wrong(monkeypatch):
     monkeypatch.setattr(
-        "doo3d.evaluation.benchmark.ablations.ABLATIONS", {"step": Ablation(modules=("stages.thin",), made_for=("images",))}
+        "doo3d.evaluation.benchmark.ablations.ABLATIONS", {"step": Ablation(modules=("skeleton.thin",), made_for=("images",))}
     )
     wrong = OUTCOME._replace(right=False, crossings_right=1, ms=4.0)
     results = [

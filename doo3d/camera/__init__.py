@@ -1,0 +1,1 @@
+"""The motion of a camera, and rigs of several cameras."""

@@ -1,0 +1,153 @@
+"""Frames of several depth cameras at one time: the object is fused from all views, or taken from the best one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ..config import Config
+from ..errors import DooError, InputError
+from ..fusion.fuse import fuse_cameras
+from ..inputs import IMAGE_FORMATS, Capture, FrameData, FrameRef, ReadOptions, open_capture
+from ..inputs.rig.rig_file import RigFile
+from ..pipeline import detect
+from ..types import Cloud, Detection, Floats, Frame
+
+DEPTH_CAMERAS = "rig of depth cameras"
+"""Format of the capture."""
+
+MIN_LENGTH_RATIO = 0.97
+"""Length of the chains in one camera's view, of that in all views, below which the view lacks a part of the object."""
+
+
+def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, masks: Path | None, options: ReadOptions) -> Capture:
+    """Open the captures of several depth cameras as one, whose frames are those that all cameras have at the same times.
+
+    Parameters
+    ----------
+    path, file
+        the folder of the captures, and the rig file.
+    rig
+        its content.
+    config
+        settings of `detect`.
+    masks
+        folder with a sub-folder of masks for each camera; None: the captures' own.
+    options
+        values that the captures lack; `pose` is that of the rig in a robot's base frame.
+
+    Raises
+    ------
+    InputError : a capture cannot be read, has no depth, or no frames belong together.
+    """
+    captures = []
+    for camera in rig.cameras:
+        assert camera.capture is not None
+        changed = {"camera_file": camera.camera or options.camera_file, "cameras": None, "pose": None}
+        own = options.model_copy(update=changed | {"depth_scale": camera.depth_scale or options.depth_scale})
+        folder = None if masks is None else masks / camera.name
+        captures.append(open_capture(path / camera.capture, False, folder, own))
+        if captures[-1].format in IMAGE_FORMATS:
+            sentence = f"the capture {path / camera.capture} of the camera {camera.name} has no depth"
+            raise InputError(f"{file}: {sentence}: a pair without depth has `images`, not `capture`", code="rig-invalid")
+    sets, notes = _synchronized(captures, [camera.name for camera in rig.cameras], options.tolerance)
+    base = None if options.pose is None else np.array(options.pose)
+    frames = []
+    for together in sets:
+        named = [replace(each, name=f"the camera {camera.name}") for each, camera in zip(together, rig.cameras, strict=True)]
+        views = [(each, np.array(camera.pose)) for each, camera in zip(named, rig.cameras, strict=True)]
+        first = together[0]
+        frames.append(FrameRef(first.name, path, partial(load_best, first, views, config, base), first.timestamp))
+    notes += [f"{camera.name}: {note}" for camera, opened in zip(rig.cameras, captures, strict=True) for note in opened.notes]
+    return Capture(path, DEPTH_CAMERAS, frames, notes)
+
+
+def _synchronized(captures: Sequence[Capture], names: Sequence[str], tolerance: float) -> tuple[list[list[FrameRef]], list[str]]:
+    """Return the frames of all cameras at the same times: by timestamps, or by names, or by order; and notes on those left out.
+
+    Raises
+    ------
+    InputError : no frames are near in time, or not all have times and their names agree for some of them only, or for none and
+        the numbers of frames differ.
+    """
+    first = captures[0]
+    if all(frame.timestamp is not None for capture in captures for frame in capture):
+        times = [np.array([frame.timestamp for frame in capture], dtype=float) for capture in captures]
+        nearest = [[int(np.abs(each - time).argmin()) for time in times[0]] for each in times]
+        together = [
+            all(abs(each[at[i]] - times[0][i]) <= tolerance for each, at in zip(times, nearest, strict=True))
+            for i in range(len(first))
+        ]
+        sets = [[capture[at[i]] for capture, at in zip(captures, nearest, strict=True)] for i in np.flatnonzero(together)]
+        if not sets:
+            sentence = f"no frames of {' and '.join(names)} are within {tolerance} s of each other (--input-option tolerance=...)"
+            raise InputError(f"{first.path.parent}: {sentence}", code="times-apart")
+        left_out = len(first) - len(sets)
+        return sets, [f"{left_out} frames of {names[0]} have no partner within {tolerance} s"] if left_out else []
+    named = [{frame.name: frame for frame in capture} for capture in captures]
+    common = set.intersection(*map(set, named))
+    if len(common) == max(map(len, captures)):
+        return [[frames[name] for frames in named] for name in named[0]], []
+    if common or len({len(capture) for capture in captures}) > 1:
+        counts = ", ".join(f"{name} has {len(capture)}" for name, capture in zip(names, captures, strict=True))
+        shared = f"{len(common) or 'no'} names of frames in common, and not all have times"
+        sentence = f"{counts} frames, {shared}, so that it is unknown which belong together"
+        raise InputError(f"{first.path.parent}: {sentence}: give one frame of each camera at each time", code="frame-count")
+    note = f"the frames of {' and '.join(names)} have no times and other names: they are taken to belong together by their order"
+    return [list(views) for views in zip(*captures, strict=True)], [note]
+
+
+def load_best(first: FrameRef, views: Sequence[tuple[FrameRef, Floats]], config: Config, base: Floats | None) -> FrameData:
+    """Return the views fused, or the view of one camera in which more confident chains are found that are no shorter.
+
+    Where strands lie on each other, one camera may tell them apart better than the cloud of all. Of results from different
+    data the one of the highest confidence is most often right.
+
+    Parameters
+    ----------
+    first
+        the frame whose name and time count.
+    views
+        the frame of each camera, and the pose (4, 4) of that camera in the rig, m.
+    config
+        settings of `detect`.
+    base
+        pose (4, 4) of the rig in a robot's base frame, m; None if unknown.
+
+    Raises
+    ------
+    InputError : no camera sees the object.
+    """
+    loaders = [partial(_load_posed, frame, pose) for frame, pose in views]
+    placed = [replace(frame, loader=loader) for (frame, _), loader in zip(views, loaders, strict=True)]
+    fused = fuse_cameras(placed, config, first.name, first.timestamp)
+    best = FrameData(fused, pose=np.eye(4), base_pose=base)
+    found = detect(fused, config)
+    confidence, length = _confidence(found), MIN_LENGTH_RATIO * _length(found)
+    for frame, pose in views:
+        try:
+            loaded = frame.load()
+            alone = detect(loaded.data, config, loaded.mask_for(config))
+        except DooError:  # the object is hidden from it
+            continue
+        if _confidence(alone) > confidence and _length(alone) >= length:
+            assert isinstance(loaded.data, Frame | Cloud)
+            data, confidence = replace(loaded.data, name=first.name), _confidence(alone)
+            best = FrameData(data, loaded.mask, pose, pose if base is None else base @ pose)
+    return best
+
+
+def _load_posed(frame: FrameRef, pose: Floats) -> FrameData:
+    return replace(frame.load(), pose=pose)
+
+
+def _confidence(detection: Detection) -> float:
+    return min((chain.confidence for chain in detection.chains), default=0.0)
+
+
+def _length(detection: Detection) -> float:
+    return sum(chain.length for chain in detection.chains)

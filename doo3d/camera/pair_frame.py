@@ -1,0 +1,111 @@
+"""A frame with depth on its strands, from a stereo pair: the 3-D method goes on from there as from any RGB-D frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..config import Config, load_config
+from ..errors import InputError
+from ..inputs import FrameData
+from ..inputs.rig.pair_images import PairImages
+from ..inputs.rig.stereo_pair import RectifiedPair
+from ..pipeline import Stages, run_stages
+from ..segment.working_picture import enlarged_chain, enlarged_mask
+from ..types import Array, Bools, Floats, Frame, Image
+from .strand_matching import SPACING_PX, MatchedStrand, match_strands
+
+MIN_SEEN = 0.5
+"""Share of all samples whose profile the right image shows: below, nothing was matched."""
+
+EDGE_PX = 1.0
+"""px beyond the radius of a strand that pixels of the mask still belong to it: masks are drawn wider than strands."""
+
+TOLD = {"method", "ranges", "onnx", "min_component", "equal_widths", "hues"}
+"""Settings of the segmentation that mean the same in an image: they are in no unit of length, or in pixels."""
+
+NEIGHBORS, APART_RADII = 16, 4.0
+"""Nearest samples of a pixel that are looked at, and radii along a strand beyond which a sample is of another stretch."""
+
+
+def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> FrameData:
+    """Return the rectified left image of a stereo pair as a frame with depth on the strands, with the mask of the strands.
+
+    The strands are found in the left image by the 2-D method (preset `image`, with the segmentation, the number of chains and the
+    branches of the config), followed in the right one, and triangulated. Each pixel of the mask gets the depth of the front of
+    its strand, a cylinder as wide as in the image. Pixels beside the strands have no depth, and neither have stretches that the
+    right image does not show.
+
+    Parameters
+    ----------
+    images
+        both images as the cameras took them, and their masks.
+    pair
+        the calibration.
+    config
+        settings of the 3-D method.
+
+    Raises
+    ------
+    InputError : an image has another size than its camera, the config is for images, no strand is found in the left image, or
+        none of it in the right one.
+    """
+    left, right = pair.images(images.left, images.right)
+    masks = [None if mask is None else pair.mask(mask, side) for side, mask in enumerate((images.left_mask, images.right_mask))]
+    flat = _flat_config(config)
+    stages = run_stages(Image(left, images.name), flat, masks[0] if config.segment.method in ("auto", "mask") else None)
+    if not stages.chains:
+        reason = " ".join(stages.segmentation.foreground.notes) or "give masks, or color ranges (segment.ranges)"
+        raise InputError(f"{images.name}: no strand is found in the left image: {reason}", code="object-missing")
+    chains = [enlarged_chain(chain, stages.scale) for chain in stages.chains]
+    strands, _ = match_strands(
+        [chain.joints for chain in chains],
+        [chain.radii for chain in chains],
+        left.astype(np.float32),
+        right.astype(np.float32),
+        pair.camera.fx,
+        masks[1],
+    )
+    seen = np.concatenate([strand.known for strand in strands])
+    if seen.mean() < MIN_SEEN:
+        share = f"the right image shows {seen.mean():.0%} of the strands that were found in the left one"
+        question = "do the images belong together, and to this calibration?"
+        raise InputError(f"{images.name}: {share}: {question}", code="pair-unmatched")
+    mask = _mask(stages, left.shape[:2])
+    depth = _depth(strands, mask, pair)
+    return FrameData(Frame(left, depth, pair.camera, images.name), mask)
+
+
+def _flat_config(config: Config) -> Config:
+    """Return the preset `image` with what the settings of the 3-D method say about the object."""
+    if config.segment.method in ("background", "plane"):
+        sentence = f"segment.method={config.segment.method} needs depth, or the view of one camera"
+        raise InputError(f"{sentence}: give masks of a stereo pair, or a method for images", code="method-needs-depth")
+    told = {f"segment.{key}": value for key, value in config.segment.model_dump(include=TOLD, exclude_unset=True).items()}
+    return load_config("image", {**told, "merge.chains": config.merge.chains, "seed": config.seed})
+
+
+def _mask(stages: Stages, shape: tuple[int, ...]) -> Bools:
+    mask = stages.segmentation.foreground.mask
+    return np.zeros(shape, dtype=bool) if mask is None else enlarged_mask(mask, stages.scale, shape)
+
+
+def _depth(strands: list[MatchedStrand], mask: Bools, pair: RectifiedPair) -> Array:
+    """Return the depth (H, W) float32 m of the front of the strands at the pixels of the mask; 0 elsewhere."""
+    names = ("points", "normals", "radius", "disparity", "known")
+    points, normals, radius, disparity, known = (np.concatenate([getattr(each, name) for each in strands]) for name in names)
+    pixels = np.argwhere(mask)[:, ::-1]
+    distance, near = cKDTree(points).query(pixels, k=min(NEIGHBORS, len(points)))
+    within = distance <= radius[near] + EDGE_PX
+    # of the nearest sample and the nearest one of another stretch, which crosses there, the one nearer to the camera
+    apart = np.abs(near - near[:, :1]) > APART_RADII * radius[near] / SPACING_PX
+    other = (within & apart).argmax(axis=1)
+    rows = np.arange(len(pixels))
+    over = within[rows, other] & apart[rows, other] & (disparity[near[rows, other]] > disparity[near[:, 0]])
+    sample = near[rows, np.where(over, other, 0)]
+    aside = np.einsum("ij,ij->i", pixels - points[sample], normals[sample])
+    axis = pair.camera.fx * pair.pair.baseline / np.maximum(disparity[sample], 1.0)
+    front: Floats = np.sqrt(np.maximum(radius[sample] ** 2 - aside**2, 0.0)) * axis / pair.camera.fx
+    depth = np.zeros(mask.shape, dtype=np.float32)
+    depth[pixels[:, 1], pixels[:, 0]] = np.where(within[:, 0] & known[sample], axis - front, 0.0)
+    return depth

@@ -1,0 +1,1 @@
+"""Chains of equal segments: fitted, pruned, filled and refined."""

@@ -1,1 +1,0 @@
-"""Evidence: models learned once from a frame, that answer questions of the stages in log-odds."""

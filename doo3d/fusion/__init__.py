@@ -1,0 +1,1 @@
+"""Views of one scene fused to a cloud."""

@@ -1,0 +1,298 @@
+"""Fusion of many views of an object at rest to one cloud in the world frame of the camera poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..config import Config, ConfigLike, as_config
+from ..errors import DooError, InputError
+from ..inputs import FrameData, FrameRef
+from ..scene.cloud_facts import point_spacing
+from ..scene.depth_model import MultiViewDepthModel
+from ..segment import segment
+from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
+from ..types.arguments import refused
+from ..types.display import counted
+from ..types.pose import as_pose, in_frame_of
+from .pose_agreement import check_views_agree
+from .voxel_sums import VoxelSums
+
+FUSED_NAME = "static"
+"""Name of the fused frame, and of its files."""
+
+MIN_CAMERA_MOTION_M, MIN_CAMERA_TURN_RAD = 0.005, np.radians(1.0)
+"""A camera whose poses differ by less than both has not moved: its views show the same parts of the object."""
+
+SUPPORT_RADIUS_VOXELS = 4.0
+"""Radius, in voxels, within which observations of different frames support each other."""
+
+MAX_VIEWS = 24
+"""Views kept for the axis estimate and the free-space test: more cost time and add little."""
+
+
+@dataclass
+class _ViewSampler:
+    """Views spread evenly over all frames, at most MAX_VIEWS (24): every frame, then every second, every fourth, ..."""
+
+    step: int = 1
+    count: int = 0
+    views: list[CameraView] = field(default_factory=list)
+
+    def add(self, view: CameraView) -> None:
+        if self.count % self.step == 0:
+            if len(self.views) == MAX_VIEWS:
+                self.views, self.step = self.views[::2], 2 * self.step
+            if self.count % self.step == 0:
+                self.views.append(view)
+        self.count += 1
+
+
+@dataclass
+class _Accumulation:
+    """Everything gathered from the frames so far.
+
+    Attributes
+    ----------
+    fine, coarse
+        sums per voxel of one point spacing (1, x, y, z, r, g, b) and of the support radius (1); None before the first frame.
+    sampler
+        views kept for the visibility.
+    poses
+        (4, 4) of each fused frame.
+    notes
+        a sentence for each frame left out.
+    codes
+        codes of their errors.
+    """
+
+    fine: VoxelSums | None = None
+    coarse: VoxelSums | None = None
+    sampler: _ViewSampler = field(default_factory=_ViewSampler)
+    poses: list[Floats] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    codes: set[str] = field(default_factory=set)
+    without_pose: int = 0
+
+    def add(self, foreground: Foreground, pose: Floats) -> None:
+        """Add the object's points of one frame."""
+        if self.fine is None or self.coarse is None:
+            size = point_spacing(foreground)
+            self.fine, self.coarse = VoxelSums(size), VoxelSums(SUPPORT_RADIUS_VOXELS * size)
+        points = in_frame_of(pose, foreground.points)
+        ones = np.ones((len(points), 1))
+        self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(foreground)), axis=1))
+        self.coarse.add_frame(points, ones)
+        self.poses.append(pose)
+        if foreground.camera is not None and foreground.mask is not None and foreground.depth is not None:
+            self.sampler.add(CameraView(foreground.camera, pose, foreground.mask, foreground.depth))
+
+    def voxels(self) -> tuple[VoxelSums, VoxelSums]:
+        """Return the fine and the coarse voxels.
+
+        Raises
+        ------
+        InputError : no frame was added.
+        """
+        if self.without_pose and not self.poses:
+            raise InputError(
+                "no frame has a camera pose, which fusing needs: give a capture with poses (TUM, BOP, a bag with tf), or "
+                "--input-option trajectory=FILE",
+                code="pose-missing",
+            )
+        if self.fine is None or self.coarse is None:
+            raise InputError(
+                "no frame can be used" + (f": {self.notes[0]}" if self.notes else ""),
+                code=self.codes.pop() if len(self.codes) == 1 else "frames-unusable",
+            )
+        return self.fine, self.coarse
+
+
+def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
+    """Fuse the views of an object at rest to one cloud in world coordinates.
+
+    Each frame is segmented as the config says, or by the capture's masks; the object's points are moved to world coordinates and
+    averaged per voxel, with voxels as large as the point spacing. Points that too few frames (`fusion.min_views`) observed
+    nearby are removed if at least as many views saw through them as saw the object there, or if no frame has a depth image.
+    Frames are read one at a time; memory does not grow with their number.
+
+    Parameters
+    ----------
+    frames
+        the frames of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4) m,
+        camera to world: p_world = pose @ p_camera.
+    config
+        configuration of segmentation and fusion, as `detect` takes it; None for the preset "default". If `fusion.min_views` is
+        more than half of the frames, half of them (rounded up) counts instead.
+
+    Returns
+    -------
+    Cloud, m, in the world frame of the poses, with colors if all frames have them. It holds the object alone, and `detect`
+    does not segment it again. Its notes name the frames that could not be used.
+
+    Raises
+    ------
+    InputError : no frame has a pose; the camera did not move; the views contradict each other by their poses; no frame can be
+        used, or the object is in none.
+    """
+    config = as_config(config)
+    if isinstance(frames, str | np.ndarray) or not isinstance(frames, Iterable):
+        raise refused(frames, "frames", "the frames of a capture, as doo3d.open_capture returns it")
+    gathered = _gathered(frames, config)
+    gathered.voxels()
+    check_camera_moved(np.array(gathered.poses))
+    check_views_agree(gathered.sampler.views)
+    return _cloud(gathered, config, FUSED_NAME)
+
+
+def fuse_cameras(views: Iterable[FrameRef], config: Config, name: str, timestamp: float | None) -> Cloud:
+    """Fuse what several cameras of a rig see at one time to one cloud, as `fuse` does with the views of one camera.
+
+    A camera from which the object is hidden is left out; one view is enough.
+
+    Parameters
+    ----------
+    views
+        the frame of each camera, with its pose in the rig.
+    config
+        settings of segmentation and fusion.
+    name, timestamp
+        name and time (s) of the cloud.
+
+    Raises
+    ------
+    InputError : no frame can be used, or the object is in none.
+    """
+    return replace(_cloud(_gathered(views, config), config, name), timestamp=timestamp)
+
+
+def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
+    """Return what the frames show of the object, with a note for each frame that cannot be used."""
+    gathered = _Accumulation()
+    for frame in frames:
+        if not isinstance(frame, FrameRef):
+            raise refused(frame, "a frame", "a FrameRef: give the capture, as doo3d.open_capture returns it")
+        try:
+            loaded = frame.load()
+            if loaded.pose is None:
+                gathered.without_pose += 1
+                continue
+            pose = as_pose(loaded.pose, "its pose")
+            foreground = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).foreground
+            if not len(foreground.points):
+                raise InputError("the object is not in it", code="object-missing")
+        except DooError as error:
+            gathered.notes.append(f"{frame.name} is left out: {error}")
+            gathered.codes.add(error.code)
+            continue
+        gathered.add(foreground, pose)
+    return gathered
+
+
+def _cloud(gathered: _Accumulation, config: Config, name: str) -> Cloud:
+    """Return the cloud of what was gathered; raise InputError if nothing was."""
+    fine, coarse = gathered.voxels()
+    poses: Floats = np.array(gathered.poses)
+    notes = [f"{counted(len(poses), 'frame')} {'is' if len(poses) == 1 else 'are'} fused", *gathered.notes]
+    if gathered.without_pose:
+        notes.append(f"{gathered.without_pose} frames without a pose are left out")
+    views = gathered.sampler.views
+    min_views = min(config.fusion.min_views, (len(poses) + 1) // 2)
+    points, colors = _consistent_points(fine, coarse, min_views, views, config.visibility.margin)
+    return Cloud(
+        points,
+        colors,
+        viewpoint=_central_viewpoint(poses) if views else None,
+        name=name,
+        views=tuple(views),
+        segmented=True,
+        coordinates="world",
+        notes=tuple(notes),
+    )
+
+
+def camera_moves(poses: Floats) -> bool:
+    """Tell whether a camera of poses (F, 4, 4), F >= 1, moves at least 5 mm or turns 1 degree from its first pose."""
+    motion, turn = _camera_motion(poses)
+    return bool(motion >= MIN_CAMERA_MOTION_M or turn >= MIN_CAMERA_TURN_RAD)
+
+
+def _camera_motion(poses: Floats) -> tuple[float, float]:
+    """Return how far a camera of poses (F, 4, 4) gets from its first pose at most: m, and rad."""
+    motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
+    cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2
+    return float(motion), float(np.arccos(np.clip(cos, -1, 1)).max())
+
+
+def check_camera_moved(poses: Floats) -> None:
+    """Raise an InputError if the camera hardly moved: by less than 5 mm and less than 1 degree from its first pose.
+
+    poses : (F, 4, 4), F >= 1 poses, camera to world, m.
+
+    Raises
+    ------
+    InputError : the camera did not move, so that all frames show the same side of the object.
+    """
+    if not camera_moves(poses):
+        motion, turn = _camera_motion(poses)
+        raise InputError(
+            f"the camera did not move ({1000 * motion:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every "
+            "frame shows the same parts, detect in them one by one, without --fuse-views",
+            code="camera-still",
+        )
+
+
+def _central_viewpoint(poses: Floats) -> Floats:
+    """Return the camera position (3,) m nearest to the mean of all positions."""
+    positions: Floats = poses[:, :3, 3]
+    return np.asarray(positions[np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()])
+
+
+def _require_depth(loaded: FrameData) -> Frame | Cloud:
+    """Return the data of a frame with depth; images are refused."""
+    if isinstance(loaded.data, Image):
+        raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
+    return loaded.data
+
+
+def _point_colors(foreground: Foreground) -> Floats:
+    """Return the colors (N, 3) of the points; NaN without colors."""
+    if foreground.color is None or foreground.pixels is None:
+        return np.full(foreground.points.shape, np.nan)
+    return foreground.color[foreground.pixels[:, 1], foreground.pixels[:, 0]].astype(float)
+
+
+def _consistent_points(
+    fine: VoxelSums, coarse: VoxelSums, min_views: int, views: Sequence[CameraView], margin: float
+) -> tuple[Floats, Array | None]:
+    """Return the mean point and color of each fine voxel, without those that the views contradict.
+
+    Parameters
+    ----------
+    fine, coarse
+        the voxels of `_Accumulation`.
+    min_views
+        frames that must have observed the coarse voxel of a point. A point with fewer is removed if the views
+        contradict it (as many saw through it as saw the object there), or if there are no views.
+    views
+        the views to ask.
+    margin
+        m, least distance behind a point of depth that shows free space.
+
+    Returns
+    -------
+    Points (N, 3) m, and colors (N, 3) uint8; None for the colors if a voxel has none.
+    """
+    mean = fine.sums[:, 1:] / fine.sums[:, :1]
+    points, colors = mean[:, :3], mean[:, 3:]
+    kept = coarse.frames[np.searchsorted(coarse.keys, coarse.keys_of(fine.centers()))] >= min_views
+    if views and not kept.all():
+        kept[~kept] = ~MultiViewDepthModel.of_views(views, margin, True).contradicted_by_views(points[~kept])
+    points, colors = points[kept], colors[kept]
+    if not len(points):
+        raise InputError(
+            f"no part is seen by {min_views} frames: check the poses, and that the object is at rest", code="views-too-few"
+        )
+    return points, np.rint(colors).astype(np.uint8) if np.isfinite(colors).all() else None

@@ -1,0 +1,37 @@
+"""The pieces of one object in order, with the paths across the gaps between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..types import Floats
+from .gap_path import GapPath
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The pieces (chains) of one object in order, from its start to its end, before the gaps between them are filled.
+
+    Attributes
+    ----------
+    pieces
+        the joints of each piece of N segments, (N + 1, D) m, D = 3 (in 2-D: px, D = 2), in the order and direction in which the
+        object runs.
+    gap_paths
+        the path from each piece to the next; a closed object has one more, from the last piece to the first.
+    closed
+        True for a ring, whose last piece is joined to the first.
+    confidence
+        the confidence of each connection that merging made, 0 to 1, in the order of the gaps. Empty for one chain that was a
+        ring already.
+    """
+
+    pieces: tuple[Floats, ...]
+    gap_paths: tuple[GapPath, ...] = ()
+    closed: bool = False
+    confidence: tuple[float, ...] = ()
+
+    @property
+    def segments(self) -> int:
+        """The number of segments of all pieces together."""
+        return sum(len(piece) - 1 for piece in self.pieces)

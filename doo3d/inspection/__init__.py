@@ -1,1 +1,0 @@
-"""Looking at how a detection came about: explanations, stage products, the Rerun viewer, timing."""

@@ -1,0 +1,76 @@
+"""The terms of the cost of a link: equation 5 of Keipour et al. (RA-L 2022), extended by what was seen.
+
+A term is a function of the candidates and the data of the frame to (E, E), what it adds to the cost of linking each pair of ends,
+already multiplied by its weight, or None where it has nothing to say. Costs are in cost units: 1 per mm of gap (1 per px in 2-D),
+plus angles in radians times their weights (section `merge` of the settings). A new term is a function here and a line in TERMS.
+Gap paths are too expensive to compute for all pairs: `gap_path` gives their costs for the pairs that are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...scene.context import FrameContext
+from ...types import Floats
+from ..candidates import Candidates
+from .appearance import appearance
+from .custom import custom_terms
+from .exposed_ends import exposed_ends
+from .geometric import curvature, direction, distance
+
+Term = Callable[[Candidates, FrameContext], "Floats | None"]
+
+EXPOSED = "exposed ends"
+"""Name of the term for ends in plain view, which comes on top of the limit of the other terms."""
+
+TERMS: dict[str, Term] = {
+    "distance": distance,
+    "direction": direction,
+    "curvature": curvature,
+    "appearance": appearance,
+    EXPOSED: exposed_ends,
+}
+"""The terms by name, in the order in which they are added."""
+
+
+def cost_terms(candidates: Candidates, evidence: FrameContext) -> dict[str, Floats]:
+    """Return what each term adds to the cost of connecting each pair of chain ends.
+
+    Parameters
+    ----------
+    candidates
+        the ends of all chains, with section `merge` of the settings.
+    evidence
+        the data of the frame; colors, segment length and visibility are used.
+
+    Returns
+    -------
+    Name of the term -> (E, E) cost units. The terms are symmetric, except perhaps those of the user. Where the object is seen to
+    go on from one end to the other, all are 0.
+
+    Raises
+    ------
+    ConfigError : `merge.custom_costs` names a term that is not registered in CUSTOM_COSTS.
+    """
+    terms = TERMS | custom_terms(candidates.config)
+    costs = {name: term(candidates, evidence) for name, term in terms.items()}
+    given = {name: cost for name, cost in costs.items() if cost is not None}
+    for pair in candidates.seen:
+        for cost in given.values():
+            cost[pair] = cost[pair[::-1]] = 0.0
+    return given
+
+
+def pair_costs(candidates: Candidates, terms: dict[str, Floats], evidence: FrameContext) -> Floats:
+    """Return the cost of connecting each pair of ends, (E, E) cost units: the sum of the terms; infinite where it is not allowed.
+
+    `Candidates.limited` says where a connection is not allowed, unless the object is seen to go on there; the term "exposed ends"
+    does not count for the limit of the cost.
+    """
+    limiting = sum((term for name, term in terms.items() if name != EXPOSED), np.zeros_like(candidates.distance))
+    total = candidates.limited(limiting, evidence.visibility) + terms.get(EXPOSED, 0.0)
+    for pair in candidates.seen:
+        total[pair] = 0.0
+    return total

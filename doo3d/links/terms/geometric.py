@@ -1,0 +1,25 @@
+"""The terms of Keipour et al. (RA-L 2022): distance, direction and curvature, equations 1 to 3."""
+
+from __future__ import annotations
+
+from ...scene.context import FrameContext
+from ...types import Floats
+from ..candidates import Candidates
+
+
+def distance(candidates: Candidates, _: FrameContext) -> Floats:
+    """Return the distance of each pair of ends times `merge.distance_weight`, (E, E) cost units."""
+    return candidates.config.distance_weight * candidates.unit_cost * candidates.distance
+
+
+def direction(candidates: Candidates, _: FrameContext) -> Floats:
+    """Return the turn half way between each pair of ends times `merge.direction_weight`, (E, E) cost units."""
+    return candidates.config.angle_weights[0] * candidates.pairs[1]
+
+
+def curvature(candidates: Candidates, _: FrameContext) -> Floats:
+    """Return the larger bend of each pair of ends times `merge.curvature_weight`, (E, E) cost units.
+
+    The bend of an end is the angle between its tangent half way and the straight line to the other end; 0 for ends that coincide.
+    """
+    return candidates.config.angle_weights[1] * candidates.pairs[2]

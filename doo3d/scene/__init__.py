@@ -1,0 +1,1 @@
+"""What was captured, and what a camera says about positions, paths and ends."""

@@ -1,0 +1,85 @@
+"""Tell for each segment of a chain whether depth readings support it, or whether its depth was interpolated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import kernels
+from ..geometry.curves import Curves
+from ..geometry.noise import DEVIATIONS
+from ..geometry.radii import OWN_RADII
+from ..types import Bools, Floats, Foreground
+
+POSITIONS = (np.arange(5) + 0.5) / 5
+"""Fractions of a segment's length at which its readings are taken."""
+
+LATERAL_RADII = np.linspace(-0.7, 0.7, 5)
+"""Radii to the side of the axis at which readings are taken; nearer to the silhouette, readings mix with the background."""
+
+SURFACE_RADII = 0.85
+"""Radii by which the seen surface is nearer than the axis, mean over LATERAL_RADII: of sqrt(1 - x^2)."""
+
+MIN_SUPPORT = 0.3
+"""Share of a segment's samples that need a reading which agrees: a curve through fewer is an interpolation."""
+
+
+class DepthSupport(NamedTuple):
+    """How well the depth readings support N segments.
+
+    Attributes
+    ----------
+    share
+        (N,) share of a segment's samples with a reading of the object that agrees with the segment within the least tolerance.
+    is_filled
+        (N,) bool, True for a segment whose depth was interpolated, since too few readings agree with it.
+    residual
+        (N,) radii, median difference of a segment's readings from its surface, absolute; NaN with fewer than 3 readings.
+    offset
+        (N,) radii, by how much a segment's readings lie behind its surface, median; NaN with fewer than 3 readings. Unlike the
+        other values, it does not excuse readings between the surface and the plane that the segment lies on.
+    """
+
+    share: Floats
+    is_filled: Bools
+    residual: Floats
+    offset: Floats
+
+
+def depth_support(chains: Curves, radius: Sequence[float], foreground: Foreground) -> DepthSupport | None:
+    """Return how well the depth readings support the segments of all chains; None in 2-D and for a cloud.
+
+    A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
+    sensor gave it, that agrees with the segment's surface. So a strand below another one is not supported where they cross, nor
+    is a strand where the sensor's depth is torn or missing and was interpolated. A stereo camera sees a strand that lies on a
+    plane lower than it is: readings between its surface and the plane support it.
+
+    Parameters
+    ----------
+    chains
+        the joints of the chains, (N + 1, 3) m in the camera's optical frame, (N + 1, 2) px in 2-D for N segments.
+    radius
+        radius of each chain, m (px in 2-D).
+    foreground
+        the mask, the depth and the camera of the frame, and the plane in it.
+    """
+    camera, depth, mask, plane = foreground.camera, foreground.depth, foreground.mask, foreground.plane
+    if camera is None or depth is None or mask is None or not len(chains):
+        return None
+    supported, agreeing, residual, offset = kernels.depth_support(
+        chains.points,
+        chains.bounds,
+        np.array(radius, dtype=float),
+        np.ascontiguousarray(depth, dtype=np.float32),
+        np.ascontiguousarray(mask),
+        camera.intrinsics,
+        np.zeros(0) if plane is None else np.append(plane.normal, plane.height),
+        POSITIONS,
+        LATERAL_RADII,
+        surface_radii=SURFACE_RADII,
+        lying_radii=OWN_RADII,
+        deviations=DEVIATIONS,
+    )
+    return DepthSupport(supported, agreeing < MIN_SUPPORT, residual, offset)

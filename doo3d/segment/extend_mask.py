@@ -1,0 +1,59 @@
+"""Extend the mask of an image along strands that go on beyond it.
+
+A segmentation misses stretches of a strand in another light, in a shadow, or before a background of similar color. Each free end
+of a chain is followed in steps of half a radius. The strand is taken to continue where the colors across it match its colors so
+far and the background on both sides has other colors. The path found is added to the mask, and the stages are run again.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from ..config import ExtendMaskConfig
+from ..geometry.noise import COLOR_NOISE
+from ..geometry.radii import STEP_RADII
+from ..kernels import follow_strand
+from ..scene.context import FrameContext
+from ..types import Bools, Chain
+
+MIN_EXTENSION_RADII = 2.0
+"""Radii; shorter extensions are not worth running the stages again, and end in the mask that they begin in."""
+
+
+def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskConfig) -> Bools | None:
+    """Extend the mask of an image along strands that continue beyond it (2-D only).
+
+    Parameters
+    ----------
+    chains
+        the chains found in the mask, px, with radii. Their free ends are followed, except at the border of the image.
+    context
+        the data of the frame, whose mask and color image are used.
+    config
+        section `extend_mask` of the settings.
+
+    Returns
+    -------
+    (H, W) bool, the mask with the strands' continuations added, each as wide as its strand. Continuations shorter than
+    MIN_EXTENSION_RADII (2) radii are not added. None if nothing was added, if `config.max_length` is 0 (the default), without a
+    color image, and in 3-D.
+    """
+    foreground = context.foreground
+    mask, color = foreground.mask, foreground.color
+    if not config.max_length or mask is None or color is None or foreground.points.shape[1] != 2:
+        return None
+    extended, middle = None, (np.array(mask.shape[::-1]) - 1) / 2
+    limits = {"step": STEP_RADII, "min_extension": MIN_EXTENSION_RADII, "noise": COLOR_NOISE}
+    for chain in chains:
+        radius = float(np.median(chain.radii))
+        for joints in (chain.joints, chain.joints[::-1]):
+            is_inside = (np.abs(joints[-1] - middle) <= middle - radius * (1 + STEP_RADII)).all()
+            if chain.closed or not radius > 0 or not is_inside:
+                continue
+            line = np.ascontiguousarray(joints)
+            path = follow_strand(color, mask, line, radius, config.max_length, **limits)
+            if np.linalg.norm(path[-1] - path[0]) > MIN_EXTENSION_RADII * radius:
+                extended = mask.astype(np.uint8) if extended is None else extended
+                cv2.polylines(extended, [np.rint(path).astype(np.int32)], False, 1, max(1, round(2 * radius)))
+    return None if extended is None else extended > 0

@@ -1,0 +1,1 @@
+"""Voxels, thinned to a curve skeleton, and the paths along it."""

@@ -1,0 +1,1 @@
+"""What helps with a capture: tune, explain, bench, compare, view."""

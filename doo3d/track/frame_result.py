@@ -1,0 +1,101 @@
+"""Lay the objects of a sequence in the detection of each of its frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..geometry.curves import runs
+from ..geometry.equal_segments import close_ring
+from ..judge.crossings import crossings_of_chains
+from ..links.branches import Branched
+from ..types import Chain, Connection, Detection
+from .junctions import assemble, join_shapes
+from .objects import SequenceObject
+from .observations import Observation
+from .registration import exact_lengths
+from .shape import Shape
+
+BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
+"""Note of a frame in which an object is missing between frames that show it."""
+
+
+def frame_result(
+    observation: Observation,
+    objects: Sequence[SequenceObject],
+    shapes: Sequence[Shape | None],
+    followed: set[int],
+    is_branched: bool,
+    min_confidence: float,
+) -> Detection:
+    """Return the detection of a frame with the chains of the sequence in place of its own ones.
+
+    Parameters
+    ----------
+    observation
+        the frame as it is seen by itself.
+    objects
+        the objects of the capture.
+    shapes
+        for each of them its shape in the frame, None where it is not there.
+    followed
+        the chains of the frame that are objects, or parts of them. Other rings are kept.
+    is_branched
+        whether branched objects are looked for.
+    min_confidence
+        confidence below which chains of the frame alone are left out, unless the user said what the object is.
+    """
+    single = observation.detection
+    least = 0.0 if observation.is_given else min_confidence
+    if not objects:
+        return single.confident(least)
+    missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
+    rings = [
+        replace(chain, id=None)
+        for number, chain in enumerate(single.chains)
+        if chain.closed and chain.confidence >= least and number not in followed
+    ]
+    shapes = join_shapes(objects, shapes)
+    laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
+    if is_branched:
+        rings += [chain for chain in laid if chain is not None and chain.closed]
+        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in laid], rings)
+    else:
+        found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
+    crossings = crossings_of_chains(found.chains, single.coordinates) if found.chains else ()
+    return replace(
+        single,
+        chains=tuple(found.chains),
+        crossings=found.without_junctions(crossings),
+        junctions=found.junctions,
+        objects=found.objects,
+        notes=(*single.notes, *missing),
+    )
+
+
+def as_chain(item: SequenceObject, shape: Shape) -> Chain:
+    """Return an object in one frame as a chain of its number of segments."""
+    seen = shape.seen[:-1] & shape.seen[1:]
+    length = item.segment_length
+    joints = close_ring(shape.joints[:-1], length) if item.closed else exact_lengths(shape.joints, length)
+    confidence = float(np.exp(-shape.cost))
+    hidden = runs(~seen)
+    if item.closed:  # a gap over the first joint begins before the last
+        gaps = [first for first, _ in hidden if first > 0 or (seen[-1] and not seen[0])]
+    else:
+        gaps = [first for first, end in hidden if first > 0 and end < len(seen)]  # beyond an end nothing is connected
+    return Chain(
+        joints,
+        length,
+        item.radius,
+        occluded=~seen,
+        depth_filled=~(shape.measured[:-1] & shape.measured[1:]),
+        from_time=~seen & shape.from_time[:-1],
+        connections=tuple(Connection(gap, confidence) for gap in gaps),
+        id=item.id,
+        confidence=confidence if not seen.all() else 1.0,
+        deviations=shape.deviations,
+        closed=item.closed,
+    )

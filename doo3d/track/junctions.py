@@ -1,0 +1,149 @@
+"""Hold the objects of one tree together at their junctions, frame by frame."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..links.branches import Branched
+from ..links.branches.objects import Piece, laid_out
+from ..types import Bools, Chain, Floats
+from .objects import SequenceObject
+from .registration import exact_lengths, to_lengths
+from .shape import Shape
+from .topology import Node, Nodes, trees_of
+
+MIN_ENDS = 3
+"""Fewest chain ends at a junction."""
+
+ROUNDS, FREE_ROUNDS = 3, 5
+"""Times that junctions are placed between the ends that meet there, and the ends led to them: lengths pull them off again. Then
+the times that objects whose ends are still too far off are led there without regard to where they were seen."""
+
+MAX_GAP_SEGMENTS = 0.3
+"""Largest distance of an end from its junction, in segments."""
+
+BLEND_RADII, MIN_BLEND_SEGMENTS = 6.0, 3
+"""Radii, and segments at least, along which a seen end gives way to its junction."""
+
+
+def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> list[Shape | None]:
+    """Move the ends that meet at a junction to one point, in one frame.
+
+    The point is the weighted mean of the ends; an end counts more if it was seen recently. Joints that were not seen move along
+    with the end. If the object was seen beside its end, the shift fades out over a few radii.
+
+    Parameters
+    ----------
+    objects
+        the objects of the capture.
+    shapes
+        for each object its shape in the frame; None if it is not in the frame.
+
+    Returns
+    -------
+    The shapes with joined ends, in the same order.
+    """
+    result = list(shapes)
+    for number in range(ROUNDS + FREE_ROUNDS):
+        places = _places(objects, result)
+        if not places:
+            break
+        for k, (item, shape) in enumerate(zip(objects, result, strict=True)):
+            targets = [None if node is None else places.get(node.junction) for node in item.nodes]
+            if shape is None or all(target is None for target in targets):
+                continue
+            if number < ROUNDS:
+                result[k] = _led_to(item, shape, targets, shape.seen)
+            elif _gap(shape, targets) > MAX_GAP_SEGMENTS * item.segment_length:
+                result[k] = _led_to(item, shape, targets, np.zeros_like(shape.seen))
+    return result
+
+
+def _places(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
+    """Return the position of each junction at which at least two ends are known, (3,) m."""
+    ends: dict[int, list[tuple[Floats, float]]] = {}
+    for item, shape in zip(objects, shapes, strict=True):
+        for side, node in enumerate(item.nodes):
+            if node is not None and shape is not None:
+                ends.setdefault(node.junction, []).append((shape.joints[-side], 1.0 / (1.0 + shape.age[-side]) ** 2))
+    return {
+        junction: np.average([point for point, _ in known], axis=0, weights=[weight for _, weight in known])
+        for junction, known in ends.items()
+        if len(known) > 1
+    }
+
+
+def _gap(shape: Shape, targets: Sequence[Floats | None]) -> float:
+    """Return the larger distance of the two ends from their targets, m."""
+    return max(float(np.linalg.norm(shape.joints[-k] - target)) for k, target in enumerate(targets) if target is not None)
+
+
+def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
+    """Return an object with its first and its last end led to places.
+
+    Parameters
+    ----------
+    item
+        the object.
+    shape
+        its shape.
+    targets
+        where the first and the last end have to be, (3,) m; None for an end that is free.
+    seen
+        (M + 1,) bool, the joints that stay, except near these ends.
+    """
+    count = len(shape.joints)
+    radius = item.radius if np.isfinite(item.radius) else 0.0
+    blend = max(MIN_BLEND_SEGMENTS, int(np.ceil(BLEND_RADII * radius / item.segment_length)))
+    at = np.arange(count)
+    from_ends = np.minimum(count if targets[0] is None else at, count if targets[1] is None else at[::-1])
+    held = seen & (from_ends >= min(blend, count // 2))
+    fixed, shifts = held.copy(), np.zeros((count, 3))
+    for index, target in ((0, targets[0]), (count - 1, targets[1])):
+        if target is not None:
+            fixed[index], shifts[index] = True, target - shape.joints[index]
+    known = np.flatnonzero(fixed)
+    moved = np.column_stack([np.interp(at, known, column) for column in shifts[known].T])
+    joints = to_lengths(shape.joints + moved, item.segment_length, fixed)
+    return replace(shape, joints=exact_lengths(joints, item.segment_length))
+
+
+def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], others: Sequence[Chain]) -> Branched:
+    """Assemble the chains of a frame to trees, by descending total length; in each tree the trunk comes first.
+
+    A junction at which fewer than three chains are in the frame is left out.
+
+    Parameters
+    ----------
+    objects
+        the objects of the capture.
+    chains
+        for each object its chain; None if it is not in the frame.
+    others
+        further chains; each is an object by itself.
+    """
+    ends = Counter(node.junction for item, chain in zip(objects, chains, strict=True) if chain for node in item.nodes if node)
+    present = [(item, chain) for item, chain in zip(objects, chains, strict=True) if chain is not None]
+    nodes: list[Nodes] = []
+    met: dict[Node, list[Floats]] = {}
+    for item, chain in present:
+        first, last = (node if node and ends[node.junction] >= MIN_ENDS else None for node in item.nodes)
+        nodes.append((first, last))
+        for side, node in enumerate((first, last)):
+            if node is not None:
+                met.setdefault(node, []).append(chain.joints[-side])
+    pieces = [
+        Piece(chain, (first and first.junction, last and last.junction))
+        for (_, chain), (first, last) in zip(present, nodes, strict=True)
+    ]
+    trees = [(tree, max(1, sum(present[k][0].is_trunk for k in tree))) for tree in trees_of(nodes)]
+    trees += [([len(pieces) + k], 1) for k in range(len(others))]
+    pieces += [Piece(chain, (None, None)) for chain in others]
+    trees.sort(key=lambda tree: -sum(pieces[k].chain.length for k in tree[0]))
+    places = {node.junction: (np.mean(points, axis=0), node.confidence) for node, points in met.items()}
+    ordered, junctions, found = laid_out(trees, pieces, places)
+    return Branched(ordered, tuple(junctions), tuple(found))

@@ -1,0 +1,65 @@
+"""Find the strands of a frame whose depth was not measured, in its image alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..config import Config
+from ..errors import InputError
+from ..geometry.polyline import unit
+from ..pipeline import detect_with_stages
+from ..segment import segment
+from ..types import Array, Bools, Frame, Image, check_mask
+from .observations import ObservedStrand, observe
+from .registration import STEPS_PER_SEGMENT
+
+
+def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[ObservedStrand, ...]:
+    """Return the strands in the image of a frame without any depth on the object; none if its image does not show the object.
+
+    The object is detected as if it lay on a sphere around the camera: directions and angles are right at any distance. Segments
+    are as short as the steps in which the places of strands are searched, since a chain has a whole number of them. Ends are
+    joined greedily, which takes half as long: the frames around tell which strands follow each other.
+
+    Parameters
+    ----------
+    frame
+        the frame.
+    config
+        the settings of the stages. The sphere has the geometric mean of the distances that they allow as its radius.
+    mask
+        (H, W), the caller's own segmentation; None segments the color image as the config says.
+    """
+    distance = float(np.sqrt(config.segment.min_depth * config.segment.max_depth))
+    try:
+        selected = _mask_of_image(frame, config, distance) if mask is None else check_mask(mask, frame.depth.shape)
+        pixels = np.argwhere(selected)[:, ::-1]
+        depth = np.zeros_like(frame.depth)
+        depth[selected] = distance * unit(frame.camera.unproject(pixels, np.ones(len(pixels))))[:, 2]
+        fine = config.fit.model_copy(update={"segment_length": config.fit.length / STEPS_PER_SEGMENT})
+        merge = config.merge.model_copy(update={"strategy": "greedy"})
+        config = config.model_copy(update={"fit": fine, "merge": merge})
+        detection, stages = detect_with_stages(replace(frame, depth=depth), config, selected)
+    except InputError:
+        return ()
+    return tuple(_without_depth(strand) for strand in observe(detection, stages, config).strands)
+
+
+def _mask_of_image(frame: Frame, config: Config, distance: float) -> Bools:
+    """Return the mask (H, W) of the object in the color image of a frame, with widths as they are at a distance in m."""
+    if frame.color is None:
+        return np.zeros(frame.depth.shape, dtype=bool)
+    widest = config.segment.max_width * frame.camera.fx / distance
+    settings = config.segment.model_copy(update={"max_width": widest})
+    mask = segment(Image(frame.color), settings, seed=config.seed).foreground.mask
+    assert mask is not None
+    return mask
+
+
+def _without_depth(strand: ObservedStrand) -> ObservedStrand:
+    """Return a strand on a sphere around the camera as one whose depth is not known."""
+    distance = np.linalg.norm(strand.points, axis=1).mean()
+    rays = unit(strand.points)
+    return replace(strand, points=rays, arcs=strand.arcs / distance, length=strand.length / distance, chain=-1, sight=rays)

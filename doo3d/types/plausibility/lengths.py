@@ -1,0 +1,90 @@
+"""Check that chains keep their length through a capture."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import Chain, Frame, Image
+
+MIN_FRAMES = 4
+"""Frames from which on the lengths of a chain are compared."""
+
+MAX_SPREAD = 0.25
+"""Difference of a chain's long and short lengths, 5 % of them left out at each end, as a share of the median."""
+
+MAX_OCCLUDED = 0.2
+"""Share of occluded segments up to which a length counts: hidden stretches are estimates."""
+
+BORDER_SHARE = 0.03
+"""Distance from the border of the image, in image widths, within which an end counts as one that leaves the view."""
+
+
+class ChainLength(NamedTuple):
+    """The length of a chain in one frame.
+
+    Attributes
+    ----------
+    id
+        identity of the chain in the capture.
+    frame
+        name of the frame.
+    length
+        m (px in 2-D).
+    """
+
+    id: int
+    frame: str
+    length: float
+
+
+def is_whole(chain: Chain, data: Frame | Image | None) -> bool:
+    """Return whether a chain lies in view with both ends, and is hardly occluded, so that its length is that of the cable.
+
+    Parameters
+    ----------
+    chain
+        the chain, in the coordinates of the camera (of the image, in px, in 2-D).
+    data
+        the frame or image; None, for a cloud, which has no border, tests for occlusion alone.
+    """
+    if len(chain.occluded) and chain.occluded.mean() > MAX_OCCLUDED:
+        return False
+    if data is None or chain.closed:
+        return True
+    ends = chain.joints[[0, -1]]
+    pixels = data.camera.project(ends) if isinstance(data, Frame) else ends
+    height, width = (data.depth if isinstance(data, Frame) else data.color).shape[:2]
+    margin = BORDER_SHARE * width
+    inside = (pixels > margin) & (pixels < np.array([width, height]) - 1 - margin)
+    return bool(inside.all())
+
+
+def length_notes(lengths: Iterable[ChainLength], units: str) -> list[str]:
+    """Return a sentence for the chain whose length changes most through a capture, if that is more than a cable's can.
+
+    lengths : of chains that are whole in view, in any order. units : "m" or "px".
+    """
+    by_id = defaultdict[int, list[ChainLength]](list)
+    for each in lengths:
+        by_id[each.id].append(each)
+    worst, sentence = MAX_SPREAD, list[str]()
+    for number, found in sorted(by_id.items()):
+        if len(found) < MIN_FRAMES:
+            continue
+        values = np.array([each.length for each in found])
+        low, median, high = np.percentile(values, (5, 50, 95))
+        if (high - low) / median > worst:
+            worst = (high - low) / median
+            shortest, longest = (min(found, key=lambda each: (each.length * sign, each.frame)) for sign in (1, -1))
+            digits = 2 if units == "m" else 0
+            sentence = [
+                f"check the length: chain {number} is {shortest.length:.{digits}f} {units} long in frame {shortest.frame} and "
+                f"{longest.length:.{digits}f} {units} in frame {longest.frame} (median {median:.{digits}f} {units} of "
+                f"{len(found)} frames), both ends in view, but a cable keeps its length: look at these frames (doo3d explain "
+                "--frame), for a part was lost or another cable joined, and give the number of cables (merge.chains)"
+            ]
+    return sentence

@@ -1,0 +1,232 @@
+"""The confidence of a chain falls with every kind of evidence against it."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders.drawn_masks import CAMERA, frame_of, line, wave
+
+import doo3d
+from doo3d.judge import Evidence, with_confidence
+from doo3d.judge.evidence import AUTO, GIVEN
+from doo3d.judge.looks import CABLE_WIDTHS, CLEAR_CONTRAST
+from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
+from doo3d.segment import segment
+from doo3d.types import Connection
+
+STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5])
+
+
+def stages_of(axis=STRAIGHT, radius=0.004):
+    frame, mask = frame_of(axis, radius=radius)
+    return run_stages(frame, doo3d.load_config("default"), mask)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """The stages of a straight cable, which is easy."""
+    return stages_of()
+
+
+def evidence_of(stages, chains=None, dropped=0.0, joined=(), **changes) -> Evidence:
+    context = stages.context.seen_from(replace(stages.context.foreground, **changes))
+    config = doo3d.load_config("default", {"merge.chains": 1})
+    return with_confidence(stages.chains if chains is None else chains, dropped, context, config, None, joined)[1][0]
+
+
+def test_nothing_speaks_against_a_plain_cable(plain):
+    (evidence,) = plain.evidence
+    assert evidence.confidence == plain.chains[0].confidence > 0.95
+    assert [getattr(evidence, name) for name in ("joins", "unclaimed", "dropped", "mask_ahead")] == [0.0] * 4
+    assert evidence.bend < 0.1
+    assert evidence.residual < 0.4
+
+
+KINDS = [(name, is_told) for weights, is_told in ((GIVEN, True), (AUTO, False)) for name in weights if name != "base"]
+
+
+def test_there_are_few_weights_and_each_lowers_the_confidence():
+    assert len(GIVEN) + len(AUTO) <= 30
+    assert min((*GIVEN.values(), *AUTO.values())) > 0
+
+
+@pytest.mark.parametrize(("name", "is_told"), KINDS)
+def test_each_kind_of_evidence_lowers_the_confidence(name, is_told):
+    values = [Evidence(**{name: amount}, is_told=is_told).confidence for amount in (0.0, 0.2, 0.5, 1.0)]
+    assert all(more > less for more, less in itertools.pairwise(values))
+
+
+def test_odds_of_independent_evidence_multiply():
+    def odds(**amounts):
+        value = Evidence(**amounts).confidence
+        return value / (1 - value)
+
+    assert odds(bend=0.3, joins=1.0) * odds() == pytest.approx(odds(bend=0.3) * odds(joins=1.0))
+
+
+def test_depth_that_is_missing_or_torn_speaks_against_a_chain(plain):
+    depth = np.array(plain.context.foreground.depth)
+    missing, torn = depth.copy(), depth.copy()
+    missing[:, 300:380] = 0
+    torn[:, 300:380] += 0.02
+    whole = plain.evidence[0]
+    assert evidence_of(plain, depth=missing).unsupported > whole.unsupported + 0.3
+    assert evidence_of(plain, depth=torn).unsupported > whole.unsupported + 0.3
+    assert evidence_of(plain, depth=torn).residual == 3.0
+
+
+def test_joins_and_dropped_pieces_speak_against_a_chain(plain):
+    (chain,) = plain.chains
+    joined = replace(chain, connections=(Connection(3, 0.5), Connection(9, 0.75)))
+    assert evidence_of(plain, [joined]).joins == pytest.approx(np.log(1.75))
+    assert evidence_of(plain, dropped=10 * plain.context.radius).dropped == pytest.approx(0.5)
+    assert evidence_of(plain, dropped=1.0).dropped == 1.0
+
+
+def test_a_mask_that_no_chain_explains_speaks_against_all(plain):
+    mask = np.array(plain.context.foreground.mask)
+    more = mask.copy()
+    more[20:40, 100:200] = True
+    share = 2000 / more.sum()
+    assert evidence_of(plain, mask=more, facts=None).unclaimed == pytest.approx(np.sqrt(share), rel=0.02)
+
+
+def test_of_a_guessed_mask_only_the_parts_that_a_chain_runs_through_speak_against_it(plain):
+    (chain,) = plain.chains
+    mask = np.array(plain.context.foreground.mask)
+    v, u = (int(np.median(each)) for each in np.nonzero(mask))
+    elsewhere, attached = mask.copy(), mask.copy()
+    elsewhere[20:40, 100:200] = True
+    attached[20:v, u - 10 : u + 10] = True
+    known = {"is_told": False, "is_clean": False, "facts": None}
+    assert evidence_of(plain, mask=elsewhere, **known) == evidence_of(plain, mask=mask, **known)
+    told, guessed = (evidence_of(plain, mask=attached, is_clean=clean, facts=None) for clean in (True, False))
+    assert guessed.unclaimed == told.unclaimed > 0.3
+    other = replace(chain, joints=chain.joints + np.array((0, 0.05, 0)))
+    both = mask | np.roll(mask, 80, axis=0)
+    assert evidence_of(plain, [chain, other], mask=both, **known).unclaimed == 0.0
+    assert evidence_of(plain, [other], mask=mask, **known).unclaimed == 0.0  # off the mask, it runs through no part
+
+
+def test_a_mask_that_continues_ahead_of_an_end_speaks_against_a_chain(plain):
+    (chain,) = plain.chains
+    half = replace(
+        chain,
+        joints=chain.joints[: len(chain.joints) // 2],
+        radii=chain.radii[: len(chain.joints) // 2],
+        occluded=chain.occluded[: len(chain.joints) // 2 - 1],
+        depth_filled=chain.depth_filled[: len(chain.joints) // 2 - 1],
+        from_time=chain.from_time[: len(chain.joints) // 2 - 1],
+        deviations=None,
+    )
+    assert evidence_of(plain, [half]).mask_ahead == 1.0
+    assert evidence_of(plain, [half], joined={(0, 1)}).mask_ahead == 0.0
+    assert evidence_of(plain, [replace(half, closed=True)]).mask_ahead == 0.0
+
+
+def test_a_sharp_bend(plain):
+    assert stages_of(wave()).evidence[0].bend > 2 * plain.evidence[0].bend
+
+
+def test_clouds_and_images_have_no_depth_evidence():
+    frame, mask = frame_of(STRAIGHT, radius=0.004)
+    v, u = np.nonzero(mask)
+    points = CAMERA.unproject(np.column_stack((u, v)), frame.depth[v, u])
+    cloud = doo3d.detect(doo3d.Cloud(points, segmented=True))
+    image = doo3d.detect(np.repeat(np.where(mask, 200, 30).astype(np.uint8)[..., None], 3, 2), doo3d.load_config("image"), mask)
+    assert cloud.chains[0].confidence > 0.9
+    assert image.chains[0].confidence > 0.9
+
+
+def untold(evidence_stages, chains=None):
+    """The evidence against the chains where nobody said what the object is, nor how many there are."""
+    context = evidence_stages.context.seen_from(replace(evidence_stages.context.foreground, is_told=False))
+    chains = evidence_stages.chains if chains is None else chains
+    return with_confidence(chains, 0.0, context, doo3d.load_config("default"))[1]
+
+
+def test_what_looks_like_a_cable_is_not_doubted_for_its_looks(plain):
+    (evidence,) = untold(plain)
+    assert (evidence.flat, evidence.faint, evidence.doubted) == (0.0, 0.0, 0.0)
+    assert evidence.uneven < 0.1
+    assert evidence.stubby == pytest.approx(np.log(CABLE_WIDTHS * 2 * plain.chains[0].radius / plain.chains[0].length))
+
+
+def test_a_short_wide_chain_does_not_look_like_a_cable():
+    frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.012)
+    stages = run_stages(frame, doo3d.load_config("default"), mask)
+    (evidence,) = untold(stages)
+    assert evidence.stubby > untold(stages_of())[0].stubby + 1
+    assert evidence.confidence < untold(stages_of())[0].confidence - 0.1
+
+
+def test_a_mark_on_the_surface_and_the_edge_of_a_step_are_flat(plain):
+    depth = np.array(plain.context.foreground.depth)
+    mask = plain.context.foreground.mask
+    flat = np.full_like(depth, 0.5)
+    step = flat.copy()
+    step[: len(step) // 2] = 0.6
+    step[mask] = 0.5
+    for changed in (flat, step):
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, depth=changed))
+        (evidence,) = with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1]
+        assert evidence.flat > 0.9
+
+
+def test_what_is_wider_than_max_width_is_no_object_where_none_was_told(plain):
+    config = doo3d.load_config("default", {"segment.max_width": 0.006})
+    context = plain.context.seen_from(replace(plain.context.foreground, is_told=False))
+    assert with_confidence(plain.chains, 0.0, context, config)[0][0].confidence == 0.0
+    assert with_confidence(plain.chains, 0.0, plain.context, config)[0][0].confidence > 0.9
+
+
+def test_a_strand_that_has_the_color_of_one_side_is_faint(plain):
+    height, width = plain.context.foreground.mask.shape
+    values = []
+    for shade in (128, 190):
+        color = np.full((height, width, 3), 128, np.uint8)
+        (u, v) = CAMERA.project(plain.chains[0].joints).T
+        middle = np.interp(np.arange(width), *((u, v) if u[0] < u[-1] else (u[::-1], v[::-1])))
+        color[np.arange(height)[:, None] < middle] = shade
+        color[plain.context.foreground.mask] = (200, 200, 200)
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, color=color, depth=None))
+        values.append(with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1][0].faint)
+    assert values[0] == 0.0
+    assert values[1] == pytest.approx(np.log(CLEAR_CONTRAST / 10), abs=0.2)
+
+
+def judged(probability, ends=(-50, 400)):
+    """The evidence against the chains of a photograph with a cable from one column to another, of pixels so probable."""
+    v, u = np.mgrid[0:240, 0:320]
+    on = (np.abs(v - 100 - 0.2 * u) < 4) & (u > ends[0]) & (u < ends[1])
+    image = np.where(on[..., None], (30, 60, 200), (200, 190, 170)).astype(np.uint8)
+    config = doo3d.load_config("image", {"segment.method": "strands"})
+    segmentation = segment(doo3d.Image(image), config.segment)
+    known = replace(segmentation.foreground, probability=np.where(on, probability, 0.02).astype(np.float32))
+    return run_from_segmentation(replace(segmentation, foreground=known), config, _Clock()).evidence
+
+
+def test_a_network_that_doubts_a_cable_lowers_its_confidence():
+    ((sure,), (doubtful,)) = judged(0.99), judged(0.6)
+    assert sure.doubted == 0.0
+    assert doubtful.doubted > 1.9
+    assert doubtful.log_odds < sure.log_odds - 1
+
+
+def test_the_surest_chain_of_a_photograph_counts_for_all():
+    (evidence,) = judged(0.6, (60, 250))
+    assert evidence.unsure == pytest.approx(sum(replace(evidence, unsure=0.0).losses().values()))
+
+
+def test_in_a_frame_the_surest_chain_counts_for_all_and_a_short_straight_cable_is_believed(plain):
+    config, found = doo3d.load_config("default"), []
+    for told in (True, False):
+        context = plain.context.seen_from(replace(plain.context.foreground, is_told=told))
+        found.append(with_confidence(plain.chains, 0.0, context, config)[1][0])
+    told, untold = found
+    assert told.unsure == 0.0
+    assert untold.unsure == pytest.approx(sum(replace(untold, unsure=0.0).losses().values()))
+    assert untold.confidence > 0.8
