@@ -23,15 +23,14 @@ from .judge import USUAL, Evidence, Interpretation, most_probable, most_probable
 from .judge.crossings import find_crossings
 from .links import Merged, merge
 from .links.branches import Branched, find_branches, may_branch
-from .scene.context import FrameContext
-from .scene.visibility import Visibility
+from .scene.scene import Scene
 from .segment import Segmentation, segment, segment_extended
 from .segment.extend_mask import extend_mask
 from .segment.working_picture import enlarged, segment_config, segment_picture
 from .skeleton.thin import thin
 from .skeleton.traverse import Traversal, traverse
 from .skeleton.voxelize import voxelize
-from .types import Array, Chain, Cloud, Crossing, Detection, Floats, Frame, Image, Path, Skeleton, as_pose
+from .types import Array, Chain, Cloud, Crossing, Detection, Floats, Frame, Image, Path, Skeleton, VoxelGrid, as_pose
 from .types.arguments import array
 from .types.arrays import fit_mask
 from .types.display import DOUBTFUL_CONFIDENCE
@@ -60,8 +59,10 @@ class Stages:
     ----------
     segmentation
         the foreground (the object's pixels or points), and how many pixels or points were dropped and why.
-    context
-        foreground, voxel grid, visibility and segment length, as the later stages get them.
+    scene
+        what was captured, as the later stages ask it.
+    grid
+        the voxels of the seen surface.
     skeleton
         the voxels that thinning left.
     traversal
@@ -95,7 +96,8 @@ class Stages:
     """
 
     segmentation: Segmentation
-    context: FrameContext
+    scene: Scene
+    grid: VoxelGrid
     skeleton: Skeleton
     traversal: Traversal
     fitted: Curves
@@ -188,7 +190,7 @@ def run_stages(data: Frame | Cloud | Image, config: Config, mask: Array | None =
             if config.extend_mask.max_length:
                 stages.limit_notes += (EXTENSION_NOTE.format(len(stages.chains), MAX_EXTENDED_CHAINS),)
             break
-        extended = extend_mask(stages.chains, stages.context, config.extend_mask)
+        extended = extend_mask(stages.chains, stages.scene)
         clock("extend_mask")
         if extended is None:
             break
@@ -218,7 +220,7 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
     The product of every stage, including the given segmentation.
     """
     usual = _interpret(segmentation, config, USUAL, clock)
-    found, others = [usual], other_interpretations(usual.chains, usual.evidence, segmentation.foreground, config)
+    found, others = [usual], other_interpretations(usual.chains, usual.evidence, usual.scene)
     if not others or usual.merged.is_refused:
         return usual
     if len(usual.pruned.chains) > MAX_UNCERTAIN_PIECES:
@@ -235,48 +237,43 @@ def run_from_segmentation(segmentation: Segmentation, config: Config, clock: _Cl
 
 def _interpret(segmentation: Segmentation, config: Config, how: Interpretation, clock: _Clock) -> Stages:
     """Run the stages from voxelization to crossings with the frame interpreted in one way."""
-    foreground = segmentation.foreground
-    grid = voxelize(foreground, config.voxelize, how.voxel)
-    visibility = Visibility.of(foreground, config.visibility, grid.radius)
-    context = FrameContext(foreground, grid, visibility, config.fit.length, config.merge.branches, how.clearance)
+    scene = segmentation.scene.asked(config, how.voxel)
+    grid = voxelize(scene)
     clock("voxelize")
     skeleton = thin(grid)
     clock("thin")
-    traversal = traverse(skeleton, context, config.traverse)
-    sampling = foreground.sampling
-    if (sampling is not None and sampling.is_sparse) or (config.merge.branches and config.mode == "2d"):
-        context = replace(context, segment_length=_fitted_length(traversal.paths, context))
+    traversal = traverse(skeleton, scene, config.traverse, how.clearance)
+    length = _fitted_length(traversal.paths, scene)
     clock("traverse")
-    fitted = fit(traversal.paths, context, config.fit)
+    fitted = fit(traversal.paths, length, config.fit)
     clock("fit")
-    pruned = prune(fitted, context, config.prune)
+    pruned = prune(fitted, scene.voxel if len(fitted) else 1.0, config.prune)
     clock("prune")
     weights = {"free_space_weight": how.free_space * config.merge.free_space_weight}
-    merged = merge(pruned.chains, context, config.merge.model_copy(update=weights))
+    merged = merge(pruned.chains, scene, length, config.merge.model_copy(update=weights))
     clock("merge")
-    filled = fill(merged.assemblies, context)
+    filled = fill(merged.assemblies, length)
     clock("fill")
-    extended = extend_ends(filled, context)
-    context = decide_viewpoint(extended, context)
+    extended = extend_ends(filled, scene, length)
+    scene = decide_viewpoint(extended, scene, length)
     clock("extend_ends")
-    samples = estimate_centerline(extended, context, config.refine)
+    samples = estimate_centerline(extended, scene, length, config.refine)
     clock("estimate_centerline")
-    context = replace(context, segment_length=config.fit.length)
-    chains = lay_chains(samples, extended, context, config.refine)
+    chains = lay_chains(samples, extended, grid.centroids, scene, config.refine)
     clock("lay_chains")
     branched = Branched(chains)
     if config.merge.branches:
-        branched = find_branches(chains, context, config.merge)
+        branched = find_branches(chains, scene)
         clock("branches")
-    crossings = branched.without_junctions(find_crossings(branched.chains, context, config.crossings))
+    crossings = branched.without_junctions(find_crossings(branched.chains, scene))
     dropped = sum(item.length for item in merged.dropped if item.setting == "merge.chains")
     bodies = [item.chains for item in branched.objects]
     joined = {end for junction in branched.junctions for end in junction.ends}
-    chains, evidence = with_confidence(branched.chains, dropped, context, config, bodies, joined)
+    chains, evidence = with_confidence(branched.chains, dropped, scene, bodies, joined)
     clock("crossings")
-    products = segmentation, context, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings
+    products = segmentation, scene, grid, skeleton, traversal, fitted, pruned, merged, filled, chains, crossings
     stages = Stages(*products, clock.seconds, evidence=evidence, branched=branched)
-    return stages if config.merge.chains is None or not context.ranks_by_confidence else _chosen(stages, config.merge.chains)
+    return stages if config.merge.chains is None or not scene.ranks_by_confidence else _chosen(stages, config.merge.chains)
 
 
 def _chosen(stages: Stages, count: int) -> Stages:
@@ -298,19 +295,21 @@ def object_given(stages: Stages, config: Config) -> bool:
 
     stages : the products of a frame: by a mask, a color or other settings of the segmentation. config : `merge.chains` is used.
     """
-    return stages.context.foreground.is_told or config.merge.chains is not None
+    return stages.scene.object_given or config.merge.chains is not None
 
 
-def _fitted_length(paths: list[Path], context: FrameContext) -> float:
-    """Return the length of the segments until the axis is known, for a sparse cloud or a branched object in an image, m or px.
+def _fitted_length(paths: list[Path], scene: Scene) -> float:
+    """Return the length of the segments until the axis is known, m or px: in most frames that of the settings.
 
-    They follow the points of a sparse cloud, and the bends of a thin strand at a junction, with MAX_SAMPLES at most.
+    Shorter ones follow the points of a sparse cloud, and the bends of a thin strand at a junction, with MAX_SAMPLES at most.
     """
-    sampling = context.foreground.sampling
+    config = scene.config
+    if not (scene.is_sparse or (config.merge.branches and config.mode == "2d")):
+        return config.fit.length
     least = float(Curves.of([path.points for path in paths]).lengths.sum()) / (MAX_SAMPLES - 1)
-    if sampling is not None and sampling.is_sparse:
-        return max(sampling.spacing / 2, least)
-    return min(context.segment_length, max(STEP_RADII * context.grid.radius, least))
+    if scene.is_sparse:
+        return max(scene.spacing / 2, least)
+    return min(config.fit.length, max(STEP_RADII * scene.radius, least))
 
 
 def detect(
@@ -388,17 +387,17 @@ def detect_with_stages(
         notes=(
             *(data.notes if isinstance(data, Cloud) else _mask_notes(data, mask)),
             *filter(None, (stages.segmentation.choice if _is_doubtful(stages, config) else "",)),
-            *(stages.context.foreground.notes or _lost(stages)),
+            *(stages.scene.notes or _lost(stages)),
             *stages.segmentation.limits,
             *stages.traversal.notes,
             *stages.merged.notes,
             *stages.limit_notes,
             *stages.branched.notes,
             *_branch_notes(stages, config),
-            *frame_notes(data, _shown_chains(stages, config), stages.context.foreground.plane),
+            *frame_notes(data, _shown_chains(stages, config), stages.scene.plane),
         ),
         crossings=stages.crossings,
-        plane=stages.context.foreground.plane,
+        plane=stages.scene.plane,
         junctions=stages.branched.junctions,
         objects=stages.branched.objects,
     )
@@ -544,7 +543,7 @@ def _branch_notes(stages: Stages, config: Config) -> tuple[str, ...]:
     sure = [chain for chain in stages.chains if chain.confidence >= DOUBTFUL_CONFIDENCE]
     if config.merge.branches or config.mode == "2d" or not may_branch(sure):
         return ()
-    if not find_branches(sure, stages.context, config.merge).junctions:
+    if not find_branches(sure, stages.scene).junctions:
         return ()
     return ("branches: chains meet as the branches of one object do; if they are, use the preset harness (-c harness)",)
 
@@ -553,13 +552,13 @@ def _lost(stages: Stages) -> tuple[str, ...]:
     """Where everything was lost, and what to try; nothing when there are chains."""
     if stages.chains:
         return ()
-    has_image = stages.context.foreground.mask is not None  # of a cloud doo3d tune proposes nothing
+    has_image = stages.scene.mask.size > 0  # of a cloud doo3d tune proposes nothing
     colors = "; doo3d tune proposes colour ranges and shows them" if has_image else ""
     mask = ", or see with doo3d tune what the mask takes" if has_image else ""
     length_hint = "lower fit.segment_length" + ("; doo3d tune proposes one" if has_image else "")
     for name, product, hint in (
-        ("segment", len(stages.context.foreground.points), f"widen the segmentation{colors}"),
-        ("voxelize", len(stages.context.grid.coords), f"the pieces are smaller than 12 voxels: lower voxelize.size{mask}"),
+        ("segment", len(stages.scene.points), f"widen the segmentation{colors}"),
+        ("voxelize", len(stages.grid.coords), f"the pieces are smaller than 12 voxels: lower voxelize.size{mask}"),
         ("traverse", len(stages.paths), "lower traverse.min_branch; doo3d explain says what was dropped"),
         ("fit", len(stages.fitted), f"the object is shorter than a segment: {length_hint}"),
         ("prune", len(stages.pruned.chains), "lower prune.width"),

@@ -55,7 +55,7 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     flat = _flat_config(config)
     stages = run_stages(Image(left, images.name), flat, masks[0] if config.segment.method in ("auto", "mask") else None)
     if not stages.chains:
-        reason = " ".join(stages.segmentation.foreground.notes) or "give masks, or color ranges (segment.ranges)"
+        reason = " ".join(stages.segmentation.scene.notes) or "give masks, or color ranges (segment.ranges)"
         raise InputError(f"{images.name}: no strand is found in the left image: {reason}", code="object-missing")
     chains = [enlarged_chain(chain, stages.scale) for chain in stages.chains]
     strands, _ = match_strands(
@@ -86,7 +86,7 @@ def _flat_config(config: Config) -> Config:
 
 
 def _mask(stages: Stages, shape: tuple[int, ...]) -> Bools:
-    mask = stages.segmentation.foreground.mask
+    mask = stages.segmentation.scene.mask
     return np.zeros(shape, dtype=bool) if mask is None else enlarged_mask(mask, stages.scale, shape)
 
 

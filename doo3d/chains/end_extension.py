@@ -11,8 +11,8 @@ import numpy as np
 from .. import kernels
 from ..geometry.polyline import unit
 from ..geometry.radii import OWN_RADII
+from ..scene.samples import Samples
 from ..types import Floats, Path
-from .samples import Samples
 
 MAX_END_EXTENSION = 6.0
 """Radii by which an end may be extended to the last surface point: thinning and trimming shorten it by less."""

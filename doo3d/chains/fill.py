@@ -9,7 +9,6 @@ import numpy as np
 from ..geometry.assembly import Assembly
 from ..geometry.gap_path import GapPath
 from ..kernels import lay_equal_chords
-from ..scene.context import FrameContext
 from ..types import Floats, Path
 
 POINTS_PER_SEGMENT = 20
@@ -19,25 +18,25 @@ SAME_JOINT = 1e-9
 """Segments within which the last new joint and the end of the gap are one joint."""
 
 
-def fill(assemblies: Sequence[Assembly], context: FrameContext) -> list[Path]:
+def fill(assemblies: Sequence[Assembly], length: float) -> list[Path]:
     """Join the pieces of each object to one polyline, with new joints across the gaps.
 
-    The new joints lie on the gap path (arc, line, arc), each at the straight distance `context.segment_length` from the one
+    The new joints lie on the gap path (arc, line, arc), each at the straight distance `length` from the one
     before; the last step across a gap is shorter. See Keipour et al. (RA-L 2022), section III-G.
 
     Parameters
     ----------
     assemblies
         the pieces of each object, in order, with the paths across the gaps between them.
-    context
-        the data of the frame; only `segment_length` is used.
+    length
+        of the segments, m (px in 2-D).
 
     Returns
     -------
     One polyline per object, in the order given, m (px in 2-D). Its `filled` is True for the steps across gaps of at least a
     segment; the step across a shorter gap counts as seen (section III-H).
     """
-    return [_fill_one(assembly, context.segment_length) for assembly in assemblies]
+    return [_fill_one(assembly, length) for assembly in assemblies]
 
 
 def _fill_one(assembly: Assembly, length: float) -> Path:

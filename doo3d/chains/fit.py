@@ -9,12 +9,11 @@ from ..errors import ConfigError
 from ..geometry.curves import Curves
 from ..geometry.limits import MAX_SAMPLES
 from ..kernels import fit_chains
-from ..scene.context import FrameContext
 from ..types import Path
 
 
-def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> Curves:
-    """Lay chains of segments of exactly `context.segment_length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
+def fit(paths: list[Path], length: float, config: FitConfig) -> Curves:
+    """Lay chains of segments of exactly `length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
 
     A turn of more than `config.max_turn` degrees between two segments ends a chain; the next chain begins there. A closed path is
     followed once around, back to its first point. If that gives a single chain, the chain is marked closed; its last
@@ -25,8 +24,8 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> Curves:
     ----------
     paths
         polylines along the skeleton, m (px in 2-D).
-    context
-        the data of the frame; only `segment_length` is used.
+    length
+        of the segments, m (px in 2-D).
     config
         section `fit` of the settings.
 
@@ -40,7 +39,7 @@ def fit(paths: list[Path], context: FrameContext, config: FitConfig) -> Curves:
     ConfigError : the segments are so short that there would be more than `MAX_SAMPLES`.
     """
     lines = Curves.of([path.points for path in paths], [path.closed for path in paths])
-    length, total = context.segment_length, float(lines.lengths.sum())
+    total = float(lines.lengths.sum())
     if not total <= MAX_SAMPLES * length:
         raise ConfigError(
             f"fit.segment_length: {length:g} would make {total / length:.0f} segments in this frame: give it in m, in 2-D in px, "

@@ -12,7 +12,6 @@ from ..errors import ConfigError, require
 from ..geometry.curves import Curves, runs
 from ..geometry.limits import MAX_NEAR_PAIRS
 from ..geometry.polyline import unit
-from ..scene.context import FrameContext
 from ..types import Bools, Floats, Ints
 
 WIDTH_VOXELS = 1.5
@@ -36,7 +35,7 @@ class Pruned:
     removed: Floats
 
 
-def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
+def prune(chains: Curves, voxel: float, config: PruneConfig) -> Pruned:
     """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 
     The rule is that of Keipour et al. (RA-L 2022), section III-E. A segment counts as a cuboid with a square cross-section;
@@ -47,8 +46,8 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     ----------
     chains
         the joints of the fitted chains.
-    context
-        the data of the frame; if `config.width` is not set, the cuboids are 1.5 of its voxels wide.
+    voxel
+        m (1 px in 2-D), edge of a voxel; if `config.width` is not set, the cuboids are 1.5 of them wide.
     config
         section `prune` of the settings.
 
@@ -61,8 +60,8 @@ def prune(chains: Curves, context: FrameContext, config: PruneConfig) -> Pruned:
     ConfigError : the segments are so long or so wide that more than `MAX_NEAR_PAIRS` pairs may overlap.
     """
     if not len(chains):
-        return Pruned(chains, np.zeros((0, 2, context.grid.centroids.shape[1])))
-    width = config.width or WIDTH_VOXELS * context.voxel
+        return Pruned(chains, np.zeros((0, 2, chains.points.shape[1])))
+    width = config.width or WIDTH_VOXELS * voxel
     starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
     pairs = near_pairs(starts, ends, chains.owner[chains.segments], width)
     overlapping = pairs[cuboids_intersect(starts, ends, pairs, width)]

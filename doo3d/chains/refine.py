@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,14 +14,14 @@ from ..geometry.equal_segments import chains_along
 from ..geometry.polyline import arc_length
 from ..geometry.radii import OWN_RADII
 from ..kernels import nearest
-from ..scene.context import FrameContext
-from ..scene.depth_model import PointVisibility
-from ..scene.depth_support import depth_support
-from ..types import Bools, Chain, Connection, Floats, Foreground, Ints, Path
-from .axis_and_radius import estimate_axis_and_radius, shows_half_shells
-from .cross_sections import thinned
+from ..scene.axis_in_cloud import shows_half_shells
+from ..scene.cloud import CloudScene
+from ..scene.cross_sections import thinned
+from ..scene.samples import Samples, sample_paths
+from ..scene.scene import Scene
+from ..scene.states import PointVisibility
+from ..types import Bools, Chain, Connection, Floats, Ints, Path
 from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
-from .samples import Samples, sample_paths
 
 WALL_LATERAL_RADII = 0.9
 """Radii from the axis at which surface is the wall of a cylinder and not its end."""
@@ -31,15 +30,17 @@ STRIP_LATERAL_RADII, STRIP_LENGTH_RADII = 1.2, 3.0
 """Half-width and length, in radii, of the strip at an end in an image whose area is compared with that of a flat end."""
 
 
-def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
+def extend_ends(paths: Sequence[Path], scene: Scene, length: float) -> list[Path]:
     """Extend the free ends of paths to where the object's surface ends. Rings are not changed.
 
     Parameters
     ----------
     paths
         polylines on the seen surface (in 2-D in the mask), one per object, m (px in 2-D).
-    context
-        the data of the frame.
+    scene
+        what was captured.
+    length
+        of the segments, m (px in 2-D).
 
     Returns
     -------
@@ -47,12 +48,12 @@ def extend_ends(paths: Sequence[Path], context: FrameContext) -> list[Path]:
     """
     if not paths:
         return []
-    samples = sample_paths(paths, context.radius, context.segment_length)
-    return extend_to_surface(paths, samples, context.foreground.points, context.point_gap)
+    samples = sample_paths(paths, scene.radius, length)
+    return extend_to_surface(paths, samples, scene.points, scene.point_gap)
 
 
-def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameContext:
-    """Return the context with a viewpoint (position of the sensor) inferred for a cloud that has none.
+def decide_viewpoint(paths: Sequence[Path], scene: Scene, length: float) -> Scene:
+    """Return the scene with a viewpoint (position of the sensor) inferred for a cloud that has none.
 
     The viewpoint is set to the origin if the points look like half shells (the half of a cylinder that one camera sees) seen from
     the origin. If they do not, it stays None. A viewpoint that is known stays, and so does everything in 2-D.
@@ -60,21 +61,19 @@ def decide_viewpoint(paths: Sequence[Path], context: FrameContext) -> FrameConte
     Parameters
     ----------
     paths
-        polylines on the seen surface, one per object, m. Without paths the context is returned unchanged.
-    context
-        the data of the frame.
+        polylines on the seen surface, one per object, m. Without paths the scene is returned unchanged.
+    scene
+        what was captured.
+    length
+        of the segments, m (px in 2-D).
     """
-    foreground, sampling = context.foreground, context.foreground.sampling
-    is_sparse = sampling is not None and sampling.is_sparse
-    if not paths or foreground.viewpoint is not None or foreground.points.shape[1] == 2 or is_sparse:
-        return context
-    samples = sample_paths(paths, context.radius, context.segment_length)
-    if not shows_half_shells(foreground, samples):
-        return context
-    return context.seen_from(replace(foreground, viewpoint=np.zeros(3)))
+    if not (paths and isinstance(scene, CloudScene) and scene.lacks_viewpoint):
+        return scene
+    samples = sample_paths(paths, scene.radius, length)
+    return scene.seen_from(np.zeros(3)) if shows_half_shells(scene.points, samples) else scene
 
 
-def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> Samples | None:
+def estimate_centerline(paths: Sequence[Path], scene: Scene, length: float, config: RefineConfig) -> Samples | None:
     """Estimate the axis and the radius of each object, starting from its path on the seen surface.
 
     Radius and axis are measured, by the first of these that the data has:
@@ -88,10 +87,12 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
     ----------
     paths
         polylines on the seen surface, one per object, m (px in 2-D).
-    context
-        the data of the frame.
+    scene
+        what was captured.
+    length
+        of the segments, m (px in 2-D).
     config
-        section `refine` of the settings: the number of iterations; 0 leaves the samples on the paths, with `context.radius`.
+        section `refine` of the settings: the number of iterations; 0 leaves the samples on the paths, with `scene.radius`.
 
     Returns
     -------
@@ -100,11 +101,13 @@ def estimate_centerline(paths: Sequence[Path], context: FrameContext, config: Re
     """
     if not paths:
         return None
-    samples = sample_paths(paths, context.radius, context.segment_length)
-    return estimate_axis_and_radius(samples, context.foreground, config.iterations)
+    samples = sample_paths(paths, scene.radius, length)
+    return scene.measure_axis(samples, config.iterations)
 
 
-def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameContext, config: RefineConfig) -> list[Chain]:
+def lay_chains(
+    samples: Samples | None, paths: Sequence[Path], surface: Floats, scene: Scene, config: RefineConfig
+) -> list[Chain]:
     """Lay chains of equal segments along the axis of each object, from end to end.
 
     Parameters
@@ -113,8 +116,10 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
         samples on the axes of all objects, with radii; None if there are no objects.
     paths
         the polyline of each object that was sampled, in the same order; its connections are transferred to the chain.
-    context
-        the data of the frame.
+    surface
+        (M, D) m (px in 2-D), the seen surface: the centroids of the voxels.
+    scene
+        what was captured.
     config
         section `refine` of the settings: which segments count as occluded, and how thin a chain may be.
 
@@ -126,26 +131,26 @@ def lay_chains(samples: Samples | None, paths: Sequence[Path], context: FrameCon
     """
     if samples is None:
         return []
-    ahead = surface_ahead(samples, context.foreground.points, context.point_gap)
+    length = scene.config.fit.length
+    ahead = surface_ahead(samples, scene.points, scene.point_gap)
     radius = samples.radius[samples.curves.bounds[:-1]].tolist()
     end_of = _strip_end if samples.curves.points.shape[1] == 2 else _wall_end
     shifts = [0.0 if each is None else end_of(each, radius[p]) for p, both in enumerate(ahead) for each in both or (None, None)]
-    joints = chains_along(samples.curves, np.array(shifts), context.segment_length)
+    joints = chains_along(samples.curves, np.array(shifts), length)
     laid = np.flatnonzero(joints.counts).tolist()
     if not laid:
         return []
-    at_joint, at_middle, occluded = _seen_along(joints, samples, context, config)
+    at_joint, at_middle, occluded = _seen_along(joints, samples, surface, scene, config.occluded)
     whole = joints if len(laid) == len(joints) else joints.of_numbers(laid)
-    support = depth_support(whole, [radius[p] for p in laid], context.foreground)
-    filled = np.zeros(0, dtype=bool) if support is None else support.is_filled
-    is_reversed = _are_reversed(whole, context.foreground)
+    filled = scene.depth_support(whole, [radius[p] for p in laid]).is_filled
+    is_reversed = _are_reversed(whole, scene)
     chains = []
     for k, p in enumerate(laid):
         part, order = slice(*joints.segment_bounds[p : p + 2]), -1 if is_reversed[k] else 1
         chains.append(
             Chain(
                 joints[p][::order],
-                context.segment_length,
+                length,
                 radius[p],
                 samples.radii[at_joint[joints.parts[p]]][::order],
                 occluded[part][::order],
@@ -183,7 +188,7 @@ def _nearest_of_own(points: Floats, bounds: Ints, curves: Curves) -> Ints:
     return index
 
 
-def _seen_along(joints: Curves, samples: Samples, context: FrameContext, config: RefineConfig) -> tuple[Ints, Ints, Bools]:
+def _seen_along(joints: Curves, samples: Samples, surface: Floats, scene: Scene, how: str) -> tuple[Ints, Ints, Bools]:
     """Return the sample nearest to each joint and to the middle of each segment, and which segments are occluded.
 
     joints : of each path, those of the chain laid along it; none for a path without a chain. Occluded is a segment by Keipour et
@@ -194,15 +199,14 @@ def _seen_along(joints: Curves, samples: Samples, context: FrameContext, config:
     at_joint = _nearest_of_own(joints.points, joints.bounds, curves)
     at_middle = _nearest_of_own(middle, joints.segment_bounds, curves)
     occluded = np.ones(len(middle), dtype=bool)
-    if config.occluded != "from_depth":
+    if how != "from_depth":
         occluded = samples.filled[at_middle]
-    if config.occluded != "from_gaps" and occluded.any():
-        reach = OWN_RADII * samples.radius[at_middle[occluded]] + context.voxel
-        surface, at = thinned(context.grid.centroids), middle[occluded]
+    if how != "from_gaps" and occluded.any():
+        reach = OWN_RADII * samples.radius[at_middle[occluded]] + scene.voxel
+        surface, at = thinned(surface), middle[occluded]
         in_box = (surface >= at.min(axis=0) - reach.max()) & (surface <= at.max(axis=0) + reach.max())
         unseen = ~(nearest(at, surface[in_box.all(axis=1)], float(reach.max()))[0] <= reach)
-        if context.visibility is not None:
-            unseen &= context.visibility.model.classify(middle[occluded]) != PointVisibility.MASKED
+        unseen &= scene.classify(middle[occluded]) != PointVisibility.MASKED
         occluded[occluded] = unseen
     return at_joint, at_middle, occluded
 
@@ -228,11 +232,9 @@ def _connections(path: Path, near: Ints, samples: slice, order: int) -> tuple[Co
     return tuple(Connection(len(near) - 1 - segment, confidence) for segment, confidence in sorted(connections)[::-1])
 
 
-def _are_reversed(chains: Curves, foreground: Foreground) -> Bools:
+def _are_reversed(chains: Curves, scene: Scene) -> Bools:
     """Tell which chains do not start at the end nearer the left edge of the view (ties: nearer the top)."""
     inwards = np.repeat(chains.closed, 2) * np.tile((1, -1), len(chains))
-    ends = chains.points[chains.tips + inwards]
-    if foreground.camera is not None:
-        ends = foreground.camera.project(ends)
-    (u, v), (last_u, last_v) = ends[::2, :2].T, ends[1::2, :2].T
+    ends = scene.in_image(chains.points[chains.tips + inwards])
+    (u, v), (last_u, last_v) = ends[::2].T, ends[1::2].T
     return np.asarray(~((u < last_u) | ((u == last_u) & (v <= last_v))))

@@ -10,10 +10,10 @@ import numpy as np
 from ..config import Config, ConfigLike, as_config
 from ..errors import DooError, InputError
 from ..inputs import FrameData, FrameRef
-from ..scene.cloud_facts import point_spacing
-from ..scene.depth_model import MultiViewDepthModel
+from ..scene.frame import FrameScene
+from ..scene.multiview_model import MultiViewDepthModel
 from ..segment import segment
-from ..types import Array, CameraView, Cloud, Floats, Foreground, Frame, Image
+from ..types import Array, CameraView, Cloud, Floats, Frame, Image
 from ..types.arguments import refused
 from ..types.display import counted
 from ..types.pose import as_pose, in_frame_of
@@ -76,18 +76,17 @@ class _Accumulation:
     codes: set[str] = field(default_factory=set)
     without_pose: int = 0
 
-    def add(self, foreground: Foreground, pose: Floats) -> None:
+    def add(self, scene: FrameScene, pose: Floats) -> None:
         """Add the object's points of one frame."""
         if self.fine is None or self.coarse is None:
-            size = point_spacing(foreground)
+            size = scene.spacing
             self.fine, self.coarse = VoxelSums(size), VoxelSums(SUPPORT_RADIUS_VOXELS * size)
-        points = in_frame_of(pose, foreground.points)
+        points = in_frame_of(pose, scene.points)
         ones = np.ones((len(points), 1))
-        self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(foreground)), axis=1))
+        self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(scene)), axis=1))
         self.coarse.add_frame(points, ones)
         self.poses.append(pose)
-        if foreground.camera is not None and foreground.mask is not None and foreground.depth is not None:
-            self.sampler.add(CameraView(foreground.camera, pose, foreground.mask, foreground.depth))
+        self.sampler.add(CameraView(scene.camera, pose, scene.mask, scene.depth))
 
     def voxels(self) -> tuple[VoxelSums, VoxelSums]:
         """Return the fine and the coarse voxels.
@@ -180,14 +179,14 @@ def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
                 gathered.without_pose += 1
                 continue
             pose = as_pose(loaded.pose, "its pose")
-            foreground = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).foreground
-            if not len(foreground.points):
+            scene = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).scene
+            if not (isinstance(scene, FrameScene) and len(scene.points)):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:
             gathered.notes.append(f"{frame.name} is left out: {error}")
             gathered.codes.add(error.code)
             continue
-        gathered.add(foreground, pose)
+        gathered.add(scene, pose)
     return gathered
 
 
@@ -257,11 +256,9 @@ def _require_depth(loaded: FrameData) -> Frame | Cloud:
     return loaded.data
 
 
-def _point_colors(foreground: Foreground) -> Floats:
+def _point_colors(scene: FrameScene) -> Floats:
     """Return the colors (N, 3) of the points; NaN without colors."""
-    if foreground.color is None or foreground.pixels is None:
-        return np.full(foreground.points.shape, np.nan)
-    return foreground.color[foreground.pixels[:, 1], foreground.pixels[:, 0]].astype(float)
+    return scene.point_colors().astype(float) if scene.color.size else np.full(scene.points.shape, np.nan)
 
 
 def _consistent_points(

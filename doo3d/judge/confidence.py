@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
-from ..config import Config
 from ..geometry.curves import Curves
 from ..geometry.limits import MAX_SAMPLES
 from ..geometry.order_statistics import finite_percentiles
 from ..geometry.polyline import unit
 from ..geometry.projection import Projection
 from ..geometry.radii import ACROSS_RADII, STEP_RADII
-from ..scene.context import FrameContext
-from ..scene.depth_support import DepthSupport, depth_support
-from ..scene.frame_facts import facts_of
-from ..types import Array, Chain, Floats, Foreground, Ints
+from ..scene.depth_support import DepthSupport
+from ..scene.scene import Scene
+from ..types import Chain, Floats
 from .deviations import MAX_RESIDUAL_RADII, deviations_of
 from .evidence import Evidence
 from .looks import looks_of
@@ -34,15 +30,6 @@ SUPPORTED_SHARE = 0.5
 
 RESIDUAL_PERCENTILE = np.array((90.0,))
 """Percentile over a chain's segments of the difference of its readings."""
-
-CLAIMED_RADII, CLAIMED_MARGIN_PX = 1.6, 1.5
-"""Distance in the view from an axis within which a pixel of the mask is that chain's."""
-
-DRAWN_EVERY = 3
-"""Samples per line that is drawn along a chain to find the pixels that are its own."""
-
-MAX_PIXEL, MAX_THICKNESS_PX = 1e5, 255
-"""px; positions farther out are not drawn, and the widest line that can be."""
 
 AHEAD_RADII = np.linspace(1.5, 4.0, 6)
 """Radii ahead of an end at which the mask is looked at, ACROSS_RADII to the side: beyond the rounding of a tip."""
@@ -60,8 +47,7 @@ MAX_DROPPED_RADII = 20.0
 def with_confidence(
     chains: Sequence[Chain],
     dropped: float,
-    context: FrameContext,
-    config: Config,
+    scene: Scene,
     bodies: Sequence[Sequence[int]] | None = None,
     joined: Collection[tuple[int, int]] = (),
 ) -> tuple[list[Chain], list[Evidence]]:
@@ -73,10 +59,8 @@ def with_confidence(
         the chains of one frame, m (px in 2-D).
     dropped
         length of the pieces dropped because of the wanted number of chains, m (px in 2-D).
-    context
-        the data of the frame.
-    config
-        the settings: `segment.max_width` says how wide an object may be.
+    scene
+        what was captured, with the settings: `segment.max_width` says how wide an object may be.
     bodies
         indices of the chains of each branched object; None if each chain is an object.
     joined
@@ -88,23 +72,22 @@ def with_confidence(
     """
     if not chains:
         return [], []
-    foreground = context.foreground
     lengths = _object_lengths(chains, bodies)
     slender = [length / chain.radius if chain.radius > 0 else math.inf for length, chain in zip(lengths, chains, strict=True)]
     most_slender = max(filter(math.isfinite, slender), default=0.0)
     curves = Curves.of([chain.joints for chain in chains])
-    view, reach = _samples(curves, chains, context.view)
+    view, reach = _samples(curves, chains, scene.view)
     turns = _sharpest_turns(view).tolist()
-    support = depth_support(curves, [chain.radius for chain in chains], foreground)
+    support = scene.depth_support(curves, [chain.radius for chain in chains])
     doubts = _depth_doubts(curves, chains, support)
-    deviations = deviations_of(curves, chains, support, foreground) if curves.points.shape[1] == 3 else [None] * len(chains)
-    unclaimed = np.sqrt(_unclaimed(view, reach, foreground)).tolist()
-    ahead = _mask_ahead(view, reach, chains, foreground, joined)
-    share_dropped = min(dropped / (MAX_DROPPED_RADII * context.radius), 1.0)
+    deviations = deviations_of(curves, chains, support, scene) if curves.points.shape[1] == 3 else [None] * len(chains)
+    unclaimed = np.sqrt(scene.unclaimed(view, reach)).tolist()
+    ahead = _mask_ahead(view, reach, chains, scene, joined)
+    share_dropped = min(dropped / (MAX_DROPPED_RADII * scene.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
         unsupported, residual = doubts[i]
-        looks = looks_of(chain, lengths[i], view[i], reach[view.parts[i]], foreground)
+        looks = looks_of(chain, lengths[i], view[i], reach[view.parts[i]], scene)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
@@ -116,11 +99,11 @@ def with_confidence(
                 mask_ahead=ahead[i],
                 **looks._asdict(),
                 stray=float(STRAY_RATIO * slender[i] <= most_slender),
-                is_wide=not foreground.is_told and foreground.camera is not None and 2 * chain.radius > config.segment.max_width,
-                is_told=foreground.is_told,
+                is_wide=scene.is_wide(chain.radius),
+                is_told=scene.object_given,
             )
         )
-    if not foreground.is_told:
+    if not scene.object_given:
         narrow = [each for each in evidence if not each.is_wide]
         unsure = min(sum(each.losses().values()) for each in narrow or evidence)
         evidence = [replace(each, unsure=unsure) for each in evidence]
@@ -170,11 +153,11 @@ def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> tuple
     return Curves(np.ascontiguousarray(positions[seen]), starts, curves.closed), reach
 
 
-def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport | None) -> list[tuple[float, float]]:
+def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport) -> list[tuple[float, float]]:
     """Return for each chain the share of segments whose depth is doubtful, and the residual of the readings in radii."""
-    doubts, bounds = [], [] if support is None else curves.segment_bounds.tolist()
+    doubts, bounds = [], curves.segment_bounds.tolist()
     for i, chain in enumerate(chains):
-        if support is None or not chain.radius > 0:
+        if not (len(support.share) and chain.radius > 0):
             doubts.append((float(chain.occluded.mean()), 0.0))
             continue
         part = slice(bounds[i], bounds[i + 1])
@@ -185,17 +168,17 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport
 
 
 def _mask_ahead(
-    view: Curves, reach: Floats, chains: Sequence[Chain], foreground: Foreground, joined: Collection[tuple[int, int]]
+    view: Curves, reach: Floats, chains: Sequence[Chain], scene: Scene, joined: Collection[tuple[int, int]]
 ) -> list[float]:
     """Return for each chain the share of the pixels ahead of its ends that are in the mask, summed over both ends, 0 to 2.
 
     Where the mask continues ahead of an end, there is no tip: the object continues, or the end is at the side of another strand.
     Ends that are `joined` at a junction do not count.
     """
-    mask, shares = foreground.mask, [0.0] * len(chains)
+    shares = [0.0] * len(chains)
     is_open = [not chain.closed and view.counts[i] > 1 for i, chain in enumerate(chains)]
     ends = [(i, side) for i in range(len(chains)) for side in (0, 1) if is_open[i] and (i, side) not in joined]
-    if mask is None or not ends:
+    if not ends:
         return shares
     owner, side = np.array(ends).T
     tips = np.where(side, view.bounds[owner + 1] - 1, view.bounds[owner])
@@ -204,57 +187,6 @@ def _mask_ahead(
     across = forward[:, ::-1] * (-1, 1)
     offsets = AHEAD_RADII[:, None, None] * forward[:, None, None] + ACROSS_RADII[:, None] * across[:, None, None]
     pixels = np.rint(view.points[tips, None, None] + reach[tips, None, None, None] * offsets)
-    in_view = np.asarray(((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1))
-    u, v = np.where(in_view[..., None], pixels, 0).astype(int).transpose(3, 0, 1, 2)
-    for i, share in zip(owner.tolist(), (in_view & mask[v, u]).mean(axis=(1, 2)).tolist(), strict=True):
+    for i, share in zip(owner.tolist(), scene.in_mask(pixels).mean(axis=(1, 2)).tolist(), strict=True):
         shares[i] += share
     return shares
-
-
-def _unclaimed(view: Curves, reach: Floats, foreground: Foreground) -> Floats:
-    """Return for each chain the share of the pixels of the mask that are near no chain, (C,); 0 for a cloud.
-
-    In a mask that may hold noise of depth, the connected parts count that the chain runs through: others say nothing about it.
-    """
-    none = np.zeros(len(view.counts))
-    if foreground.mask is None:
-        return none
-    facts = facts_of(foreground)
-    if not facts.count:
-        return none
-    mask = foreground.mask[facts.slices].astype(np.uint8)
-    left = mask.copy()
-    corner = np.array([cut.start for cut in facts.slices[::-1]])
-    pixels = np.rint(view.points - corner)
-    thickness = np.rint(2 * (CLAIMED_RADII * reach + CLAIMED_MARGIN_PX)).clip(1, MAX_THICKNESS_PX)
-    for part in view.parts:
-        if part.start < part.stop and np.abs(view.points[part]).max() < MAX_PIXEL:
-            _draw_line(left, pixels[part][::DRAWN_EVERY].astype(np.int32), thickness[part][::DRAWN_EVERY].astype(int))
-    if foreground.is_clean:
-        return none + cv2.countNonZero(left) / facts.count
-    return _shares_of_parts(mask, left, pixels, view)
-
-
-def _shares_of_parts(mask: Array, left: Array, pixels: Floats, view: Curves) -> Floats:
-    """Return for each chain the share of the pixels that are left of the 8-connected parts of a mask that it runs through, (C,).
-
-    pixels : (S, 2), (u, v), whole numbers, of the samples of the chains in the view.
-    """
-    parts, sizes = cv2.connectedComponentsWithStats(mask)[1:3]
-    lost = np.bincount(parts[left > 0], minlength=len(sizes))
-    inside = ((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=1)
-    at = np.zeros(len(pixels), dtype=int)
-    at[inside] = parts[tuple(pixels[inside, ::-1].astype(int).T)]
-    shares = []
-    for part in view.parts:
-        own = np.setdiff1d(at[part], 0)
-        shares.append(lost[own].sum() / max(sizes[own, cv2.CC_STAT_AREA].sum(), 1))
-    return np.array(shares)
-
-
-def _draw_line(image: Array, pixels: Ints, thickness: Ints) -> None:
-    """Draw zeros along pixels (P, 2), (u, v), in place, between two of them as thick as at the first, (P,)."""
-    pixels = np.concatenate((pixels, pixels[-1:]))
-    bounds = [0, *(np.flatnonzero(np.diff(thickness)) + 1).tolist(), len(thickness)]
-    for start, end in itertools.pairwise(bounds):
-        cv2.polylines(image, [pixels[start : end + 1]], False, 0, int(thickness[start]))

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from ..config import CrossingsConfig
 from ..geometry.curves import Curves
 from ..geometry.intersections import Intersections, find_intersections
-from ..geometry.projection import Projection
-from ..scene.context import FrameContext
-from ..scene.view import projection_of
-from ..types import Chain, Crossing, Foreground, SegmentRef
-from .upper_strand import upper_strand_log_odds
+from ..kernels import CrossingStrands
+from ..scene.cloud import CloudScene
+from ..scene.scene import Scene
+from ..types import Chain, Crossing, SegmentRef
+
+SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
+"""Half-widths beyond the overlap, on both sides, of the samples along a strand."""
+
+OVERLAP_MARGIN = 1.2
+"""Half-lengths of the overlap that are left out of what counts as beyond it."""
+
+MIN_ANGLE = 0.3
+"""rad; strands that cross at less are taken to cross at this, or their overlap would have no end."""
 
 
-def find_crossings(chains: list[Chain], context: FrameContext, config: CrossingsConfig) -> tuple[Crossing, ...]:
+def find_crossings(chains: list[Chain], scene: Scene) -> tuple[Crossing, ...]:
     """Find every place where two strands (stretches of one chain or of two) cross in the view, and which one is on top.
 
     The view is the camera's. A cloud is viewed from its viewpoint or, if the viewpoint is unknown, from above, against its z
@@ -27,17 +32,28 @@ def find_crossings(chains: list[Chain], context: FrameContext, config: Crossings
     ----------
     chains
         the chains of one frame, m (px in 2-D).
-    context
-        the data of the frame; depth, colors, camera and viewpoint of the foreground are used.
-    config
-        section `crossings` of the settings: whether colors count.
+    scene
+        what was captured; depth and colors say which strand is on top.
 
     Returns
     -------
     The crossings, each with upper and lower strand, point and confidence. They are sorted by whichever of their two segments
     comes first in `chains`. Empty if no strands cross.
     """
-    return _find(chains, context.foreground, context.view, config) if chains else ()
+    if not chains:
+        return ()
+    view = scene.view
+    in_view = Curves.of([chain.joints for chain in chains], [chain.closed for chain in chains]).seen_in(view)
+    found = find_intersections(in_view)
+    if not len(found.angle):
+        return ()
+    radius = np.array([chain.radius for chain in chains])[found.chain]
+    half_width = radius * view.scale(in_view.interpolate(found.chain, found.segment + found.t)[..., 2])
+    crossings = (found.chain, found.segment, found.t, found.angle, found.point)
+    overlap = (SAMPLE_DISTANCES, OVERLAP_MARGIN, MIN_ANGLE)
+    strands = CrossingStrands(in_view.points, in_view.bounds, in_view.closed, *crossings, radius, half_width, *overlap)
+    log_odds = np.zeros(len(radius)) + scene.upper(strands, half_width)
+    return tuple(_crossing(found, k, chains, float(value)) for k, value in enumerate(log_odds))
 
 
 def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing, ...]:
@@ -52,21 +68,8 @@ def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing
     """
     if not chains:
         return ()
-    viewpoint = np.zeros(3) if coordinates == "camera" else None
     points = np.concatenate([chain.joints for chain in chains])
-    foreground = Foreground(points=points, viewpoint=viewpoint)
-    return _find(chains, foreground, projection_of(foreground), CrossingsConfig(use_color=False))
-
-
-def _find(chains: list[Chain], foreground: Foreground, view: Projection, config: CrossingsConfig) -> tuple[Crossing, ...]:
-    in_view = Curves.of([chain.joints for chain in chains], [chain.closed for chain in chains]).seen_in(view)
-    intersections = find_intersections(in_view)
-    if not len(intersections.angle):
-        return ()
-    radius = np.array([chain.radius for chain in chains])[intersections.chain]
-    foreground = foreground if config.use_color else replace(foreground, color=None)
-    log_odds = upper_strand_log_odds(intersections, in_view, radius, view, foreground)
-    return tuple(_crossing(intersections, k, chains, float(value)) for k, value in enumerate(log_odds))
+    return find_crossings(chains, CloudScene(points, filtered=points, sensor=np.zeros(3) if coordinates == "camera" else None))
 
 
 def _crossing(intersections: Intersections, k: int, chains: list[Chain], log_odds: float) -> Crossing:

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..geometry.curves import Curves
 from ..scene.depth_support import DepthSupport
-from ..scene.frame_facts import facts_of
-from ..types import Bools, Chain, Floats, Foreground
+from ..scene.scene import Scene
+from ..types import Bools, Chain, Floats
 
 FRAME_WEIGHTS = {
     "pitch": (0.241, 0.0196),
@@ -39,7 +39,7 @@ IN_FRAME, IN_CLOUD = (
 
 
 def deviations_of(
-    curves: Curves, chains: Sequence[Chain], support: DepthSupport | None, foreground: Foreground, weights: Floats | None = None
+    curves: Curves, chains: Sequence[Chain], support: DepthSupport, scene: Scene, weights: Floats | None = None
 ) -> list[Floats]:
     """Return the standard deviation of the joints of each 3-D chain across and along the ray, (N + 1, 2) m, read-only.
 
@@ -52,25 +52,23 @@ def deviations_of(
     chains
         the chains.
     support
-        how well the depth readings support their segments; None for a cloud.
-    foreground
-        mask, depth and camera of the frame, or the cloud's points.
+        how well the depth readings support their segments; not measured for a cloud.
+    scene
+        what was captured.
     weights
         (8, K), in place of those of frames and clouds: the results have K columns then.
     """
-    camera, spacing = foreground.camera, 0.0 if foreground.sampling is None else foreground.sampling.spacing
-    pitch, noise = (0.0, 0.0) if camera is None else (1 / camera.fx, facts_of(foreground).inverse_depth_noise)
     if weights is None:
-        weights = IN_CLOUD if support is None else IN_FRAME
+        weights = IN_FRAME if len(support.share) else IN_CLOUD
     result, start = [], 0
     for joints, chain in zip(curves, chains, strict=True):
         depth, end = joints[:, 2], start + len(joints) - 1
-        of_depth = np.column_stack((spacing + pitch * depth, noise * depth**2, np.zeros((len(joints), 3))))
-        if support is not None:
+        of_depth = np.column_stack((*scene.ray_noise(depth), np.zeros((len(joints), 3))))
+        if len(support.share):
             own = slice(start, end)
             of_depth[:, 2:] = _depth_terms(chain.radius, support.share[own], support.residual[own], support.offset[own])
         deviations = np.sqrt(np.column_stack((of_depth, _shape_terms(chain))) ** 2 @ weights**2)
-        if camera is None and foreground.viewpoint is None:
+        if scene.viewpoint is None:
             deviations[:] = deviations.max(axis=1, keepdims=True)
         deviations.flags.writeable = False
         result.append(deviations)

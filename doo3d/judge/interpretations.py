@@ -16,7 +16,8 @@ from typing import NamedTuple
 from scipy.special import logit
 
 from ..config import Config
-from ..types import Chain, Foreground
+from ..scene.scene import Scene
+from ..types import Chain
 from .evidence import Evidence
 
 
@@ -49,9 +50,7 @@ CERTAIN = 0.7
 """Confidence of a frame from which on the usual one is enough: between this and 0.85 others made one of 396 frames right."""
 
 
-def other_interpretations(
-    chains: Sequence[Chain], evidence: Sequence[Evidence], foreground: Foreground, config: Config
-) -> tuple[Interpretation, ...]:
+def other_interpretations(chains: Sequence[Chain], evidence: Sequence[Evidence], scene: Scene) -> tuple[Interpretation, ...]:
     """Return the other interpretations that a frame needs; none unless it is uncertain.
 
     Only frames need them whose object somebody told, and whose connections are decided together: for these the evidence was
@@ -63,14 +62,13 @@ def other_interpretations(
         the chains of the usual interpretation, with their confidence.
     evidence
         what speaks against each of them.
-    foreground
-        the object's points, with the camera of a frame.
-    config
-        the settings.
+    scene
+        what was captured, with the settings.
     """
     if min(map(attrgetter("confidence"), chains), default=1.0) >= CERTAIN:
         return ()
-    if not foreground.is_told or foreground.camera is None or config.merge.strategy == "greedy" or config.merge.branches:
+    config = scene.config
+    if not scene.may_be_reinterpreted or config.merge.strategy == "greedy" or config.merge.branches:
         return ()
     if config.voxelize.split_at_depth_step:  # in piles of tubes the evidence does not tell: 44 of 87 are right, 39 with a choice
         return ()

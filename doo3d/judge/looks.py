@@ -11,15 +11,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import cv2
 import numpy as np
-from scipy.special import logit
 
 from ..geometry.order_statistics import SPREAD_PERCENTILES, finite_percentiles
 from ..geometry.polyline import unit
-from ..geometry.radii import CORE_OFFSETS
-from ..kernels import strand_sides
-from ..types import Array, Chain, Floats, Foreground
+from ..scene.scene import Scene
+from ..types import Chain, Floats
 
 CABLE_WIDTHS = 350.0
 """Widths of length from which on a chain cannot look more like a cable: 5 m of one that is 14 mm wide."""
@@ -27,17 +24,9 @@ CABLE_WIDTHS = 350.0
 MAX_UNEVEN = 0.5
 """Spread of the radii along a chain, in medians, that counts at most."""
 
-SIDE_RADII = np.array((1.6, 2.2, 2.8, 3.4))
-"""Radii to the side at which the depth beside the strand is taken, the color at the first two."""
-
 CLEAR_CONTRAST, MIN_CONTRAST = 40.0, 2.0
 """Difference in 8-bit CIELAB between a strand and its more similar side from which on it stands out clearly, and the least that
 counts: half of the right chains in photographs have about as much, half of the clutter a third of it."""
-
-SURE_ODDS, DOUBTFUL_ODDS, CLEAR_ODDS = logit((0.95, 0.5, 0.995)).tolist()
-"""Logarithms of the odds of pixels. Of the mean over an axis: above which a network is sure, and below which it cannot doubt
-more, so that a network alone leaves out no strand that has nothing else against it. Of one pixel: beyond which more says nothing.
-Chosen on rendered scenes without a cable and on photographs."""
 
 
 class Looks(NamedTuple):
@@ -67,7 +56,7 @@ class Looks(NamedTuple):
     doubted: float = 0
 
 
-def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foreground: Foreground) -> Looks:
+def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, scene: Scene) -> Looks:
     """Measure how little a chain looks like a cable.
 
     Parameters
@@ -78,30 +67,17 @@ def looks_of(chain: Chain, length: float, view: Floats, reach: Floats, foregroun
         length of the object that it is, or is a part of, m (px in 2-D).
     view, reach
         (S, 2) and (S,), position and radius in the view of samples along the chain, px with an image.
-    foreground
-        mask, depth and color of the frame.
+    scene
+        what was captured.
     """
     slender = length / (2 * chain.radius) if chain.radius > 0 else CABLE_WIDTHS
     stubby = max(0.0, math.log(CABLE_WIDTHS / max(slender, 1e-3)))
-    mask = foreground.mask
-    if foreground.is_told or mask is None or len(view) < 2:
+    if scene.object_given or len(view) < 2:
         return Looks(stubby, _uneven(chain))
     across = unit(np.gradient(view, axis=0))[:, ::-1] * (-1, 1)
-    depth = np.zeros((0, 0), np.float32) if foreground.depth is None else foreground.depth
-    color = foreground.color if foreground.depth is None and foreground.color is not None else np.zeros((0, 0, 3), np.uint8)
-    images = depth, np.ascontiguousarray(color), mask
-    flat, contrast = strand_sides(view, across, reach, chain.radius, *images, CORE_OFFSETS, SIDE_RADII, SIDE_RADII[:2])
-    faint = math.log(CLEAR_CONTRAST / min(max(contrast, MIN_CONTRAST), CLEAR_CONTRAST))
-    doubted = 0.0 if foreground.probability is None else _doubted(view, foreground.probability)
-    return Looks(stubby, _uneven(chain), flat, faint, doubted)
-
-
-def _doubted(view: Floats, probability: Array) -> float:
-    """Return how far the mean log odds of the pixels along an axis (S, 2) px are below those of a pixel that is sure."""
-    at = view.astype(np.float32)[None]
-    read = cv2.remap(probability, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    odds = np.asarray(logit(read.astype(float))).clip(-CLEAR_ODDS, CLEAR_ODDS)
-    return float(SURE_ODDS - odds.mean().clip(DOUBTFUL_ODDS, SURE_ODDS))
+    sides = scene.strand_sides(view, across, reach, chain.radius)
+    faint = math.log(CLEAR_CONTRAST / min(max(sides.contrast, MIN_CONTRAST), CLEAR_CONTRAST))
+    return Looks(stubby, _uneven(chain), sides.flat, faint, sides.doubt)
 
 
 def _uneven(chain: Chain) -> float:

@@ -11,10 +11,9 @@ import numpy as np
 from ..config import MergeConfig
 from ..geometry.curves import Curves
 from ..geometry.polyline import angle
-from ..scene.context import FrameContext
-from ..scene.visibility import Visibility
+from ..scene.scene import Scene
 from ..types import Bools, Floats
-from .seen import Gaps, seen_gaps
+from .depth_gaps import Gaps, depth_gaps
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
@@ -103,6 +102,8 @@ class Candidates:
         factor by which gaps may be longer and cost less, from the spacing of a cloud's points; 1 for a frame or an image.
     max_turn
         radians, angle by which an object may turn across a gap.
+    segment_length
+        m (px in 2-D), of the chains.
     chains
         the joints of the chains.
     seen
@@ -119,21 +120,22 @@ class Candidates:
     config: MergeConfig
     gap_unit: float = 1.0
     max_turn: float = np.pi
+    segment_length: float = 1.0
     chains: Curves = field(default_factory=lambda: Curves.of([]))
     seen: Gaps = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, chains: Curves, context: FrameContext, config: MergeConfig) -> Candidates:
+    def of(cls, chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Candidates:
         """Measure position and outward tangent of both ends of each chain, at least one.
 
         A parabola is fitted to the last `merge.tangent_window_radii` radii of a chain, at least to its last segment.
         """
-        tangents = chains.ends(config.tangent_window_radii * context.radius)
+        tangents = chains.ends(config.tangent_window_radii * scene.radius)
         closed = np.repeat(chains.closed, 2)
-        unit_and_turn, points = (context.gap_unit, context.max_turn), chains.points[chains.tips]
-        seen = ({}, ()) if config.strategy == "greedy" else seen_gaps(points, tangents, chains, context)
-        return cls(points, tangents, closed, context.radius, config, *unit_and_turn, chains, *seen)
+        units, points = (scene.gap_unit, scene.max_turn, segment_length), chains.points[chains.tips]
+        seen = ({}, ()) if config.strategy == "greedy" else depth_gaps(points, tangents, chains, scene)
+        return cls(points, tangents, closed, scene.radius, config, *units, chains, *seen)
 
     @cached_property
     def window(self) -> float:
@@ -167,7 +169,7 @@ class Candidates:
         """The turn between each pair of ends, (E, E) radians, symmetric: 0 for a gap in a straight line."""
         return self.pairs[1]
 
-    def limited(self, cost: Floats, visibility: Visibility | None) -> Floats:
+    def limited(self, cost: Floats, scene: Scene) -> Floats:
         """Return the cost of connecting each pair of ends, infinite where a connection is not allowed.
 
         Not allowed are ends farther apart than `max_gap`; costs above `max_cost` (3 times both if `chains` is set); ends of a
@@ -178,8 +180,8 @@ class Candidates:
         ----------
         cost
             (E, E) cost units.
-        visibility
-            tells which ends leave the view; None for a cloud without camera views.
+        scene
+            says which ends leave the view.
         """
         config, of_chain = self.config, np.arange(len(cost)) // 2
         factor = 1 if config.chains is None else FORCED_COST_FACTOR
@@ -189,7 +191,7 @@ class Candidates:
             allowed &= self.turns <= self.max_turn
         if not config.allow_closed_chains:
             allowed &= of_chain != of_chain[:, None]
-        if visibility is not None and config.free_space_weight:
-            exiting = visibility.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
+        if config.free_space_weight:
+            exiting = scene.exits_view(self.points, self.tangents, IMAGE_BORDER_RADII * self.radius)
             allowed &= ~(exiting & exiting[:, None])
         return np.where(np.triu(allowed, 1), cost, np.inf)

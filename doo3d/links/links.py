@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from ..config import MergeConfig
 from ..geometry.assembly import Assembly
 from ..geometry.curves import Curves
-from ..scene.context import FrameContext
+from ..scene.scene import Scene
 from ..types import Floats
 from .candidates import Candidates, End, Link, ends_of
 from .confidence import confidences
@@ -28,7 +28,7 @@ A frame of an object has a few dozen."""
 NO_CHAINS = Curves.of([])
 
 
-def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
+def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 
     Ends are connected at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the
@@ -42,8 +42,10 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     ----------
     chains
         the joints of the chains that pruning left.
-    context
-        the data of the frame; radius, segment length and visibility are used.
+    scene
+        what was captured.
+    segment_length
+        m (px in 2-D), of the chains.
     config
         section `merge` of the settings.
 
@@ -58,13 +60,12 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     if not len(chains):
         return Merged([])
     chains, left_out = _longest(chains)
-    if context.visibility is not None and config.free_space_weight:
-        supported = context.visibility.with_support(chains, context.radius, context.foreground)
-        context = context if supported is context.visibility else replace(context, visibility=supported)
-    ends = Candidates.of(chains, context, config)
-    terms = cost_terms(ends, context)
-    cost = pair_costs(ends, terms, context)
-    gap_paths = GapPaths(ends, context.visibility)
+    if config.free_space_weight:
+        scene = scene.with_support(chains)
+    ends = Candidates.of(chains, scene, segment_length, config)
+    terms = cost_terms(ends, scene)
+    cost = pair_costs(ends, terms, scene)
+    gap_paths = GapPaths(ends, scene)
     sizes = (chains.counts - 1).tolist()
     links = solve(cost, sizes, gap_paths.costs, config, gap_paths.with_straight_gaps, gap_paths.forced_costs)
     alternatives = gap_paths.with_straight_gaps(cost)
@@ -74,20 +75,20 @@ def merge(chains: Curves, context: FrameContext, config: MergeConfig) -> Merged:
     routes = trace_routes(chains.closed.tolist(), links)
     built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in routes]
     built.sort(key=lambda item: -item[1].segments)
-    least, setting = config.min_length * context.radius, "merge.min_length"
-    count = sum(assembly.segments * context.segment_length >= least for _, assembly in built)
+    least, setting = config.min_length * scene.radius, "merge.min_length"
+    count = sum(assembly.segments * segment_length >= least for _, assembly in built)
     if config.chains is not None:
-        count, setting = max(config.chains, count if context.ranks_by_confidence else 0), "merge.chains"
+        count, setting = max(config.chains, count if scene.ranks_by_confidence else 0), "merge.chains"
     kept = built[:count]
     used = {end.chain for route, _ in kept for end in route.entries}
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
-    refusal = _refusal_notes(links, sizes, cost, gap_paths, "most probable" if context.ranks_by_confidence else "longest")
+    refusal = _refusal_notes(links, sizes, cost, gap_paths, "most probable" if scene.ranks_by_confidence else "longest")
     return Merged(
         [assembly for _, assembly in kept],
         partial(
             record_decisions, links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths
         ),
-        tuple(DroppedChain(joints, (len(joints) - 1) * context.segment_length, why) for joints, why in dropped),
+        tuple(DroppedChain(joints, (len(joints) - 1) * segment_length, why) for joints, why in dropped),
         (*_notes(left_out), *ends.notes, *refusal),
         bool(refusal),
     )

@@ -1,4 +1,4 @@
-"""Facts of a cloud: spacing of its points, their neighbors, strands that do not touch; and the first radius of the object."""
+"""Facts of a cloud: spacing of its points, strands that do not touch; and the first radius of the object."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..geometry.cells import box_shape, cell_coords, cell_keys, neighbors_of
 from ..kernels import connected_parts, neighborhood_sums
-from ..types import Floats, Foreground, Ints
-from .frame_facts import facts_of
+from ..types import Floats, Ints
 
 SAMPLE_POINTS, SAMPLE_SEEDS = 8000, 80
 """Points of a cloud, and seeds among them, on which its density is measured."""
@@ -97,42 +96,8 @@ def seeds_of(sample: Floats) -> Floats:
     return sample[:: max(1, len(sample) // SAMPLE_SEEDS)]
 
 
-def point_spacing(foreground: Foreground) -> float:
-    """Return the typical distance between neighboring surface points in m.
-
-    With a camera it is the side of a pixel at the median depth. For a cloud it follows from the density of the points
-    (`CloudFacts.spacing`).
-
-    foreground : the object's points, (N, 3) m, N >= 1.
-    """
-    if foreground.camera is not None:
-        return float(np.median(foreground.points[:, 2])) / foreground.camera.fx
-    facts = foreground.cloud_facts or CloudFacts(foreground.points)
-    return float(facts.spacing)
-
-
-def estimate_radius(foreground: Foreground, apart: float) -> float:
-    """Estimate the radius of the object in m (3-D only), before there is a chain.
-
-    With a mask and depth it is the median half-width of the mask. For a cloud it is the median half-width of the points in
-    neighborhoods that look like a strip; without any such neighborhood, a sixth of the diagonal of the cloud's bounding box.
-
-    Parameters
-    ----------
-    foreground
-        the object's points, with mask, depth and camera if there are any.
-    apart
-        m, typical distance between neighboring surface points, as `point_spacing` returns it; no smaller radius is returned.
-    """
-    if foreground.mask is not None and foreground.camera is not None and foreground.depth is not None:
-        radius = foreground.mask_radius
-        return max(facts_of(foreground).radius(foreground.camera.fx) if radius is None else radius, apart)
-    number = np.zeros(0, dtype=np.int64) if foreground.cloud_facts is None else foreground.cloud_facts.strands
-    return max(_cloud_radius(foreground.points, apart, number), apart)
-
-
-def _cloud_radius(points: Floats, apart: float, number: Ints) -> float:
-    """Return the median half-width in m of a cloud where it looks like a strip.
+def strip_half_width(points: Floats, apart: float, number: Ints) -> float:
+    """Return the median half-width of a cloud in m where it looks like a strip; a sixth of its diagonal where it nowhere does.
 
     Around each of some seeds the neighborhood grows until it is three times as long as it is wide. The variance
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2

@@ -11,7 +11,7 @@ from .. import kernels
 from ..geometry.curves import Curves
 from ..geometry.noise import DEVIATIONS
 from ..geometry.radii import OWN_RADII
-from ..types import Bools, Floats, Foreground
+from ..types import Array, Bools, Camera, Floats, Plane
 
 POSITIONS = (np.arange(5) + 0.5) / 5
 """Fractions of a segment's length at which its readings are taken."""
@@ -48,8 +48,14 @@ class DepthSupport(NamedTuple):
     offset: Floats
 
 
-def depth_support(chains: Curves, radius: Sequence[float], foreground: Foreground) -> DepthSupport | None:
-    """Return how well the depth readings support the segments of all chains; None in 2-D and for a cloud.
+NOT_MEASURED = DepthSupport(np.zeros(0), np.zeros(0, dtype=bool), np.zeros(0), np.zeros(0))
+"""The support of an image and of a cloud, in which no readings of depth support a segment."""
+
+
+def depth_support(
+    chains: Curves, radius: Sequence[float], depth: Array, mask: Bools, camera: Camera, plane: Plane | None
+) -> DepthSupport:
+    """Return how well the depth readings support the segments of all chains.
 
     A segment is supported if enough pixels of the strip that it covers in the image are in the mask and have a reading, as the
     sensor gave it, that agrees with the segment's surface. So a strand below another one is not supported where they cross, nor
@@ -59,15 +65,18 @@ def depth_support(chains: Curves, radius: Sequence[float], foreground: Foregroun
     Parameters
     ----------
     chains
-        the joints of the chains, (N + 1, 3) m in the camera's optical frame, (N + 1, 2) px in 2-D for N segments.
+        the joints of the chains, (N + 1, 3) m in the camera's optical frame for N segments.
     radius
-        radius of each chain, m (px in 2-D).
-    foreground
-        the mask, the depth and the camera of the frame, and the plane in it.
+        radius of each chain, m.
+    depth, mask
+        (H, W) m, 0 = no reading, and (H, W) bool.
+    camera
+        the intrinsics.
+    plane
+        the plane in the frame; None where there is none.
     """
-    camera, depth, mask, plane = foreground.camera, foreground.depth, foreground.mask, foreground.plane
-    if camera is None or depth is None or mask is None or not len(chains):
-        return None
+    if not len(chains):
+        return NOT_MEASURED
     supported, agreeing, residual, offset = kernels.depth_support(
         chains.points,
         chains.bounds,

@@ -12,7 +12,7 @@ from ..geometry.curves import Curves
 from ..geometry.mask import median_half_width
 from ..geometry.noise import SAMPLES
 from ..geometry.radii import TOUCHING_RADII
-from ..types import Array, Bools, Foreground, Ints
+from ..types import Array, Bools, Ints
 from ..types.arrays import sealed
 
 
@@ -52,7 +52,8 @@ class FrameFacts(kernels.FrameFacts):
         """
         super().__init__(mask, depth, min_pixels)
         self._given = mask
-        self.depth = depth
+        self.depth: Array = np.zeros((0, 0), dtype=np.float32) if depth is None else depth
+        self._radii: dict[float, float] = {}
 
     @cached_property
     def mask(self) -> Bools:
@@ -111,11 +112,13 @@ class FrameFacts(kernels.FrameFacts):
 
         focal : focal length in px; not used without depth.
         """
-        rows, columns, half_width = self.axis
-        if self.depth is None:
-            return median_half_width(half_width)
-        scale = self.depth[rows, columns] / focal
-        return median_half_width(half_width[scale > 0] * scale[scale > 0])
+        if focal not in self._radii:
+            rows, columns, half_width = self.axis
+            if self.depth.size:
+                scale = self.depth[rows, columns] / focal
+                half_width = half_width[scale > 0] * scale[scale > 0]
+            self._radii[focal] = median_half_width(half_width)
+        return self._radii[focal]
 
     @cached_property
     def readings(self) -> int:
@@ -143,13 +146,3 @@ class FrameFacts(kernels.FrameFacts):
     @cached_property
     def _summary(self) -> tuple[int, float, float]:
         return self.depth_summary()
-
-
-def facts_of(foreground: Foreground) -> FrameFacts:
-    """Return the facts of a foreground's mask, which segmentation made; of a foreground made elsewhere they are made anew.
-
-    foreground : the object's points, with a mask.
-    """
-    assert foreground.mask is not None
-    made = foreground.facts
-    return made if isinstance(made, FrameFacts) else FrameFacts(foreground.mask, foreground.depth)

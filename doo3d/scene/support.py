@@ -8,8 +8,9 @@ import numpy as np
 
 from ..geometry.curves import Curves
 from ..kernels import surface_beside, surface_log_odds
-from ..types import Bools, Camera, Floats, Foreground, Ints, Plane
+from ..types import Array, Bools, Camera, Floats, Ints, Plane
 from .appearance import Appearance
+from .frame_facts import FrameFacts
 
 LATERAL_RADII = np.array([-4.0, -3.0, 3.0, 4.0])
 """Lateral offsets from the centre line where the supporting surface is looked for: near, but beyond the rim of the mask."""
@@ -47,28 +48,31 @@ class Support:
     plane: tuple[Plane, Camera, float] | None = None
 
     @staticmethod
-    def beside(chains: Curves, radius: float, foreground: Foreground) -> Support | None:
-        """Measure the surface beside chains; return None for a cloud and in 2-D.
+    def beside(chains: Curves, radius: float, frame: FrameFacts, camera: Camera, color: Array, plane: Plane | None) -> Support:
+        """Measure the surface beside chains.
 
         Parameters
         ----------
         chains
-            joints of each chain, (N, 3) m in the camera's optical frame.
+            joints of each chain, at least one, (N, 3) m in the camera's optical frame.
         radius
             radius of the object, m.
-        foreground
-            mask, depth, camera and color of the frame.
+        frame
+            the mask and the depth of the frame.
+        camera
+            the intrinsics.
+        color
+            (H, W, 3) uint8 RGB; (0, 0, 3) without a color image.
+        plane
+            the plane around the object; None where there is none.
         """
-        depth, mask, camera = foreground.depth, foreground.mask, foreground.camera
-        if depth is None or mask is None or camera is None or not len(chains):
-            return None
         inside, around, rise, noise = surface_beside(
-            chains.points, chains.bounds, camera.intrinsics, radius, LATERAL_RADII, mask, depth, MIN_RISE_READINGS
+            chains.points, chains.bounds, camera.intrinsics, radius, LATERAL_RADII, frame.mask, frame.depth, MIN_RISE_READINGS
         )
-        color, seen = foreground.color, min(len(inside), len(around))
-        colors = None if color is None or seen < MIN_RISE_READINGS else Appearance(color, inside, around)
-        plane = None if foreground.plane is None else (foreground.plane, camera, radius)
-        return Support(chains.points[chains.tips], rise, noise, colors, plane)
+        seen = min(len(inside), len(around))
+        colors = None if not color.size or seen < MIN_RISE_READINGS else Appearance(color, inside, around)
+        at_half = None if plane is None else (plane, camera, radius)
+        return Support(chains.points[chains.tips], rise, noise, colors, at_half)
 
     def bare_log_odds(self, points: Floats, pixels: Ints, readings: Floats, noise: float) -> Floats:
         """Return the log-odds that positions lie over bare surface, whose pixel is outside the mask and is not clearly nearer.

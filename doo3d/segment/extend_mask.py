@@ -10,28 +10,26 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from ..config import ExtendMaskConfig
 from ..geometry.noise import COLOR_NOISE
 from ..geometry.radii import STEP_RADII
 from ..kernels import follow_strand
-from ..scene.context import FrameContext
+from ..scene.image import ImageScene
+from ..scene.scene import Scene
 from ..types import Bools, Chain
 
 MIN_EXTENSION_RADII = 2.0
 """Radii; shorter extensions are not worth running the stages again, and end in the mask that they begin in."""
 
 
-def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskConfig) -> Bools | None:
+def extend_mask(chains: list[Chain], scene: Scene) -> Bools | None:
     """Extend the mask of an image along strands that continue beyond it (2-D only).
 
     Parameters
     ----------
     chains
         the chains found in the mask, px, with radii. Their free ends are followed, except at the border of the image.
-    context
-        the data of the frame, whose mask and color image are used.
-    config
-        section `extend_mask` of the settings.
+    scene
+        what was captured, with the settings: an image, whose mask and colors are used.
 
     Returns
     -------
@@ -39,10 +37,10 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
     MIN_EXTENSION_RADII (2) radii are not added. None if nothing was added, if `config.max_length` is 0 (the default), without a
     color image, and in 3-D.
     """
-    foreground = context.foreground
-    mask, color = foreground.mask, foreground.color
-    if not config.max_length or mask is None or color is None or foreground.points.shape[1] != 2:
+    max_length = scene.config.extend_mask.max_length
+    if not (max_length and isinstance(scene, ImageScene) and scene.color.size):
         return None
+    mask, color = scene.mask, scene.color
     extended, middle = None, (np.array(mask.shape[::-1]) - 1) / 2
     limits = {"step": STEP_RADII, "min_extension": MIN_EXTENSION_RADII, "noise": COLOR_NOISE}
     for chain in chains:
@@ -52,7 +50,7 @@ def extend_mask(chains: list[Chain], context: FrameContext, config: ExtendMaskCo
             if chain.closed or not radius > 0 or not is_inside:
                 continue
             line = np.ascontiguousarray(joints)
-            path = follow_strand(color, mask, line, radius, config.max_length, **limits)
+            path = follow_strand(color, mask, line, radius, max_length, **limits)
             if np.linalg.norm(path[-1] - path[0]) > MIN_EXTENSION_RADII * radius:
                 extended = mask.astype(np.uint8) if extended is None else extended
                 cv2.polylines(extended, [np.rint(path).astype(np.int32)], False, 1, max(1, round(2 * radius)))

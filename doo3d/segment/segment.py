@@ -11,8 +11,15 @@ from ..errors import InputError
 from ..geometry.limits import MAX_CELLS
 from ..geometry.mask import dilate
 from ..geometry.noise import SAMPLES
+from ..scene.cloud import CloudScene
+from ..scene.cloud_facts import CloudFacts
+from ..scene.frame import FrameScene
 from ..scene.frame_facts import FrameFacts
-from ..types import Array, Cloud, CloudSampling, Floats, Foreground, Frame, Image, check_mask
+from ..scene.fused import FusedScene
+from ..scene.image import ImageScene
+from ..scene.masked import NO_COLOR, NO_NUMBERS, NO_PIXELS
+from ..scene.scene import Scene
+from ..types import Array, Cloud, CloudSampling, Floats, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .end_plugs import remove_plugs
@@ -71,7 +78,7 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
     Returns
     -------
     The points of the object, m (px in 2-D), with the mask, and how many pixels or points each step dropped. If the method of the
-    config selects nothing, there are no points and `foreground.notes` says what to change.
+    config selects nothing, there are no points and `scene.notes` say what to change.
 
     Raises
     ------
@@ -86,10 +93,9 @@ def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | No
         )
     made = _segment(data, config, mask, seed)
     plane = find_supporting_plane(data, made, config, seed)
-    by_auto = config.method == "auto" and not made.foreground.is_told
-    return replace(
-        made, foreground=replace(made.foreground, plane=plane), choice=AUTO_NOTES[made.method] if by_auto else made.choice
-    )
+    by_auto = config.method == "auto" and not made.scene.object_given
+    choice = AUTO_NOTES[made.method] if by_auto else made.choice
+    return replace(made, scene=replace(made.scene, plane=plane), choice=choice)
 
 
 def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array, base: Segmentation) -> Segmentation:
@@ -116,11 +122,11 @@ def segment_extended(data: Frame | Cloud | Image, config: SegmentConfig, mask: A
         (wrong unit).
     """
     extended = _segment(data, config, mask, 0)
-    known = base.foreground
-    foreground = replace(
-        extended.foreground, is_told=known.is_told, is_clean=known.is_clean, plane=known.plane, probability=known.probability
-    )
-    return replace(extended, foreground=foreground, method=EXTENDED, choice=base.choice, base=base.base or base)
+    known = base.scene
+    scene = replace(extended.scene, object_given=known.object_given, plane=known.plane)
+    if isinstance(scene, ImageScene) and isinstance(known, ImageScene):
+        scene = replace(scene, is_clean=known.is_clean, probability=known.probability)
+    return replace(extended, scene=scene, method=EXTENDED, choice=base.choice, base=base.base or base)
 
 
 def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -165,25 +171,21 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
     if method != "everything":
         readings, smoothed = filter_along_strands(readings, facts, radius, frame, config.strand_smoothing_radii)
         readings = inpaint_readings(readings, facts, slope)
-    foreground = Foreground(
+    scene = FrameScene(
         points=frame.camera.unproject(readings.pixels, readings.depth),
         filtered=frame.camera.unproject(readings.pixels, readings.filtered),
         pixels=readings.pixels,
-        mask=facts.mask,
         facts=facts,
-        mask_radius=radius,
-        side_by_side=split.side_by_side,
-        colors=split.colors,
-        depth=frame.depth,
-        color=frame.color,
+        side_by_side=_or(split.side_by_side, NO_PIXELS),
+        colors=_or(split.colors, NO_NUMBERS),
+        color=_or(frame.color, NO_COLOR),
         camera=frame.camera,
-        viewpoint=np.zeros(3),
         notes=_notes(method, made.note, pixels > 0, frame.color is not None),
-        is_told=is_told,
+        object_given=is_told,
         is_clean=is_told or made.is_certain or method == "network",
     )
     return replace(
-        _record(foreground, method, solid, removed_wide, split),
+        _record(scene, method, solid, removed_wide, split),
         without_depth=pixels - split.removed - measured - outliers,
         outliers=outliers,
         inpainted=len(readings.pixels) - measured,
@@ -214,19 +216,18 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     split = split_strands(facts, holes, color, None, config.equal_widths, is_told and config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
-    foreground = Foreground(
+    scene = ImageScene(
         points=pixels.astype(float),
         pixels=pixels,
-        mask=facts.mask,
         facts=facts,
-        side_by_side=split.side_by_side,
-        colors=split.colors,
-        color=color,
-        probability=made.probability,
+        side_by_side=_or(split.side_by_side, NO_PIXELS),
+        colors=_or(split.colors, NO_NUMBERS),
+        color=_or(color, NO_COLOR),
+        probability=_or(made.probability, NO_NUMBERS),
         notes=_notes(method, made.note, len(pixels) > 0, True),
-        is_told=is_told,
+        object_given=is_told,
     )
-    return _record(foreground, method, solid, solid.count - narrow.count, split)
+    return _record(scene, method, solid, solid.count - narrow.count, split)
 
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -237,7 +238,8 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     chosen, limits = draw_points(cloud.points if made.mask.all() else cloud.points[made.mask], seed)
     facts, points, means = filter_points(chosen, spread if chosen is cloud.points else None)
     outliers = len(chosen) - len(points)
-    sampling, bridges = CloudSampling(facts.spacing) if len(points) else None, None
+    sampling = CloudSampling(facts.spacing if len(points) else 0.0)
+    bridges: Floats = np.zeros((0, 3))
     sparse = None if cloud.views else find_sparse_strands(points)
     if sparse is not None:
         outliers += int(np.count_nonzero(~sparse.kept))
@@ -246,18 +248,18 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
                 f"segment: of {len(points)} points along thin strands {MAX_SPARSE_POINTS} at most are used, to bound time",
             )
         points, means, bridges, sampling = points[sparse.kept], sparse.centered, sparse.bridges, sparse.sampling
-    foreground = Foreground(
+    scene = CloudScene(
         points=points,
         filtered=means,
         bridges=bridges,
         sampling=sampling,
-        cloud_facts=facts if sparse is None and len(points) else None,
-        viewpoint=cloud.viewpoint,
+        facts=facts if sparse is None else CloudFacts(points[:0]),
+        sensor=cloud.viewpoint,
         notes=_notes(method, made.note, bool(len(chosen)), False),
-        views=cloud.views,
-        is_told=is_told,
+        object_given=is_told,
     )
-    return Segmentation(foreground, method, len(chosen), outliers=outliers, limits=limits, plane=made.plane)
+    scene = FusedScene.of(scene, cloud.views) if cloud.views else scene
+    return Segmentation(scene, method, len(chosen), outliers=outliers, limits=limits, plane=made.plane)
 
 
 def _select(
@@ -276,6 +278,11 @@ def _select(
     return method, made if SEGMENTERS.is_built_in(method) else made._replace(mask=check_mask(made.mask, shape))
 
 
+def _or(array: Array | None, nothing: Array) -> Array:
+    """Return an array, or the empty one in place of None."""
+    return nothing if array is None else array
+
+
 def _check_size(pixels: int) -> None:
     """Refuse a mask of so many pixels that the stages would take too much time and memory, before any of them."""
     if pixels > MAX_CELLS:
@@ -287,9 +294,9 @@ def _is_told(method: str, config: SegmentConfig) -> bool:
     return method not in BY_SHAPE and not (method == "everything" and config.method == "auto")
 
 
-def _record(foreground: Foreground, method: str, solid: FrameFacts, removed_wide: int, split: SplitMask) -> Segmentation:
+def _record(scene: Scene, method: str, solid: FrameFacts, removed_wide: int, split: SplitMask) -> Segmentation:
     counts = solid.selected, solid.removed, removed_wide
-    return Segmentation(foreground, method, *counts, closed_holes=solid.filled, split=split.removed)
+    return Segmentation(scene, method, *counts, closed_holes=solid.filled, split=split.removed)
 
 
 def _notes(method: str, note: str, found: bool, has_color: bool) -> tuple[str, ...]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..types import Foreground, Plane
+from ..scene.scene import Scene
+from ..types import Plane
 
 MASK = "mask"
 """Method of a segmentation whose mask the caller gave."""
@@ -15,7 +16,7 @@ EXTENDED = "extended"
 
 @dataclass(frozen=True)
 class Segmentation:
-    """The foreground of one frame, and how many pixels (points of a cloud) each step selected and dropped.
+    """The scene of one frame, and how many pixels (points of a cloud) each step selected and dropped.
 
     - Pixels in the mask = selected - removed_small + closed_holes - removed_wide - split.
     - Points of an Image = pixels in the mask.
@@ -24,7 +25,7 @@ class Segmentation:
 
     Attributes
     ----------
-    foreground
+    scene
         the points of the object, with mask and camera if there are any.
     method
         "mask" if the caller gave a mask, "extended" if `extend_mask` extended one; otherwise the name of the segmentation method
@@ -59,7 +60,7 @@ class Segmentation:
         the plane that the method told the object from, its normal to either side; None for other methods.
     """
 
-    foreground: Foreground
+    scene: Scene
     method: str
     selected: int
     removed_small: int = 0

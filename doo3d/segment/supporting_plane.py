@@ -6,8 +6,9 @@ import numpy as np
 
 from ..config import SegmentConfig
 from ..geometry.noise import SAMPLES
-from ..scene.frame_facts import facts_of
-from ..types import Cloud, Floats, Foreground, Frame, Image, Plane
+from ..scene.frame import FrameScene
+from ..scene.frame_facts import FrameFacts
+from ..types import Cloud, Floats, Frame, Image, Plane
 from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
 
@@ -45,17 +46,18 @@ def find_supporting_plane(
     The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the sensor's place is
     unknown). None if there is no such plane, for an image, and if all data is the object.
     """
-    foreground = segmentation.foreground
-    if isinstance(data, Image) or segmentation.method == "everything" or not len(foreground.points):
+    scene = segmentation.scene
+    if isinstance(data, Image) or segmentation.method == "everything" or not len(scene.points):
         return None
-    inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
+    inside: Floats = scene.points.mean(axis=0) if scene.viewpoint is None else scene.viewpoint
     if segmentation.plane is not None:
         normal, height = segmentation.plane.normal, segmentation.plane.height
     else:
-        if isinstance(data, Cloud):
+        if not isinstance(scene, FrameScene) or isinstance(data, Cloud):
+            assert isinstance(data, Cloud)
             points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
         else:
-            points = _surrounding_points(data, foreground, config)
+            points = _surrounding_points(data, scene.facts, config)
         if len(points) < MIN_READINGS:
             return None
         normal, height = fit_plane(points, config.plane_distance, seed)
@@ -65,10 +67,9 @@ def find_supporting_plane(
     return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
-def _surrounding_points(frame: Frame, foreground: Foreground, config: SegmentConfig) -> Floats:
+def _surrounding_points(frame: Frame, facts: FrameFacts, config: SegmentConfig) -> Floats:
     """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
-    top, bottom, left, right = facts_of(foreground).box
-    mask = facts_of(foreground).mask
+    (top, bottom, left, right), mask = facts.box, facts.mask
     margin = int(SURROUNDINGS * (max(bottom - top, right - left) - 1)) + 1
     top, left = max(0, top - margin), max(0, left - margin)
     box = np.s_[top : bottom + margin, left : right + margin]

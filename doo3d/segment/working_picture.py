@@ -13,7 +13,8 @@ import cv2
 import numpy as np
 
 from ..config import Config, SegmentConfig
-from ..scene.frame_facts import FrameFacts, facts_of
+from ..scene.frame_facts import FrameFacts
+from ..scene.image import ImageScene
 from ..types import Array, Bools, Chain, Detection, Floats, Image, check_mask
 from . import NETWORK_PIXELS, Segmentation, object_in_mask_image, segment
 
@@ -59,7 +60,8 @@ def segment_picture(image: Image, config: Config, mask: Array | None) -> tuple[S
     first = None
     if mask is None:
         first = _segment_at(scale, image, config, None)
-        facts = facts_of(first[0].foreground)
+        assert isinstance(first[0].scene, ImageScene)
+        facts = first[0].scene.facts
     else:
         mask = check_mask(mask, shape)
         facts = FrameFacts(_reduced_mask(mask, scale))

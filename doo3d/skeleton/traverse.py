@@ -16,7 +16,7 @@ from ..geometry.limits import MAX_BRANCHES
 from ..geometry.mask import half_widths
 from ..geometry.radii import NODE_RADII, TOUCHING_RADII
 from ..kernels import neighbor_table, skeleton_paths
-from ..scene.context import FrameContext
+from ..scene.scene import Scene
 from ..types import Array, Floats, Path, Skeleton
 from .contours import trace_contours
 
@@ -68,7 +68,7 @@ class Traversal:
     notes: tuple[str, ...] = ()
 
 
-def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
+def traverse(skeleton: Skeleton, scene: Scene, config: TraverseConfig, clearance: float = 1.0) -> Traversal:
     """Turn the skeleton into ordered polylines.
 
     The method `graph` (the default) gives one smooth polyline per branch between tips and junctions, cut a little short at both
@@ -78,10 +78,12 @@ def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) 
     ----------
     skeleton
         the voxels that thinning left.
-    context
-        the data of the frame; radius and voxel size are used.
+    scene
+        what was captured; radius and voxel size are used.
     config
         section `traverse` of the settings.
+    clearance
+        factor of the distance from other branches up to which paths are cut back at junctions.
 
     Returns
     -------
@@ -95,25 +97,25 @@ def traverse(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) 
     if not len(skeleton.coords):
         return Traversal([])
     if config.method == "contours":
-        paths, pixels = trace_contours(skeleton, config.min_branch * context.radius)
+        paths, pixels = trace_contours(skeleton, config.min_branch * scene.radius)
         return Traversal(paths, spur_length=float(pixels))
-    return _traverse_graph(skeleton, context, config)
+    return _traverse_graph(skeleton, scene, config, clearance)
 
 
-def _traverse_graph(skeleton: Skeleton, context: FrameContext, config: TraverseConfig) -> Traversal:
-    coords, radius, mask = skeleton.coords, context.radius, context.foreground.mask
+def _traverse_graph(skeleton: Skeleton, scene: Scene, config: TraverseConfig, clearance: float) -> Traversal:
+    coords, radius = skeleton.coords, scene.radius
     widths: Array = np.zeros((0, 0), dtype=np.float32)
     origin: Floats = np.zeros(2)
     if coords.shape[1] == 2:
         coords = np.column_stack((coords, np.ones(len(coords), dtype=np.int64)))
-        if context.branches and mask is not None:
-            widths, origin = half_widths(mask)
+        if scene.config.merge.branches:
+            widths, origin = half_widths(scene.mask)
     points, bounds, closed, lengths, count = skeleton_paths(
         neighbor_table(coords),
         np.ascontiguousarray(skeleton.points),
-        round(radius / context.voxel),  # a moving mean over a radius on either side takes the voxel steps out of a path
+        round(radius / scene.voxel),  # a moving mean over a radius on either side takes the voxel steps out of a path
         np.array((config.min_branch, MIN_LOOP_RADII, JUNCTION_MERGE_DISTANCE_RADII)) * radius,
-        np.array((JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII, context.clearance * TOUCHING_RADII)) * radius,
+        np.array((JUNCTION_TRIM_MIN_RADII, JUNCTION_TRIM_MAX_RADII, clearance * TOUCHING_RADII)) * radius,
         np.array((TIP_TRIM_FRACTION, JUNCTION_TRIM_FRACTION)),
         widths,
         origin,

@@ -223,20 +223,20 @@ def _distance(place: Floats, chains: Sequence[Chain]) -> float:
 
 def _lengths(stages: Stages) -> _InWords:
     """Return the function that says a length in words: in mm in 3-D, in px in 2-D."""
-    scale, unit = (1000.0, "mm") if stages.context.grid.coords.shape[1] == 3 else (float(stages.scale), "px")
+    scale, unit = (1000.0, "mm") if stages.grid.coords.shape[1] == 3 else (float(stages.scale), "px")
     return lambda length: f"{scale * length:.1f} {unit}"
 
 
 def _segment(stages: Stages) -> Account:
     segmentation, scale = stages.segmentation, stages.scale
-    foreground = segmentation.foreground
-    made, unit = f"{len(foreground.points)} points by the method {segmentation.method}", "points"
-    if foreground.mask is not None:
+    scene = segmentation.scene
+    made, unit = f"{len(scene.points)} points by the method {segmentation.method}", "points"
+    if scene.mask.size:
         unit = "pixels"
-        made = f"{int(foreground.mask.sum())} pixels, {2 * scale * FrameFacts(foreground.mask).radius():.1f} px wide; {made}"
+        made = f"{int(scene.mask.sum())} pixels, {2 * scale * FrameFacts(scene.mask).radius():.1f} px wide; {made}"
     if scale > 1:
         made += f"; the photograph was reduced by a factor of {scale} (segment.working_width)"
-    dropped = [*foreground.notes, *_selection(segmentation, unit)]
+    dropped = [*scene.notes, *_selection(segmentation, unit)]
     if segmentation.repaired:
         dropped.append(f"{segmentation.repaired} pixels of the mask changed, so that it ends where the colors of the image do")
     if segmentation.base is not None:
@@ -249,7 +249,7 @@ def _segment(stages: Stages) -> Account:
         dropped.append(f"the depth of {smoothed} pixels was smoothed along the strand: it is torn, or comes in waves")
     if segmentation.outliers:
         reason = "points with few neighbors, or far from the rest"
-        if foreground.mask is not None:
+        if scene.mask.size:
             reason = "readings that too few of their neighbors agree with (segment.outlier_slope)"
         dropped.append(f"{segmentation.outliers} {reason}")
     return Account("segment", made, tuple(dropped))
@@ -267,9 +267,10 @@ def _selection(segmentation: Segmentation, unit: str) -> list[str]:
 
 
 def _voxelize(stages: Stages, in_words: _InWords) -> Account:
-    grid = stages.context.grid
-    made = f"{len(grid.coords)} voxels of {in_words(grid.size)}, for a radius of {in_words(grid.radius)}"
-    unused = len(stages.context.foreground.points) - int(grid.counts.sum())
+    grid = stages.grid
+    radius = stages.scene.radius if len(grid.coords) else 0.0
+    made = f"{len(grid.coords)} voxels of {in_words(grid.size)}, for a radius of {in_words(radius)}"
+    unused = len(stages.scene.points) - int(grid.counts.sum())
     reason = "near the edges of strands (voxelize.core_fraction) or in components too small"
     return Account("voxelize", made, (f"{unused} points {reason}",) * (unused > 0))
 
@@ -288,7 +289,7 @@ def _traverse(stages: Stages, in_words: _InWords) -> Account:
 
 
 def _fit(stages: Stages, in_words: _InWords) -> Account:
-    length = stages.context.segment_length
+    length = stages.scene.config.fit.length
     short = sum(float(steps(path.points).sum()) < length for path in stages.paths)
     dropped = (f"{counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0)
     return Account("fit", f"{_segments(stages.fitted)} of {in_words(length)}", dropped)
@@ -315,7 +316,7 @@ def _merge(stages: Stages, config: Config, in_words: _InWords) -> Account:
 
 def _refine(stages: Stages, in_words: _InWords) -> Account:
     # chains are cut at junctions, so that their number does not say how many were dropped
-    dropped = len(stages.filled) - len(stages.chains) - len(stages.unchosen) if not stages.context.branches else 0
+    dropped = len(stages.filled) - len(stages.chains) - len(stages.unchosen) if not stages.scene.config.merge.branches else 0
     refined = (*stages.chains, *stages.unchosen)
     reason = "shorter than half a segment, or thin beside a longer chain (refine.min_radius_ratio)"
     made = f"{counted(len(refined), 'chain')}: {', '.join(in_words(chain.length) for chain in refined)}"
@@ -325,7 +326,7 @@ def _refine(stages: Stages, in_words: _InWords) -> Account:
 def _branches(stages: Stages) -> list[Account]:
     """Return what became of the places where strands meet; nothing if branched objects were not looked for."""
     found = stages.branched
-    if not stages.context.branches:
+    if not stages.scene.config.merge.branches:
         return []
     junctions = [
         f"chains {', '.join(str(end.chain) for end in each.ends)} (confidence {each.confidence:.2f})" for each in found.junctions

@@ -9,8 +9,9 @@ from functools import partial
 import numpy as np
 
 from ..pipeline import Stages
+from ..scene.scene import Scene
 from ..segment.working_picture import enlarged_points
-from ..types import Array, Floats, Foreground
+from ..types import Array, Floats
 from ..viz.palette import chain_color
 from ..viz.stage_products import Product
 from .explain import Explanation
@@ -32,12 +33,12 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
     stages : the products of all stages of a frame. explanation : the explanation of the same frame, whose connections are
     numbered.
     """
-    foreground, at = stages.context.foreground, partial(enlarged_points, scale=stages.scale)
-    mask = None if foreground.mask is None else foreground.mask.repeat(stages.scale, axis=0).repeat(stages.scale, axis=1)
+    scene, at = stages.scene, partial(enlarged_points, scale=stages.scale)
+    mask = None if not scene.mask.size else scene.mask.repeat(stages.scale, axis=0).repeat(stages.scale, axis=1)
     pieces = [at(piece) for piece in stages.pruned.chains]
     return [
-        Product("1-mask", at(foreground.points), _point_colors(foreground), mask=mask),
-        _points("2-voxels", at(stages.context.grid.centroids), VOXEL),
+        Product("1-mask", at(scene.points), _point_colors(scene), mask=mask),
+        _points("2-voxels", at(stages.grid.centroids), VOXEL),
         _points("3-skeleton", at(stages.skeleton.points), SKELETON),
         _lines("4-branches", [at(np.concatenate((path.points, path.points[: int(path.closed)]))) for path in stages.paths]),
         _lines("5-segments", [at(chain) for chain in stages.fitted]),
@@ -75,10 +76,9 @@ def merge_table(explanation: Explanation) -> str:
     return "\n".join(rows)
 
 
-def _point_colors(foreground: Foreground) -> Array:
-    if foreground.color is None or foreground.pixels is None:
-        return _uniform(len(foreground.points), GRAY)
-    return foreground.color[foreground.pixels[:, 1], foreground.pixels[:, 0]]
+def _point_colors(scene: Scene) -> Array:
+    colors = scene.point_colors()
+    return colors if len(colors) else _uniform(len(scene.points), GRAY)
 
 
 def _uniform(count: int, color: Sequence[int]) -> Array:

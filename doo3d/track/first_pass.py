@@ -64,7 +64,7 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
         )
         strands = strands_in_image(frame, config, mask) if isinstance(frame, Frame) else ()
         return Observation(detection, strands, to_world, _background(frame, mask))
-    background = _background(frame, stages.context.foreground.mask)
+    background = _background(frame, stages.scene.mask)
     return replace(observe(detection, stages, config), pose=to_world, background=background)
 
 

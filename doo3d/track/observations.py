@@ -14,7 +14,8 @@ from ..config import Config
 from ..geometry.assembly import Assembly
 from ..geometry.curves import runs
 from ..pipeline import Stages, object_given
-from ..scene.context import FrameContext
+from ..scene.frame import FrameScene
+from ..scene.scene import Scene
 from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
 from .readings import readings_along
 from .tips import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
@@ -113,24 +114,24 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
     config
         the settings of the stages.
     """
-    context = stages.context
+    scene = stages.scene
     joined = {end for junction in detection.junctions for end in junction.ends}
     strands: list[ObservedStrand] = []
     readings = []
     for number, chain in enumerate(detection.chains):
         at_junctions = (ChainEnd(number, 0) in joined, ChainEnd(number, 1) in joined)
-        own = list(_strands(chain, number, context, at_junctions))
+        own = list(_strands(chain, number, scene, at_junctions))
         tips = (own[0].tips[0] == TIP, own[-1].tips[1] == TIP) if own else (False, False)
-        readings.append(readings_along(chain, context.foreground, tips))
+        readings.append(readings_along(chain, scene, tips))
         strands += own
     for chain in (*_dropped_chains(stages, config), *stages.unchosen):
-        strands += _strands(chain, -1, context)
+        strands += _strands(chain, -1, scene)
     is_given = config.sequence.chains is not None or object_given(stages, config)
     return Observation(detection, tuple(strands), readings=tuple(readings), is_given=is_given)
 
 
 def _strands(
-    chain: Chain, number: int, context: FrameContext, at_junctions: tuple[bool, bool] = (False, False)
+    chain: Chain, number: int, scene: Scene, at_junctions: tuple[bool, bool] = (False, False)
 ) -> Iterator[ObservedStrand]:
     """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out.
 
@@ -138,8 +139,8 @@ def _strands(
     ----------
     chain, number
         the chain, and its index in the detection.
-    context
-        the data of the frame.
+    scene
+        what was captured.
     at_junctions
         whether its first and its last end are at junctions, where they are as sure as a tip.
     """
@@ -166,15 +167,14 @@ def _strands(
         if end == count and (ends_there[1] or not chain.occluded[high:].any()):
             high = count
         length = (high - low) * chain.segment_length
-        if length < MIN_STRAND_RADII * context.radius:
+        if length < MIN_STRAND_RADII * scene.radius:
             continue
-        center = None if context.foreground.camera is None else np.zeros(3)
+        center = np.zeros(3) if isinstance(scene, FrameScene) else None
         shown, sight = visible_joints(chain, first, end, low, high, center)
         line = chain.joints[low : high + 1]
-        foreground, radius = context.foreground, context.radius
         tips = (
-            TIP if ends_there[0] else tip_confidence(line[::-1], foreground, radius),
-            TIP if ends_there[1] else tip_confidence(line, foreground, radius),
+            TIP if ends_there[0] else tip_confidence(line[::-1], scene, scene.radius),
+            TIP if ends_there[1] else tip_confidence(line, scene, scene.radius),
         )
         arcs = (shown - low) * chain.segment_length
         yield ObservedStrand(chain.joints[shown], arcs, length, tips, number, sight, _joined(chain, shown))
@@ -268,10 +268,13 @@ def part_of(strand: ObservedStrand, part: slice, start: float, length: float, ti
 
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
     """Return the pieces that merging dropped, laid along their axes as those of the chains are."""
-    context = stages.context
-    least = MIN_STRAND_RADII * context.radius
+    if not stages.merged.dropped:
+        return []
+    scene, length = stages.scene, config.fit.length
+    least = MIN_STRAND_RADII * scene.radius
     dropped = [Assembly((item.joints,)) for item in stages.merged.dropped if item.joints.shape[1] == 3 and item.length >= least]
     if not dropped:
         return []
-    paths = fill(dropped, context)
-    return lay_chains(estimate_centerline(paths, context, config.refine), paths, context, config.refine)
+    paths = fill(dropped, length)
+    samples = estimate_centerline(paths, scene, length, config.refine)
+    return lay_chains(samples, paths, stages.grid.centroids, scene, config.refine)

@@ -12,8 +12,10 @@ from scipy.ndimage import maximum_filter1d
 from ..geometry.polyline import arc_length, resample, unit
 from ..geometry.radii import ACROSS_RADII
 from ..scene.depth_support import SURFACE_RADII
+from ..scene.frame import FrameScene
+from ..scene.scene import Scene
 from ..scene.support import BESIDE_PX
-from ..types import Array, Bools, Chain, Floats, Foreground
+from ..types import Array, Bools, Chain, Floats
 
 NODES, PER_NODE = 40, 6
 """Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds; and
@@ -32,7 +34,7 @@ def torn_share(chain: Chain) -> float:
     return np.count_nonzero(chain.depth_filled & ~chain.occluded) / len(chain.occluded)
 
 
-def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]) -> Array | None:
+def readings_along(chain: Chain, scene: Scene, tips: tuple[bool, bool]) -> Array | None:
     """Return the inverse range along an open chain and of the background beside it, evenly spaced in the image.
 
     A stereo camera measures an occluder up to 14 px beyond its edges: such readings are left out.
@@ -41,8 +43,8 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     ----------
     chain
         the chain, in the frame of the camera.
-    foreground
-        the mask, the depth and the camera of the frame.
+    scene
+        what was captured.
     tips
         whether the first and the last end are tips of the object; an end that is no tip is hidden.
 
@@ -51,9 +53,9 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     (2, NODES, PER_NODE) float32 1/m, of the axis and of the background; NaN without a reading. None if no camera saw the chain,
     or its depth is not torn.
     """
-    camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
-    if camera is None or depth is None or mask is None or chain.closed or torn_share(chain) <= TORN_SHARE:
+    if not isinstance(scene, FrameScene) or chain.closed or torn_share(chain) <= TORN_SHARE:
         return None
+    camera, depth, mask = scene.camera, scene.depth, scene.mask
     rays = unit(chain.joints)
     turned = arc_length(rays)
     nodes = (np.arange(NODES * PER_NODE) + 0.5) / PER_NODE - 0.5

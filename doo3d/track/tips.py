@@ -6,8 +6,10 @@ import numpy as np
 
 from ..geometry.polyline import unit
 from ..geometry.radii import OWN_RADII, STEP_RADII
-from ..scene.visibility import OCCLUDER_MARGIN_RADII
-from ..types import Floats, Foreground
+from ..scene.ends_in_view import OCCLUDER_MARGIN_RADII
+from ..scene.frame import FrameScene
+from ..scene.scene import Scene
+from ..types import Floats
 
 MIN_STRAND_RADII = 6.0
 """Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
@@ -23,34 +25,34 @@ TIP, UNKNOWN, CUT_OFF = 1.0, 0.18, 0.0
 the end is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: 17 of 228 were no tips."""
 
 
-def tip_confidence(line: Floats, foreground: Foreground, radius: float) -> float:
+def tip_confidence(line: Floats, scene: Scene, radius: float) -> float:
     """Return how surely a line (K, 3) m of joints ends at a tip of the object: TIP, UNKNOWN or CUT_OFF.
 
-    foreground : the mask, the depth and the camera of the frame. radius : of the object, m.
+    scene : what was captured. radius : of the object, m.
     """
     end = line[-2:]
     direction = unit(end[-1] - line[max(0, len(line) - 4)])
     ahead = end[-1] + radius * LOOKAHEAD_RADII[:, None] * direction
     to_side = unit(direction[[1, 2, 0]] * end[-1, [2, 0, 1]] - direction[[2, 0, 1]] * end[-1, [1, 2, 0]])  # across the ray
     aside = MIN_STRAND_RADII * radius * to_side
-    return _in_view(ahead, np.concatenate((end - aside, end + aside)), foreground, radius)
+    return _in_view(ahead, np.concatenate((end - aside, end + aside)), scene, radius)
 
 
-def _in_view(ahead: Floats, beside: Floats, foreground: Foreground, radius: float) -> float:
+def _in_view(ahead: Floats, beside: Floats, scene: Scene, radius: float) -> float:
     """Return how surely positions (K, 3) m beyond an end are empty, given some (N, 3) m beside it, MIN_STRAND_RADII away.
 
     What is nearer than the end hides the object. The depth of a thin end may be wrong by as much as the background is behind
     it: so what stands out before that as the end does may hide it, too.
     """
-    if foreground.camera is None or foreground.depth is None or foreground.mask is None:
+    if not isinstance(scene, FrameScene):
         return UNKNOWN
-    count, (height, width) = len(ahead), foreground.mask.shape
-    pixels = np.rint(foreground.camera.project(np.concatenate((ahead, beside)))).astype(np.int64)
+    count, (height, width) = len(ahead), scene.mask.shape
+    pixels = np.rint(scene.camera.project(np.concatenate((ahead, beside)))).astype(np.int64)
     inside = np.asarray(((pixels >= 0) & (pixels < (width, height))).all(axis=1))
     if not inside[:count].all():
         return CUT_OFF
     u, v = pixels[inside].T
-    reading, masked = foreground.depth[v, u], foreground.mask[v, u]
+    reading, masked = scene.depth[v, u], scene.mask[v, u]
     is_known = (reading > 0) & ~masked  # the object's own surface hides nothing
     around = reading[count:][is_known[count:]]
     behind = float(np.sort(around)[(len(around) - 1) // 2]) if len(around) else 0.0

@@ -53,7 +53,7 @@ def _mask_of_image(frame: Frame, config: Config, distance: float) -> Bools:
         return np.zeros(frame.depth.shape, dtype=bool)
     widest = config.segment.max_width * frame.camera.fx / distance
     settings = config.segment.model_copy(update={"max_width": widest})
-    mask = segment(Image(frame.color), settings, seed=config.seed).foreground.mask
+    mask = segment(Image(frame.color), settings, seed=config.seed).scene.mask
     assert mask is not None
     return mask
 

@@ -3,7 +3,7 @@
 from .arrays import Array, Bools, Floats, Ints, check_mask
 from .data import Camera, CameraView, Cloud, Frame, Image
 from .pose import Plane, as_pose
-from .products import CloudSampling, Foreground, Path, Skeleton, VoxelGrid
+from .products import CloudSampling, Path, Skeleton, VoxelGrid
 from .results import (
     COORDINATES,
     DEPTH_WORDS,
@@ -32,7 +32,6 @@ __all__ = [
     "Crossing",
     "Detection",
     "Floats",
-    "Foreground",
     "Frame",
     "Image",
     "Ints",

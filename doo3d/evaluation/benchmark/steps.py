@@ -144,33 +144,33 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.skeleton.voxelize:_along_rays": _first, "doo3d.skeleton.voxelize:_in_space": _first}, made_for=DEPTH
     ),
     "voxels of the core alone": Ablation({"voxelize.core_fraction": 0}),
-    "voxels of middle lines between touching strands": Ablation(places={"doo3d.skeleton.voxelize:middle_pixels": _all}),
+    "voxels of middle lines between touching strands": Ablation(places={"doo3d.skeleton.core_pixels:middle_pixels": _all}),
     "cut at occluding edges": Ablation({"voxelize.split_at_depth_step": 0}),
     "spurs": Ablation({"traverse.min_branch": 0}),
     "small loops": Ablation(places={"doo3d.skeleton.traverse:MIN_LOOP_RADII": 0.0}),
     "forks of a crossing united": Ablation(places={"doo3d.skeleton.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
     "paths cut back at junctions": Ablation(places={"doo3d.skeleton.traverse:TOUCHING_RADII": 0.0}),
     "gaps along which the object is seen": Ablation(
-        places={"doo3d.links.candidates:seen_gaps": lambda *_: {}}, modules=("links.seen",), made_for=DEPTH
+        places={"doo3d.links.candidates:depth_gaps": lambda *_: {}}, modules=("links.depth_gaps",), made_for=DEPTH
     ),
     "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
-        places={"doo3d.scene.visibility:Support": _NoSupport},
+        places={"doo3d.scene.frame:Support": _NoSupport},
         modules=("scene.support",),
         made_for=("stereo", "ragged", "images"),
     ),
     "ends extended to the surface": Ablation(places={"doo3d.chains.refine:extend_to_surface": _first}),
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
-    "smoothing of the axis": Ablation(places={"doo3d.chains.axis_and_radius:SMOOTHING_RADII": 0.0}),
-    "depth weighs less than the mask": Ablation(places={"doo3d.chains.axis_and_radius:DEPTH_WEIGHT": 1.0}),
-    "axis raised out of the plane": Ablation(places={"doo3d.chains.axis_and_radius:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
+    "smoothing of the axis": Ablation(places={"doo3d.scene.axis_in_mask:SMOOTHING_RADII": 0.0}),
+    "depth weighs less than the mask": Ablation(places={"doo3d.scene.axis_in_mask:DEPTH_WEIGHT": 1.0}),
+    "axis raised out of the plane": Ablation(places={"doo3d.scene.axis_in_mask:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
     "mask extended along strands": Ablation(
         {"extend_mask.max_length": 0}, modules=("segment.extend_mask",), made_for=("images",)
     ),
-    "upper strand by depth": Ablation(places={"doo3d.judge.upper_strand:depth_log_odds": lambda *_: 0.0}),
-    "upper strand by color": Ablation(places={"doo3d.judge.upper_strand:color_log_odds": lambda *_: 0.0}),
+    "upper strand by depth": Ablation(places={"doo3d.scene.frame:depth_log_odds": lambda *_: 0.0}),
+    "upper strand by color": Ablation(places={"doo3d.scene.frame:color_log_odds": lambda *_: 0.0}),
     "other interpretations of uncertain frames": Ablation(
         places={"doo3d.judge.interpretations:OTHERS": ()},
         modules=("judge.interpretations",),

@@ -76,7 +76,7 @@ def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool
     used = _with_chains(config, photo.cables) if known_count else config
     detection, end = _detect(photo.image, used, photo.mask if give_mask else None)
     own = give_mask or end["error"]
-    mask: Any = photo.mask if own else segment(Image(photo.image), used.segment, seed=used.seed).foreground.mask
+    mask: Any = photo.mask if own else segment(Image(photo.image), used.segment, seed=used.seed).scene.mask
     return [case.record(score_photo(detection.chains, photo.labels, mask) | end, detection)]
 
 

@@ -181,7 +181,7 @@ def first_pass(rendered: Rendered, config: Config) -> FirstPass:
     try:
         detection, stages = detect_with_stages(frame, config, rendered.mask)
         detected = time.process_time()
-        background = background_view(frame, stages.context.foreground.mask)
+        background = background_view(frame, stages.scene.mask)
         observation = replace(observe(detection, stages, config), background=background)
     except DooError as error:
         detected = time.process_time()

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...config import MergeConfig
 from ...geometry.polyline import unit
 from ...geometry.radii import NODE_RADII
-from ...scene.context import FrameContext
-from ...scene.visibility import Visibility
+from ...scene.scene import Scene
 from ...types import Floats
 from .clouds import hidden_attachment
 from .costs import MISFIT_COST, MISS_COST, TIP_COST
@@ -80,7 +78,7 @@ def _ends(ends: FreeEnds, strands: Sequence[SampledChain], viewpoint: Floats | N
     return made
 
 
-def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: FrameContext, config: MergeConfig) -> list[Meeting]:
+def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], scene: Scene) -> list[Meeting]:
     """Return the possible junctions of free ends with strands.
 
     Parameters
@@ -89,25 +87,23 @@ def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: Frame
         the free ends of all strands.
     strands
         all strands.
-    context
-        the data of the frame; visibility, viewpoint and spacing of the points are used.
-    config
-        section `merge` of the settings: the longest gap.
+    scene
+        what was captured, with the settings: the longest gap.
 
     Returns
     -------
     A meeting for each end and strand that fit. Its gain is the cost of leaving the end free minus the cost of the attachment.
     """
     meetings = []
-    max_gap = config.gap * context.gap_unit
+    max_gap = scene.config.merge.gap * scene.gap_unit
     reach = (1 + DEPTH_SLOPE) * max_gap + 2 * max(float(strand.radii.max()) for strand in strands)
     near = box_distances(ends.points, strands) <= reach
     near[np.arange(len(near)), ends.strand] = False
-    made = _ends(ends, strands, context.foreground.viewpoint)
+    made = _ends(ends, strands, scene.viewpoint)
     for row, host in np.argwhere(near).tolist():
         end, strand = made[row], strands[host]
-        found = [attachment(end, strand, context, max_gap)]
-        if context.shows_surface:
+        found = [attachment(end, strand, scene, max_gap)]
+        if scene.shows_surface:
             found.append(hidden_attachment(end.point, ends.tangents[row], strand, max_gap))
         gain, at = max((each for each in found if each is not None), default=(0.0, 0.0))
         if gain > 0:
@@ -115,7 +111,7 @@ def end_meetings(ends: FreeEnds, strands: Sequence[SampledChain], context: Frame
     return meetings
 
 
-def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: float) -> tuple[float, float] | None:
+def attachment(end: End, strand: SampledChain, scene: Scene, max_gap: float) -> tuple[float, float] | None:
     """Find the position on a strand at which attaching an end costs least.
 
     Costs are its miss of the strand's axis, its distance, free space on the way, and
@@ -127,8 +123,8 @@ def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: f
         the free end.
     strand
         the strand that it may branch off.
-    context
-        the data of the frame; visibility and viewpoint are used.
+    scene
+        what was captured.
     max_gap
         m (px in 2-D), longest distance from an end to a strand.
 
@@ -160,9 +156,9 @@ def attachment(end: End, strand: SampledChain, context: FrameContext, max_gap: f
         return None
     i = int(np.where(possible, cost, np.inf).argmin())
     at, host_radius = float(strand.along[i]), float(strand.radii[i])
-    total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, host_radius, context.visibility)
-    if total < TIP_COST and context.visibility is not None:
-        share = neck_share(end.line, radius, strand, at, context.visibility, context.foreground.viewpoint)
+    total = float(cost[i]) + unit_cost * _open_cost(point, strand.points[i], radius, host_radius, scene)
+    if total < TIP_COST and scene.sees_space:
+        share = neck_share(end.line, radius, strand, at, scene)
         total += NECK_COST * share
     return (TIP_COST - total, at) if total < TIP_COST else None
 
@@ -175,13 +171,13 @@ def _without_small_depth(offset: Floats, towards: Floats, both: Floats) -> Float
     return np.asarray(beside + (np.sign(depth) * np.clip(np.abs(depth) - free, 0, None))[:, None] * towards)
 
 
-def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, visibility: Visibility | None) -> float:
+def _open_cost(start: Floats, end: Floats, radius: float, host_radius: float, scene: Scene) -> float:
     """Return the cost of the straight way from an end to an axis, outside both surfaces, m (px in 2-D) times weights."""
     gap = float(np.linalg.norm(end - start))
     if gap <= host_radius + radius:
         return 0.0
-    if visibility is None:
+    if not scene.sees_space:
         return UNKNOWN_COST * max(0.0, gap - host_radius - NORMAL_SHORTFALL * radius)
     t = np.linspace(radius / gap, 1 - host_radius / gap, max(3, math.ceil(gap / (0.5 * radius))))
-    free, unknown, bare = visibility.gap_lengths([start + t[:, None] * (end - start)])[0]
+    free, unknown, bare = scene.gap_lengths([start + t[:, None] * (end - start)])[0]
     return float(FREE_COST * (free + bare) + UNKNOWN_COST * unknown)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...config import MergeConfig
 from ...geometry.curves import Curves
 from ...geometry.polyline import unit
 from ...geometry.radii import NODE_RADII
-from ...scene.context import FrameContext
+from ...scene.scene import Scene
 from ...types import Chain, Crossing, Junction, LinearObject
 from .attachments import NORMAL_SHORTFALL, end_meetings
 from .bodies import body_meetings
@@ -87,7 +86,7 @@ def may_branch(chains: Sequence[Chain]) -> bool:
     return False
 
 
-def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeConfig) -> Branched:
+def find_branches(chains: Sequence[Chain], scene: Scene) -> Branched:
     """Find the junctions of a frame, cut the chains there, and assemble them to trees.
 
     At each contact of strands, four explanations compete by cost: a branch (the axes meet at one depth), a crossing (two
@@ -100,10 +99,8 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     ----------
     chains
         chains along the objects' axes, m (px in 2-D).
-    context
-        the data of the frame; visibility and segment length are used.
-    config
-        section `merge` of the settings: `max_gap`.
+    scene
+        what was captured, with the settings.
 
     Returns
     -------
@@ -114,14 +111,13 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
     chains, rest = chains[:MAX_CHAINS], chains[MAX_CHAINS:]
     notes: tuple[str, ...] = (NOTE.format(len(chains) + len(rest), MAX_CHAINS),) if rest else ()
     strands = strands_of(chains)
-    if context.visibility is not None:
-        lines = Curves.of([chain.joints for chain in chains])
-        context = replace(context, visibility=context.visibility.with_support(lines, context.radius, context.foreground))
+    scene = scene.with_support(Curves.of([chain.joints for chain in chains]))
+    config = scene.config
     bodies = body_meetings(strands)
     while True:
         ends = free_ends(strands)
-        joins = end_joins(ends, config.gap * context.gap_unit) if context.shows_surface else []
-        chosen = choose([*bodies, *end_meetings(ends, strands, context, config), *joins], strands, ends)
+        joins = end_joins(ends, config.merge.gap * scene.gap_unit) if scene.shows_surface else []
+        chosen = choose([*bodies, *end_meetings(ends, strands, scene), *joins], strands, ends)
         if any(not meeting.ends for meeting in chosen):
             strands, bodies = strands_of(parted(strands, chosen), strands), []
         elif any(len(meeting.ends) > 1 for meeting in chosen):
@@ -130,5 +126,5 @@ def find_branches(chains: Sequence[Chain], context: FrameContext, config: MergeC
         else:
             break
     strands = [*strands, *strands_of(rest)]
-    pieces, junctions, objects = cut(strands, ends, nodes_of(chosen, strands), context.segment_length)
+    pieces, junctions, objects = cut(strands, ends, nodes_of(chosen, strands), config.fit.length)
     return Branched(pieces, tuple(junctions), tuple(objects), notes)

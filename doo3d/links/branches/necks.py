@@ -10,7 +10,7 @@ import numpy as np
 
 from ...geometry.curves import runs
 from ...geometry.polyline import unit
-from ...scene.visibility import Visibility
+from ...scene.scene import Scene
 from ...types import Bools, Floats, Ints
 from .strands import ARM_RADII, SampledChain, across_view
 
@@ -26,9 +26,7 @@ CELL_RADII, CELLS = 0.125, 32
 A cut that does not meet the object in the inner half of its positions shows a gap: ends are uncertain."""
 
 
-def neck_share(
-    branch: Floats, radius: float, trunk: SampledChain, at: float, visibility: Visibility, viewpoint: Floats | None
-) -> float:
+def neck_share(branch: Floats, radius: float, trunk: SampledChain, at: float, scene: Scene) -> float:
     """Return the share of its diameter that a branch lacks in its narrowest cut before it meets a trunk.
 
     Parameters
@@ -39,10 +37,8 @@ def neck_share(
         radius of the branch, m (px in 2-D).
     trunk, at
         the trunk, and the arc length on it at which the branch ends, m (px in 2-D).
-    visibility
-        the camera's view, which shows the background beside the object.
-    viewpoint
-        (3,) m, where the camera is; None in 2-D, and where it is unknown.
+    scene
+        what was captured: the image shows the background beside the object.
 
     Returns
     -------
@@ -50,7 +46,7 @@ def neck_share(
     """
     place, sample = trunk.at(at), int(np.abs(trunk.along - at).argmin())
     surface = float(trunk.radii[sample])
-    towards = None if viewpoint is None else unit(place - viewpoint)
+    towards = None if scene.viewpoint is None else unit(place - scene.viewpoint)
     along = unit(across_view(trunk.direction(sample), towards))
     count = round((surface + ARM_RADII[1] * radius) / max(float(np.linalg.norm(branch[1] - branch[0])), 1e-12))
     line = across_view(branch[: max(2, count)] - place, towards)
@@ -68,10 +64,10 @@ def neck_share(
         return 0.0
     arcs = np.interp(cuts, height[rising], shift[rising])[:, None] + cell * np.arange(-CELLS, CELLS + 1)
     points = place + arcs[..., None] * along + cuts[:, None, None] * away
-    is_beside = visibility.model.is_beside(points.reshape(-1, len(place)), CLEARANCE_RADII * surface).reshape(arcs.shape)
+    is_beside = scene.is_beside(points.reshape(-1, len(place)), CLEARANCE_RADII * surface).reshape(arcs.shape)
     width = cell * _run_lengths(~is_beside)
     full = 2 * radius if is_near.all() else min(2 * radius, float(np.median(width[~is_near])))
-    missing = full - width[is_near].min() - visibility.model.pixel_at(place)
+    missing = full - width[is_near].min() - scene.pixel_at(place)
     return float(np.clip(missing / (2 * radius), 0, 1))
 
 

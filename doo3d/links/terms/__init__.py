@@ -1,6 +1,6 @@
 """The terms of the cost of a link: equation 5 of Keipour et al. (RA-L 2022), extended by what was seen.
 
-A term is a function of the candidates and the data of the frame to (E, E), what it adds to the cost of linking each pair of ends,
+A term is a function of the candidates and the scene to (E, E), what it adds to the cost of linking each pair of ends,
 already multiplied by its weight, or None where it has nothing to say. Costs are in cost units: 1 per mm of gap (1 per px in 2-D),
 plus angles in radians times their weights (section `merge` of the settings). A new term is a function here and a line in TERMS.
 Gap paths are too expensive to compute for all pairs: `gap_path` gives their costs for the pairs that are asked for.
@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...scene.context import FrameContext
+from ...scene.scene import Scene
 from ...types import Floats
 from ..candidates import Candidates
 from .appearance import appearance
@@ -20,7 +20,7 @@ from .custom import custom_terms
 from .exposed_ends import exposed_ends
 from .geometric import curvature, direction, distance
 
-Term = Callable[[Candidates, FrameContext], "Floats | None"]
+Term = Callable[[Candidates, Scene], "Floats | None"]
 
 EXPOSED = "exposed ends"
 """Name of the term for ends in plain view, which comes on top of the limit of the other terms."""
@@ -35,15 +35,15 @@ TERMS: dict[str, Term] = {
 """The terms by name, in the order in which they are added."""
 
 
-def cost_terms(candidates: Candidates, evidence: FrameContext) -> dict[str, Floats]:
+def cost_terms(candidates: Candidates, scene: Scene) -> dict[str, Floats]:
     """Return what each term adds to the cost of connecting each pair of chain ends.
 
     Parameters
     ----------
     candidates
         the ends of all chains, with section `merge` of the settings.
-    evidence
-        the data of the frame; colors, segment length and visibility are used.
+    scene
+        what was captured.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def cost_terms(candidates: Candidates, evidence: FrameContext) -> dict[str, Floa
     ConfigError : `merge.custom_costs` names a term that is not registered in CUSTOM_COSTS.
     """
     terms = TERMS | custom_terms(candidates.config)
-    costs = {name: term(candidates, evidence) for name, term in terms.items()}
+    costs = {name: term(candidates, scene) for name, term in terms.items()}
     given = {name: cost for name, cost in costs.items() if cost is not None}
     for pair in candidates.seen:
         for cost in given.values():
@@ -63,14 +63,14 @@ def cost_terms(candidates: Candidates, evidence: FrameContext) -> dict[str, Floa
     return given
 
 
-def pair_costs(candidates: Candidates, terms: dict[str, Floats], evidence: FrameContext) -> Floats:
+def pair_costs(candidates: Candidates, terms: dict[str, Floats], scene: Scene) -> Floats:
     """Return the cost of connecting each pair of ends, (E, E) cost units: the sum of the terms; infinite where it is not allowed.
 
     `Candidates.limited` says where a connection is not allowed, unless the object is seen to go on there; the term "exposed ends"
     does not count for the limit of the cost.
     """
     limiting = sum((term for name, term in terms.items() if name != EXPOSED), np.zeros_like(candidates.distance))
-    total = candidates.limited(limiting, evidence.visibility) + terms.get(EXPOSED, 0.0)
+    total = candidates.limited(limiting, scene) + terms.get(EXPOSED, 0.0)
     for pair in candidates.seen:
         total[pair] = 0.0
     return total

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from ...config import MergeConfig
 from ...errors import ConfigError
 from ...plugins import CUSTOM_COSTS
-from ...scene.context import FrameContext
+from ...scene.scene import Scene
 from ...types import Floats
 from ..candidates import Candidates
 
 
-def custom_terms(config: MergeConfig) -> dict[str, Callable[[Candidates, FrameContext], Floats]]:
+def custom_terms(config: MergeConfig) -> dict[str, Callable[[Candidates, Scene], Floats]]:
     """Return the terms that `merge.custom_costs` names, each with its weight.
 
     Raises
@@ -22,7 +22,7 @@ def custom_terms(config: MergeConfig) -> dict[str, Callable[[Candidates, FrameCo
     return {name: _custom_term(name, weight) for name, weight in config.custom_costs.items()}
 
 
-def _custom_term(name: str, weight: float) -> Callable[[Candidates, FrameContext], Floats]:
+def _custom_term(name: str, weight: float) -> Callable[[Candidates, Scene], Floats]:
     if name not in CUSTOM_COSTS:
         raise ConfigError(
             f"merge.custom_costs: there is no cost {name!r}; doo3d.plugins.CUSTOM_COSTS holds "

@@ -11,10 +11,9 @@ import numpy as np
 
 from ...geometry.gap_path import GapPath, gap_path
 from ...geometry.limits import AT_ONCE
-from ...geometry.polyline import steps
 from ...geometry.radii import STEP_RADII
-from ...scene.depth_model import PointVisibility
-from ...scene.visibility import Visibility
+from ...scene.scene import Scene
+from ...scene.states import OPEN, PointVisibility
 from ...types import Bools, Floats, Ints
 from ..candidates import FORCED_COST_FACTOR, Candidates, End, Pair
 
@@ -24,10 +23,6 @@ CONNECTION_SHARES = np.linspace(0, 1, CONNECTION_POINTS)
 
 CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
 """Fractions of the straight connection at which its visibility is asked for `with_straight_gaps`."""
-
-
-OPEN = (PointVisibility.OUTSIDE, PointVisibility.FREE, PointVisibility.BARE)
-"""Where the camera would have seen an object, or a path leaves the image."""
 
 
 class GapCost(NamedTuple):
@@ -62,12 +57,12 @@ class GapPaths:
     ends
         position and tangent of the ends of all chains, with section `merge` of the settings: `free_space_weight`,
         `unknown_weight`, `gap_side`, `tangent_window_radii`.
-    visibility
-        tells free from hidden space; None for a cloud without camera views, where all space counts as unknown.
+    scene
+        distinguishes free from hidden space.
     """
 
     ends: Candidates
-    visibility: Visibility | None
+    scene: Scene
     _paths: dict[Pair, GapPath] = field(default_factory=dict, repr=False)
     _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
 
@@ -129,9 +124,7 @@ class GapPaths:
     @cached_property
     def _tips(self) -> Bools:
         """Which ends are tips in plain view, (E,)."""
-        if self.visibility is None:
-            return np.zeros(len(self.ends.points), dtype=bool)
-        return self.visibility.tips(self.ends.points, self.ends.tangents, self.ends.radius) > 0
+        return self.scene.tips(self.ends.points, self.ends.tangents, self.ends.radius) > 0
 
     def cost(self, pair: Pair) -> GapCost:
         """Return the cost of the gap path of one pair of ends in its three parts, in cost units."""
@@ -143,23 +136,17 @@ class GapPaths:
         first, second = np.array([(a.row, b.row) for a, b in pairs]).T.copy()
         ends, is_near = self.ends.points, self.ends.distance[first, second] < self.ends.window
         costly = ~is_near
-        if self.visibility is not None and is_near.any():
+        if is_near.any():
             samples = _straight_gaps(ends, first[is_near], second[is_near], CONNECTION_SHARES)
             bounds = np.arange(0, len(samples) + 1, CONNECTION_POINTS)
-            costly[is_near] = self.visibility.lengths(samples, bounds)[:, [0, 2]].any(axis=1)
+            costly[is_near] = self.scene.lengths(samples, bounds)[:, [0, 2]].any(axis=1)
         cost = np.zeros((len(pairs), 3))
         if costly.any():
             spacing = STEP_RADII * self.ends.radius
             paths = [self.path(a, b).points(spacing) for (a, b), is_costly in zip(pairs, costly, strict=True) if is_costly]
             weights = (self.ends.config.free_space_weight, self.ends.config.unknown_weight, self.ends.config.free_space_weight)
-            cost[costly] = self.ends.unit_cost * self._lengths(paths) * weights
+            cost[costly] = self.ends.unit_cost * self.scene.gap_lengths(paths) * weights
         return [GapCost(*row) for row in cost.tolist()]
-
-    def _lengths(self, paths: list[Floats]) -> Floats:
-        """Return the length of each path in free space, in unknown space and over bare surface, (K, 3) m (px in 2-D)."""
-        if self.visibility is not None:
-            return self.visibility.gap_lengths(paths)
-        return np.array([(0.0, steps(path).sum(), 0.0) for path in paths])
 
     def with_straight_gaps(self, cost: Floats) -> Floats:
         """Return the cost of each pair of ends with the cost of a straight gap, through free and unknown space, added.
@@ -189,11 +176,8 @@ class GapPaths:
     def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
         """Return the cost of a straight gap between K ends and K others, given by their indices (K,)."""
         points, config = self.ends.points, self.ends.config
-        classes = np.full((len(first), len(CONNECTION_SAMPLES)), int(PointVisibility.NO_DEPTH))
-        if self.visibility is not None and len(first):
-            classes = self.visibility.model.classify(_straight_gaps(points, first, second, CONNECTION_SAMPLES)).reshape(
-                classes.shape
-            )
+        samples = _straight_gaps(points, first, second, CONNECTION_SAMPLES)
+        classes = self.scene.classify(samples).reshape(len(first), len(CONNECTION_SAMPLES))
         is_open = np.isin(classes, OPEN).mean(axis=1)
         unknown = (classes == PointVisibility.NO_DEPTH).mean(axis=1)
         length = np.linalg.norm(points[second] - points[first], axis=1)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from ...scene.context import FrameContext
+from ...scene.scene import Scene
 from ...types import Floats
 from ..candidates import Candidates
 
 
-def distance(candidates: Candidates, _: FrameContext) -> Floats:
+def distance(candidates: Candidates, _: Scene) -> Floats:
     """Return the distance of each pair of ends times `merge.distance_weight`, (E, E) cost units."""
     return candidates.config.distance_weight * candidates.unit_cost * candidates.distance
 
 
-def direction(candidates: Candidates, _: FrameContext) -> Floats:
+def direction(candidates: Candidates, _: Scene) -> Floats:
     """Return the turn half way between each pair of ends times `merge.direction_weight`, (E, E) cost units."""
     return candidates.config.angle_weights[0] * candidates.pairs[1]
 
 
-def curvature(candidates: Candidates, _: FrameContext) -> Floats:
+def curvature(candidates: Candidates, _: Scene) -> Floats:
     """Return the larger bend of each pair of ends times `merge.curvature_weight`, (E, E) cost units.
 
     The bend of an end is the angle between its tangent half way and the straight line to the other end; 0 for ends that coincide.

@@ -126,10 +126,9 @@ def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None 
     from ...pipeline import detect, run_stages
 
     stages = run_stages(frame, config, mask)
-    foreground = stages.context.foreground
-    object_mask = foreground.mask
-    if object_mask is None or not object_mask.any():
-        raise InputError("; ".join(foreground.notes) or "there is no pixel of an object to compare", code="object-missing")
+    object_mask = stages.scene.mask
+    if not object_mask.any():
+        raise InputError("; ".join(stages.scene.notes) or "there is no pixel of an object to compare", code="object-missing")
     color = frame.color if frame.color is not None else np.zeros((*frame.depth.shape, 3), np.uint8)
     return compare_chains(stages.chains, frame.camera, detect(Image(color), config_2d, object_mask).chains)
 

@@ -10,11 +10,11 @@ import numpy as np
 from ...config import Config, HsvRange, SegmentConfig
 from ...errors import InputError
 from ...geometry.radii import STEP_RADII
+from ...scene.frame import SIZE_OVER_SPACING, VIEW_EDGE
 from ...scene.frame_facts import FrameFacts
 from ...segment import segment
 from ...segment.methods import resolve_method
 from ...segment.methods.hsv import in_ranges
-from ...skeleton.voxelize import SIZE_OVER_SPACING, VIEW_EDGE
 from ...types import Array, Bools, Cloud, Frame, Image
 from ...types.display import counted
 from .hsv_range import completed_mask, fit_range
@@ -320,14 +320,14 @@ def _propose_lengths(
         if object_width and object_width > MAX_WIDTH_MARGIN * segmentation.max_width:
             segmentation = segmentation.model_copy(update={"max_width": round(2 * object_width, 3)})
             reasons["segment.max_width"] = f"the object is {1000 * object_width:.0f} mm wide"
-    foreground = segment(data, segmentation, None, config.seed).foreground
-    if foreground.mask is None or not foreground.mask.any():
+    scene = segment(data, segmentation, None, config.seed).scene
+    if not scene.mask.any():
         raise InputError(f"segment: nothing is left of the object: {OTHER_METHODS}", code="object-missing")
-    mask = foreground.mask
+    mask = scene.mask
     radius_px = FrameFacts(mask).radius()
     if isinstance(data, Frame):
         radius = FrameFacts(mask, data.depth).radius(data.camera.fx)
-        unit, spacing = "m", float(np.median(foreground.points[:, 2])) / data.camera.fx
+        unit, spacing = "m", float(np.median(scene.points[:, 2])) / data.camera.fx
     else:
         radius, unit, spacing = radius_px, "px", 1.0
     length = segment_length(radius, spacing)

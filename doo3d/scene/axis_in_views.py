@@ -1,4 +1,4 @@
-"""Samples measured in the view of each of many cameras: lateral offset and width of that view's mask."""
+"""The axis of the object in the masks of camera views: lateral offset and width in each."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from .. import kernels
 from ..geometry.noise import SURFACE_SAMPLES
 from ..geometry.polyline import unit
 from ..geometry.radii import TOUCHING_RADII
-from ..scene.frame_facts import FrameFacts
 from ..types import Camera, CameraView, Floats, Ints
-from .cross_sections import SectionAxes, section_axes
+from .axis import DEPTH_WEIGHT, GAP_WEIGHT, Estimate, count_weight, diagonal_weight, sections, trust, with_radius
+from .cross_sections import SectionAxes, fit_circles, section_axes
+from .frame_facts import FrameFacts
 from .samples import Samples
 
 
@@ -137,3 +138,23 @@ def median_radius(measurements: Sequence[ViewMeasurement], count: int) -> Floats
     result = np.full(count, np.nan)
     result[some] = np.nanmedian(table[:, some], axis=0)
     return result
+
+
+def axis_in_views(samples: Samples, points: Floats, sensor: Floats | None, views: Sequence[CameraView]) -> Estimate:
+    """Estimate the axis from the masks of all views, whose rays together tell depth too, and from circles as far as believed."""
+    measurements = [measured for view in views if (measured := measure_in_view(samples, view)) is not None]
+    measured_radii = median_radius(measurements, len(samples.curves.points))
+    samples, radii = with_radius(samples, measured_radii, np.isfinite(measured_radii))
+    axes, inside = sections(samples, points, sensor)
+    center, _, count = fit_circles(inside, samples.curves.owner, samples.radius, samples.window_half)
+    believed = DEPTH_WEIGHT * count_weight(count)
+    believed *= np.linalg.norm(center, axis=1) < TOUCHING_RADII * samples.radius
+    weight = diagonal_weight(axes, believed, believed)
+    pull = believed[:, None] * (center[:, :1] * axes.lateral + center[:, 1:] * axes.depth)
+    for measured in measurements:
+        trusted = trust(measured.radius / samples.radius[measured.sample]) * (measured.radius > 0)
+        weight[measured.sample] += np.einsum("s,si,sj->sij", trusted, measured.lateral, measured.lateral)
+        pull[measured.sample] += (trusted * measured.offset)[:, None] * measured.lateral
+    gap_weight = np.where(samples.filled, GAP_WEIGHT, 1.0)[:, None]
+    moved = np.linalg.solve(weight + 1e-9 * np.eye(3), pull[..., None])[..., 0]
+    return Estimate(samples.curves.points + moved, gap_weight[..., None] * weight, samples.radius, radii)

@@ -1,4 +1,4 @@
-"""Gaps that are none in the image: a strand goes on from one end to another in the mask, and only its depth was lost.
+"""Depth gaps: two chain ends joined by the mask, where only the depth is missing.
 
 A stereo camera loses the depth of a strand in stretches: where it bends towards the camera, beside a finger, where it is thin.
 The chains end there, though the strand is seen. The lines along the mask's skeleton, from one place where strands meet to the
@@ -14,19 +14,16 @@ from typing import TypeAlias
 import numpy as np
 
 from ..geometry.curves import Curves
-from ..geometry.limits import MAX_BRANCHES
 from ..geometry.radii import TOUCHING_RADII
 from ..kernels import gaps_along_lines
-from ..scene.context import FrameContext
+from ..scene.scene import Scene
 from ..types import Floats
-
-NOTE = "merge: the mask's skeleton has {} branches, so gaps between chains are not looked for along them; that is done up to {}"
 
 Gaps: TypeAlias = "dict[tuple[int, int], Floats]"
 """Rows of two ends, the lower first -> (P, 3) m, the points from the first to the second."""
 
 
-def seen_gaps(points: Floats, tangents: Floats, chains: Curves, context: FrameContext) -> tuple[Gaps, tuple[str, ...]]:
+def depth_gaps(points: Floats, tangents: Floats, chains: Curves, scene: Scene) -> tuple[Gaps, tuple[str, ...]]:
     """Return the gaps between chain ends along which the object is seen in the mask.
 
     Parameters
@@ -37,8 +34,8 @@ def seen_gaps(points: Floats, tangents: Floats, chains: Curves, context: FrameCo
         (E, 3) unit, out of the chains.
     chains
         the joints of the chains.
-    context
-        the data of the frame; its mask, camera and radius are used.
+    scene
+        what was captured.
 
     Returns
     -------
@@ -47,21 +44,14 @@ def seen_gaps(points: Floats, tangents: Floats, chains: Curves, context: FrameCo
     the object behind a place makes it free space: a pile fills the mask between any two ends. And messages to the user: that the
     mask's skeleton has too many branches.
     """
-    camera, facts = context.foreground.camera, context.foreground.facts
-    if camera is None or facts is None or len(chains) < 2:
+    if len(chains) < 2:
         return {}, ()
-    if context.visibility is not None and getattr(context.visibility.model, "own_object_counts_as_free", False):
-        return {}, ()
-    branches = len(facts.skeleton[1]) - 1
-    if branches > MAX_BRANCHES:
-        return {}, (NOTE.format(branches, MAX_BRANCHES),)
-    px = camera.fx * context.radius / median(points[:, 2].tolist())
-    lines = facts.strand_lines(px)
+    (lines, radius, intrinsics), notes = scene.strand_lines(median(points[:, -1].tolist()))
     if not len(lines):
-        return {}, ()
-    curves, intrinsics = (chains.points, chains.bounds, chains.closed), camera.intrinsics
+        return {}, notes
+    curves = chains.points, chains.bounds, chains.closed
     pairs, found, bounds = gaps_along_lines(
-        points, tangents, *curves, intrinsics, context.radius, lines.points, lines.bounds, TOUCHING_RADII * px
+        points, tangents, *curves, intrinsics, scene.radius, lines.points, lines.bounds, TOUCHING_RADII * radius
     )
     between = zip(pairs.tolist(), Curves(found, bounds, np.zeros(len(pairs), dtype=bool)), strict=True)
     return {(min(a, b), max(a, b)): line if a < b else line[::-1] for (a, b), line in between}, ()

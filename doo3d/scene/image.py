@@ -1,0 +1,83 @@
+"""A photograph: the mask is all that is known of space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..geometry.projection import Projection
+from ..kernels import CrossingStrands, strand_sides
+from ..types import Array, Bools, Floats, Ints
+from .axis_in_mask import axis_in_mask
+from .masked import NO_NUMBERS, MaskedScene
+from .samples import Samples
+from .scene import ColorSides
+from .states import PointVisibility
+from .strand_sides import SIDES, doubt_of
+from .upper_strand import color_log_odds
+
+MIN_MASK_RADIUS_PX = 0.5
+"""px; least radius of a mask: a line of single pixels."""
+
+NO_DEPTH_IMAGE: Array = np.zeros((0, 0), dtype=np.float32)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ImageScene(MaskedScene):
+    """An image without depth: positions are pixels (u, v), the object is seen inside the mask, and all else counts as free.
+
+    Attributes
+    ----------
+    probability
+        (H, W) float32, the probability that a pixel belongs to a thin object, by the network; (0, 0) where none was asked.
+    """
+
+    probability: Array = field(default_factory=NO_NUMBERS.copy)
+
+    @cached_property
+    def radius(self) -> float:
+        """The radius of the object, px: as configured, or the median half-width of the mask."""
+        return self.config.voxelize.radius or max(self.facts.radius(), MIN_MASK_RADIUS_PX)
+
+    @property
+    def spacing(self) -> float:
+        """The distance between neighboring pixels: one."""
+        return 1.0
+
+    @property
+    def voxel(self) -> float:
+        """The edge of a voxel: one pixel."""
+        return 1.0
+
+    @property
+    def view(self) -> Projection:
+        """The view of an image is the image."""
+        return Projection.planar()
+
+    def classify(self, points: Floats) -> Ints:
+        """Return for each position (N, 2) px whether it is OUTSIDE the image, on the object (SURFACE) or FREE, (N,) int64."""
+        height, width = self.mask.shape
+        inside = np.asarray(((points > -0.5) & (points < (width - 0.5, height - 0.5))).all(axis=1))
+        u, v = np.rint(points[inside]).astype(np.int64).T
+        classes = np.full(len(points), int(PointVisibility.OUTSIDE))
+        classes[inside] = np.where(self.mask[v, u], PointVisibility.SURFACE, PointVisibility.FREE)
+        return classes
+
+    def is_beside(self, points: Floats, clearance: float) -> Bools:
+        """Tell which positions (N, 2) px are in the image and outside the mask, (N,)."""
+        return np.asarray(self.classify(points) == PointVisibility.FREE)
+
+    def strand_sides(self, view: Floats, across: Floats, reach: Floats, radius: float) -> ColorSides:
+        """Return how a strand stands out from its sides in color, and what the network says of the pixels on its axis."""
+        sides = strand_sides(view, across, reach, radius, NO_DEPTH_IMAGE, self.color, self.mask, *SIDES)
+        return ColorSides(*sides, doubt_of(view, self.probability))
+
+    def measure_axis(self, samples: Samples, iterations: int) -> Samples:
+        """Return samples in the middle between the sides of the mask, with half its width as the radius."""
+        return axis_in_mask(samples, self.facts, iterations)
+
+    def upper(self, strands: CrossingStrands, half_width: Floats) -> Floats:
+        """Return the log-odds, (C,) nat, that the first of two strands is the upper one, by their colors in the overlap."""
+        return color_log_odds(strands, self.color, self.config.crossings)

@@ -1,0 +1,82 @@
+"""What images with a mask have in common, with depth or without."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..geometry.curves import Curves
+from ..types import Array, Bools, Floats, Ints
+from .claims import unclaimed_shares
+from .frame_facts import FrameFacts
+from .scene import Scene
+from .strand_hues import unlike_ends
+
+NO_PIXELS: Bools = np.zeros((0, 0), dtype=bool)
+NO_NUMBERS: Array = np.zeros((0, 0), dtype=np.uint8)
+NO_COLOR: Array = np.zeros((0, 0, 3), dtype=np.uint8)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MaskedScene(Scene):
+    """An image with the mask of the object.
+
+    Attributes
+    ----------
+    facts
+        what follows from the mask, and from the depth in it.
+    pixels
+        (N, 2) int, the pixel (u, v) = (column, row) of each point.
+    color
+        (H, W, 3) uint8 RGB, the color image; (0, 0, 3) where there is none.
+    side_by_side
+        (H, W) bool, the pixels of strands that touch or nearly touch side by side, and of the gaps between; (0, 0) without such
+        strands.
+    colors
+        (H, W) uint8, the number of the color of the strand at each pixel, from 1, 0 for none; (0, 0) unless strands of different
+        colors run side by side.
+    is_clean
+        whether the mask holds no noise of depth: it is given, of a photograph, of strands that their color tells, or judged by
+        the network. False if it was looked for by shape alone.
+    """
+
+    facts: FrameFacts = field(repr=False)
+    pixels: Ints
+    color: Array = field(default_factory=NO_COLOR.copy)
+    side_by_side: Bools = field(default_factory=NO_PIXELS.copy)
+    colors: Array = field(default_factory=NO_NUMBERS.copy)
+    is_clean: bool = True
+
+    @property
+    def mask(self) -> Bools:
+        """The pixels of the object, (H, W) bool, with a depth reading or without."""
+        return self.facts.mask
+
+    def point_colors(self) -> Array:
+        """Return the color of each point, (N, 3) uint8 RGB; (0, 3) where there is no color image."""
+        return self.color[self.pixels[:, 1], self.pixels[:, 0]] if self.color.size else super().point_colors()
+
+    def in_mask(self, pixels: Floats) -> Bools:
+        """Tell which pixels (..., 2) are in the image and in the mask: (...) bool."""
+        inside = np.asarray(((pixels >= 0) & (pixels < self.mask.shape[::-1])).all(axis=-1))
+        u, v = np.moveaxis(np.where(inside[..., None], pixels, 0).astype(int), -1, 0)
+        return np.asarray(inside & self.mask[v, u])
+
+    def unclaimed(self, view: Curves, reach: Floats) -> Floats:
+        """Return for each of C curves the share of the pixels of the mask that are near no curve, (C,).
+
+        In a mask that may hold noise of depth, the connected parts count that a curve runs through: others say nothing about it.
+
+        view : samples of the curves, px. reach : (S,) px, the radius at each sample.
+        """
+        return unclaimed_shares(view, reach, self.facts, self.is_clean)
+
+    def strand_colors(self, lines: Curves, window: int) -> Floats:
+        """Return how much less likely each two of the E ends of lines have one color, (E, E) nat; (0, 0) where it is unknown.
+
+        lines : m (px in 2-D). window : points from an end whose colors are taken.
+        """
+        if not self.colors.size:
+            return super().strand_colors(lines, window)
+        return unlike_ends(self.colors, list(lines.with_points(self.in_image(lines.points))), window)
