@@ -38,8 +38,7 @@ from doo3d.evaluation.sequences.motions import OWN_MOTIONS
 from doo3d.evaluation.sequences.scenes import make_sequence
 from doo3d.geometry.curves import Curves
 from doo3d.judge.deviations import FRAME_WEIGHTS, IN_CLOUD, IN_FRAME, deviations_of
-from doo3d.pipeline import run_with_stages
-from doo3d.scene.depth_support import depth_support
+from doo3d.pipeline import run_stages
 from doo3d.track import detect_sequence
 from doo3d.track.deviations import WEIGHTS, deviation_terms
 from doo3d.track.first_pass import observe_frame
@@ -82,15 +81,15 @@ def joints_of(data, mask, truths, of: tuple[str, str, int]) -> Iterator[Joints]:
     """Yield the joints of the right chains of one frame."""
     method = "everything" if mask is None else "mask"
     try:
-        _, stages = run_with_stages(data, case_config(load_config("default"), truths, True, method), mask)
+        stages = run_stages(data, case_config(load_config("default"), truths, True, method), mask)
     except DooError:
         return
     chains = stages.chains
     if not chains:
         return
-    curves, foreground = Curves.of([chain.joints for chain in chains]), stages.context.foreground
-    support = depth_support(curves, [chain.radius for chain in chains], foreground)
-    terms = [each**2 for each in deviations_of(curves, chains, support, foreground, np.eye(8))]
+    curves, scene = Curves.of([chain.joints for chain in chains]), stages.scene
+    support = scene.depth_support(curves, [chain.radius for chain in chains])
+    terms = [each**2 for each in deviations_of(curves, chains, support, scene, np.eye(8))]
     kinds = [np.append(chain.occluded, 0) + np.append(chain.depth_filled, 0) for chain in chains]
     beside = [np.maximum(kind, np.append(0, kind[:-1])) for kind in kinds]
     for chain, squares, kind in zip(chains, terms, beside, strict=True):

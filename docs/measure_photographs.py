@@ -44,7 +44,7 @@ def main() -> None:
         for chain in detection.chains:
             if chain.confidence >= config.output.min_confidence:
                 drawn |= drawn_pixels(chain, truth.shape)
-        first = stages.segmentation.base or stages.segmentation  # before the mask was extended along the chains
+        first = stages.observed.segmentation.base or stages.observed.segmentation  # before the mask was extended along the chains
         mask = np.asarray(first.foreground.mask)
         rows.append((intersection_over_union(mask, truth), intersection_over_union(drawn, truth)))
         if number % TIMED_EVERY == 0:

@@ -57,23 +57,23 @@ class Page:
 def before_fitting(scene: Rendered, stages: Stages) -> None:
     """From the mask to paths."""
     used = np.zeros((*scene.mask.shape, 1), bool)
-    used[stages.context.foreground.pixels[:, 1], stages.context.foreground.pixels[:, 0]] = True
+    used[stages.scene.pixels[:, 1], stages.scene.pixels[:, 0]] = True
     Page(scene, np.where(used, scene.frame.color, scene.frame.color * DIM).astype(np.uint8)).save("segment")
 
-    page, depth = Page(scene), stages.context.grid.centroids[:, 2]
+    page, depth = Page(scene), stages.graph.grid.centroids[:, 2]
     level = (255 * (depth - depth.min()) / np.ptp(depth)).astype(np.uint8)
     for point, color in zip(
-        stages.context.grid.centroids, cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1], strict=True
+        stages.graph.grid.centroids, cv2.applyColorMap(level[:, None], cv2.COLORMAP_VIRIDIS)[:, 0, ::-1], strict=True
     ):
         page.dots([point], color.tolist(), 3)
     page.save("voxelize")
 
     page = Page(scene)
-    page.dots(stages.skeleton.points, WHITE)
+    page.dots(stages.graph.skeleton.points, WHITE)
     page.save("thin")
 
     page = Page(scene)
-    for k, path in enumerate(stages.paths):
+    for k, path in enumerate(stages.graph.paths):
         page.line(path.points, chain_color(k))
         page.dots(path.points[[0, -1]], chain_color(k), 4)
     page.save("traverse")

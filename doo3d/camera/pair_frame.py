@@ -55,9 +55,9 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     flat = _flat_config(config)
     stages = run_stages(Image(left, images.name), flat, masks[0] if config.segment.method in ("auto", "mask") else None)
     if not stages.chains:
-        reason = " ".join(stages.segmentation.scene.notes) or "give masks, or color ranges (segment.ranges)"
+        reason = " ".join(stages.observed.segmentation.scene.notes) or "give masks, or color ranges (segment.ranges)"
         raise InputError(f"{images.name}: no strand is found in the left image: {reason}", code="object-missing")
-    chains = [enlarged_chain(chain, stages.scale) for chain in stages.chains]
+    chains = [enlarged_chain(chain, stages.observed.scale) for chain in stages.chains]
     strands, _ = match_strands(
         [chain.joints for chain in chains],
         [chain.radii for chain in chains],
@@ -86,8 +86,8 @@ def _flat_config(config: Config) -> Config:
 
 
 def _mask(stages: Stages, shape: tuple[int, ...]) -> Bools:
-    mask = stages.segmentation.scene.mask
-    return np.zeros(shape, dtype=bool) if mask is None else enlarged_mask(mask, stages.scale, shape)
+    mask = stages.observed.segmentation.scene.mask
+    return enlarged_mask(mask, stages.observed.scale, shape)
 
 
 def _depth(strands: list[MatchedStrand], mask: Bools, pair: RectifiedPair) -> Array:

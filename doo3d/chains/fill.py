@@ -10,6 +10,7 @@ from ..geometry.assembly import Assembly
 from ..geometry.gap_path import GapPath
 from ..kernels import lay_equal_chords
 from ..types import Floats, Path
+from ..types.stopwatch import timed
 
 POINTS_PER_SEGMENT = 20
 """Points of a gap path per segment: on an arc of one segment's radius they lie within 0.03 % of it."""
@@ -18,6 +19,7 @@ SAME_JOINT = 1e-9
 """Segments within which the last new joint and the end of the gap are one joint."""
 
 
+@timed("fill")
 def fill(assemblies: Sequence[Assembly], length: float) -> list[Path]:
     """Join the pieces of each object to one polyline, with new joints across the gaps.
 

@@ -10,8 +10,10 @@ from ..geometry.curves import Curves
 from ..geometry.limits import MAX_SAMPLES
 from ..kernels import fit_chains
 from ..types import Path
+from ..types.stopwatch import timed
 
 
+@timed("fit")
 def fit(paths: list[Path], length: float, config: FitConfig) -> Curves:
     """Lay chains of segments of exactly `length` along paths (Keipour et al., RA-L 2022, Algorithm 2).
 

@@ -13,6 +13,7 @@ from ..geometry.curves import Curves, runs
 from ..geometry.limits import MAX_NEAR_PAIRS
 from ..geometry.polyline import unit
 from ..types import Bools, Floats, Ints
+from ..types.stopwatch import timed
 
 WIDTH_VOXELS = 1.5
 """Width of the cuboids in voxels (pixels in 2-D): paths that run in neighboring voxels overlap, others do not."""
@@ -35,6 +36,7 @@ class Pruned:
     removed: Floats
 
 
+@timed("prune")
 def prune(chains: Curves, voxel: float, config: PruneConfig) -> Pruned:
     """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 

@@ -21,6 +21,7 @@ from ..scene.samples import Samples, sample_paths
 from ..scene.scene import Scene
 from ..scene.states import PointVisibility
 from ..types import Bools, Chain, Connection, Floats, Ints, Path
+from ..types.stopwatch import timed
 from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead
 
 WALL_LATERAL_RADII = 0.9
@@ -30,6 +31,32 @@ STRIP_LATERAL_RADII, STRIP_LENGTH_RADII = 1.2, 3.0
 """Half-width and length, in radii, of the strip at an end in an image whose area is compared with that of a flat end."""
 
 
+def refine(paths: Sequence[Path], surface: Floats, scene: Scene, length: float) -> tuple[list[Chain], Scene]:
+    """Turn paths on the seen surface into chains of equal segments along the axes of the objects.
+
+    Parameters
+    ----------
+    paths
+        polylines on the seen surface (in 2-D in the mask), one per object, m (px in 2-D).
+    surface
+        (M, D) m (px in 2-D), the seen surface: the centroids of the voxels.
+    scene
+        what was captured, with the settings.
+    length
+        of the segments of the paths, m (px in 2-D).
+
+    Returns
+    -------
+    chains : longest first.
+    scene : with the position of the sensor, where the points of a cloud reveal it.
+    """
+    extended = extend_ends(paths, scene, length)
+    scene = decide_viewpoint(extended, scene, length)
+    samples = estimate_centerline(extended, scene, length, scene.config.refine)
+    return lay_chains(samples, extended, surface, scene, scene.config.refine), scene
+
+
+@timed("extend_ends")
 def extend_ends(paths: Sequence[Path], scene: Scene, length: float) -> list[Path]:
     """Extend the free ends of paths to where the object's surface ends. Rings are not changed.
 
@@ -52,6 +79,7 @@ def extend_ends(paths: Sequence[Path], scene: Scene, length: float) -> list[Path
     return extend_to_surface(paths, samples, scene.points, scene.point_gap)
 
 
+@timed("extend_ends")
 def decide_viewpoint(paths: Sequence[Path], scene: Scene, length: float) -> Scene:
     """Return the scene with a viewpoint (position of the sensor) inferred for a cloud that has none.
 
@@ -73,6 +101,7 @@ def decide_viewpoint(paths: Sequence[Path], scene: Scene, length: float) -> Scen
     return scene.seen_from(np.zeros(3)) if shows_half_shells(scene.points, samples) else scene
 
 
+@timed("estimate_centerline")
 def estimate_centerline(paths: Sequence[Path], scene: Scene, length: float, config: RefineConfig) -> Samples | None:
     """Estimate the axis and the radius of each object, starting from its path on the seen surface.
 
@@ -105,6 +134,7 @@ def estimate_centerline(paths: Sequence[Path], scene: Scene, length: float, conf
     return scene.measure_axis(samples, config.iterations)
 
 
+@timed("lay_chains")
 def lay_chains(
     samples: Samples | None, paths: Sequence[Path], surface: Floats, scene: Scene, config: RefineConfig
 ) -> list[Chain]:

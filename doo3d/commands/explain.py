@@ -78,10 +78,12 @@ def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Im
     ------
     InputError : the frame cannot be read or used.
     """
-    from ..pipeline import run_with_stages as run_stages
+    from ..pipeline import run_stages
+    from ..types.conversions import as_mode_data
 
     loaded = frame.load()
-    return run_stages(loaded.data, config, loaded.mask_for(config))
+    data = as_mode_data(loaded.data, config.mode)
+    return data, run_stages(data, config, loaded.mask_for(config))
 
 
 def lines(explanation: Explanation) -> Iterator[str]:

@@ -1,15 +1,8 @@
-"""The confidence of chains: the odds that each is right, from every kind of evidence against it."""
+"""How sure the result of a frame is, decided once, at the end: log-odds of chains, interpretations and crossings."""
 
-from .confidence import with_confidence
 from .evidence import Evidence
-from .interpretations import USUAL, Interpretation, most_probable, most_probable_chains, other_interpretations
+from .interpretations import Interpretation, interpret
+from .judge import judge
+from .verdict import Verdict
 
-__all__ = [
-    "USUAL",
-    "Evidence",
-    "Interpretation",
-    "most_probable",
-    "most_probable_chains",
-    "other_interpretations",
-    "with_confidence",
-]
+__all__ = ["Evidence", "Interpretation", "Verdict", "interpret", "judge"]

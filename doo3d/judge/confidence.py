@@ -18,6 +18,7 @@ from ..geometry.radii import ACROSS_RADII, STEP_RADII
 from ..scene.depth_support import DepthSupport
 from ..scene.scene import Scene
 from ..types import Chain, Floats
+from ..types.stopwatch import timed
 from .deviations import MAX_RESIDUAL_RADII, deviations_of
 from .evidence import Evidence
 from .looks import looks_of
@@ -44,6 +45,7 @@ MAX_DROPPED_RADII = 20.0
 """Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
 
 
+@timed("crossings")
 def with_confidence(
     chains: Sequence[Chain],
     dropped: float,

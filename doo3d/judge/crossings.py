@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+
 import numpy as np
 
 from ..geometry.curves import Curves
 from ..geometry.intersections import Intersections, find_intersections
+from ..geometry.radii import NODE_RADII
 from ..kernels import CrossingStrands
 from ..scene.cloud import CloudScene
 from ..scene.scene import Scene
-from ..types import Chain, Crossing, SegmentRef
+from ..types import Chain, Crossing, Junction, SegmentRef
+from ..types.stopwatch import timed
 
 SAMPLE_DISTANCES = np.linspace(0.0, 5.0, 16)
 """Half-widths beyond the overlap, on both sides, of the samples along a strand."""
@@ -21,7 +25,8 @@ MIN_ANGLE = 0.3
 """rad; strands that cross at less are taken to cross at this, or their overlap would have no end."""
 
 
-def find_crossings(chains: list[Chain], scene: Scene) -> tuple[Crossing, ...]:
+@timed("crossings")
+def find_crossings(chains: list[Chain], scene: Scene, junctions: Sequence[Junction] = ()) -> tuple[Crossing, ...]:
     """Find every place where two strands (stretches of one chain or of two) cross in the view, and which one is on top.
 
     The view is the camera's. A cloud is viewed from its viewpoint or, if the viewpoint is unknown, from above, against its z
@@ -34,6 +39,8 @@ def find_crossings(chains: list[Chain], scene: Scene) -> tuple[Crossing, ...]:
         the chains of one frame, m (px in 2-D).
     scene
         what was captured; depth and colors say which strand is on top.
+    junctions
+        where chains meet: chains do not cross there.
 
     Returns
     -------
@@ -49,14 +56,27 @@ def find_crossings(chains: list[Chain], scene: Scene) -> tuple[Crossing, ...]:
         return ()
     radius = np.array([chain.radius for chain in chains])[found.chain]
     half_width = radius * view.scale(in_view.interpolate(found.chain, found.segment + found.t)[..., 2])
-    crossings = (found.chain, found.segment, found.t, found.angle, found.point)
+    places = (found.chain, found.segment, found.t, found.angle, found.point)
     overlap = (SAMPLE_DISTANCES, OVERLAP_MARGIN, MIN_ANGLE)
-    strands = CrossingStrands(in_view.points, in_view.bounds, in_view.closed, *crossings, radius, half_width, *overlap)
+    strands = CrossingStrands(in_view.points, in_view.bounds, in_view.closed, *places, radius, half_width, *overlap)
     log_odds = np.zeros(len(radius)) + scene.upper(strands, half_width)
-    return tuple(_crossing(found, k, chains, float(value)) for k, value in enumerate(log_odds))
+    crossings = (_crossing(found, k, chains, float(value)) for k, value in enumerate(log_odds))
+    return tuple(_without_junctions(crossings, junctions))
 
 
-def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing, ...]:
+def _without_junctions(crossings: Iterable[Crossing], junctions: Sequence[Junction]) -> Iterator[Crossing]:
+    """Yield the crossings except those at a junction of the two chains, which meet there and do not cross."""
+    nodes = [
+        ({end.chain for end in junction.ends}, junction.position, (NODE_RADII * float(junction.radii.max())) ** 2)
+        for junction in junctions
+    ]
+    for crossing in crossings:
+        both = {crossing.upper.chain, crossing.lower.chain}
+        if not any(both <= chains and ((crossing.point - place) ** 2).sum() < limit for chains, place, limit in nodes):
+            yield crossing
+
+
+def crossings_of_chains(chains: list[Chain], coordinates: str, junctions: Sequence[Junction] = ()) -> tuple[Crossing, ...]:
     """Find every place where strands cross in the view, and which one is on top, from the shapes of the chains alone.
 
     Parameters
@@ -65,11 +85,14 @@ def crossings_of_chains(chains: list[Chain], coordinates: str) -> tuple[Crossing
         the chains of one frame, m.
     coordinates
         "camera" for chains in the camera's optical frame, which are viewed from there; others are viewed from above.
+    junctions
+        where chains meet: they do not cross there.
     """
     if not chains:
         return ()
     points = np.concatenate([chain.joints for chain in chains])
-    return find_crossings(chains, CloudScene(points, filtered=points, sensor=np.zeros(3) if coordinates == "camera" else None))
+    sensor = np.zeros(3) if coordinates == "camera" else None
+    return find_crossings(chains, CloudScene(points, filtered=points, sensor=sensor), junctions)
 
 
 def _crossing(intersections: Intersections, k: int, chains: list[Chain], log_odds: float) -> Crossing:

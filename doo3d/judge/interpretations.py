@@ -8,17 +8,19 @@ interpreted in other ways too, and the log odds of the chains decide.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from operator import attrgetter
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 
 from scipy.special import logit
 
 from ..config import Config
+from ..errors import InputError
 from ..scene.scene import Scene
 from ..types import Chain
 from .evidence import Evidence
+from .verdict import CERTAIN, Verdict
 
 
 class Interpretation(NamedTuple):
@@ -38,6 +40,11 @@ class Interpretation(NamedTuple):
     clearance: float = 1
     free_space: float = 1
 
+    def applied(self, config: Config) -> Config:
+        """Return the settings with the factor of the cost of free space."""
+        weight = self.free_space * config.merge.free_space_weight
+        return config.model_copy(update={"merge": config.merge.model_copy(update={"free_space_weight": weight})})
+
 
 USUAL = Interpretation()
 """The interpretation of every frame."""
@@ -46,8 +53,63 @@ OTHERS = (Interpretation(voxel=0.5, clearance=0.5), Interpretation(clearance=0.5
 """The interpretations of an uncertain frame beside the usual one. Of 50 changes of settings these two together made most frames
 right, and hardly one wrong, in scenes of all families and in tough ones: `doo3d evaluate ablations` has the row."""
 
-CERTAIN = 0.7
-"""Confidence of a frame from which on the usual one is enough: between this and 0.85 others made one of 396 frames right."""
+MAX_UNCERTAIN_PIECES = 100
+"""Pieces at most of an uncertain frame that is interpreted in other ways too, for time: an object has 50 at most."""
+
+NOTE = "merge: the object falls into {} pieces, so it is interpreted in one way only; others are tried up to {}"
+
+
+class Interpreted(Protocol):
+    """A frame interpreted in one way."""
+
+    @property
+    def verdict(self) -> Verdict: ...
+
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def pieces(self) -> int: ...
+
+    @property
+    def is_refused(self) -> bool: ...
+
+
+T = TypeVar("T", bound=Interpreted)
+
+
+def interpret(walk: Callable[[Interpretation], T]) -> tuple[T, Verdict, tuple[str, ...]]:
+    """Interpret a frame, in other ways too if it is uncertain, and return the most probable interpretation.
+
+    Where a wanted number of chains was refused, since the camera sees no object between their ends, no interpretation is looked
+    for that joins them nevertheless.
+
+    Parameters
+    ----------
+    walk
+        the stages from voxelization on, interpreted in one way.
+
+    Returns
+    -------
+    best : the most probable interpretation.
+    verdict : its verdict, with what the other interpretations say against it.
+    notes : messages to the user: that there were too many pieces to try others.
+    """
+    usual = walk(USUAL)
+    verdict, config = usual.verdict, usual.scene.config
+    others = () if usual.is_refused else other_interpretations(verdict.chains, verdict.evidence, usual.scene)
+    if not others:
+        return usual, verdict, ()
+    if usual.pieces > MAX_UNCERTAIN_PIECES:
+        return usual, verdict, (NOTE.format(usual.pieces, MAX_UNCERTAIN_PIECES),)
+    found = [usual]
+    for other in others:
+        try:
+            found.append(walk(other))
+        except InputError:  # there are too many of the finer voxels
+            continue
+    best, evidence = most_probable([each.verdict.evidence for each in found], config)
+    return found[best], found[best].verdict.with_evidence(evidence), ()
 
 
 def other_interpretations(chains: Sequence[Chain], evidence: Sequence[Evidence], scene: Scene) -> tuple[Interpretation, ...]:
@@ -99,17 +161,6 @@ def most_probable(interpretations: Sequence[Sequence[Evidence]], config: Config)
     best = max(odds, key=odds.__getitem__)
     rivals = odds[best] - sum(odds.values()) / len(odds)
     return best, [replace(each, rivals=rivals) for each in interpretations[best]]
-
-
-def most_probable_chains(chains: Sequence[Chain], count: int) -> list[int]:
-    """Return the indices of the most probable chains, in ascending order; of those at CERTAIN (0.7) or above, the longest.
-
-    There, differences in confidence are noise, and a long piece of the object is worth more than a short one.
-
-    chains : the chains of one frame. count : number of chains wanted; all are returned if there are fewer.
-    """
-    order = sorted(range(len(chains)), key=lambda k: (-min(chains[k].confidence, CERTAIN), -chains[k].length))
-    return sorted(order[:count])
 
 
 def _log_odds(evidence: Sequence[Evidence], config: Config) -> float:

@@ -120,6 +120,11 @@ class Merged:
     notes: tuple[str, ...] = ()
     is_refused: bool = False
 
+    @property
+    def left_out(self) -> float:
+        """The length of the chains dropped because of the wanted number of objects, m (px in 2-D)."""
+        return sum(item.length for item in self.dropped if item.setting == "merge.chains")
+
     @cached_property
     def decisions(self) -> tuple[MergeDecision, ...]:
         """One record per connection made, the cheapest connection first."""

@@ -13,6 +13,7 @@ from ..geometry.assembly import Assembly
 from ..geometry.curves import Curves
 from ..scene.scene import Scene
 from ..types import Floats
+from ..types.stopwatch import timed
 from .candidates import Candidates, End, Link, ends_of
 from .confidence import confidences
 from .decisions import TOO_MANY, DroppedChain, Merged, record_decisions
@@ -28,6 +29,7 @@ A frame of an object has a few dozen."""
 NO_CHAINS = Curves.of([])
 
 
+@timed("merge")
 def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 

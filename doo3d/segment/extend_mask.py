@@ -16,11 +16,13 @@ from ..kernels import follow_strand
 from ..scene.image import ImageScene
 from ..scene.scene import Scene
 from ..types import Bools, Chain
+from ..types.stopwatch import timed
 
 MIN_EXTENSION_RADII = 2.0
 """Radii; shorter extensions are not worth running the stages again, and end in the mask that they begin in."""
 
 
+@timed("extend_mask")
 def extend_mask(chains: list[Chain], scene: Scene) -> Bools | None:
     """Extend the mask of an image along strands that continue beyond it (2-D only).
 

@@ -9,8 +9,10 @@ import numpy as np
 
 from ..kernels import neighbor_table, thin_pixels, thin_voxels
 from ..types import Skeleton, VoxelGrid
+from ..types.stopwatch import timed
 
 
+@timed("thin")
 def thin(grid: VoxelGrid) -> Skeleton:
     """Thin the occupied voxels to lines one voxel wide (a curve skeleton), connected as the voxels are.
 

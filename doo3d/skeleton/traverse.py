@@ -18,6 +18,7 @@ from ..geometry.radii import NODE_RADII, TOUCHING_RADII
 from ..kernels import neighbor_table, skeleton_paths
 from ..scene.scene import Scene
 from ..types import Array, Floats, Path, Skeleton
+from ..types.stopwatch import timed
 from .contours import trace_contours
 
 MIN_LOOP_RADII = 12.0
@@ -68,6 +69,7 @@ class Traversal:
     notes: tuple[str, ...] = ()
 
 
+@timed("traverse")
 def traverse(skeleton: Skeleton, scene: Scene, config: TraverseConfig, clearance: float = 1.0) -> Traversal:
     """Turn the skeleton into ordered polylines.
 

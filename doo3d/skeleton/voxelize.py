@@ -19,6 +19,7 @@ from ..scene.frame import FrameScene
 from ..scene.image import ImageScene
 from ..scene.scene import Scene
 from ..types import Floats, Ints, VoxelGrid
+from ..types.stopwatch import timed
 from .core_pixels import core_points
 
 DEPTH_EDGES = 2.0
@@ -42,6 +43,7 @@ another. The parts of a frame's mask were judged in the image; small components 
 NO_STRANDS: Ints = np.zeros(0, dtype=np.int64)
 
 
+@timed("voxelize")
 def voxelize(scene: Scene) -> VoxelGrid:
     """Return the voxels that the object's points occupy, with small holes closed and small components removed.
 

@@ -37,6 +37,6 @@ def doubts(stages: Stages) -> tuple[str, ...]:
         if evidence.is_wide:
             reasons = ["wider than segment.max_width"]
         if reasons:
-            length = length_text(stages.scale * chain.length, chain.joints.shape[1] == 2)
+            length = length_text(stages.observed.scale * chain.length, chain.joints.shape[1] == 2)
             sentences.append(f"chain {number}, {length}: confidence {chain.confidence:.2f}: {', '.join(reasons)}")
     return tuple(sentences)

@@ -15,7 +15,7 @@ from ..config import Config, ConfigLike, as_config
 from ..geometry.curves import Curves
 from ..geometry.polyline import steps
 from ..links import TOO_MANY, Candidate, MergeDecision
-from ..pipeline import Stages, object_given, run_with_stages
+from ..pipeline import Stages, run_stages
 from ..scene.frame_facts import FrameFacts
 from ..segment import Segmentation
 from ..segment.working_picture import enlarged_points
@@ -99,10 +99,10 @@ class Merge:
 
         decision : the merge stage's record of the connection. stages : the products of all stages.
         """
-        runner_up = Choice.of(decision.runner_up, stages.scale) if decision.runner_up else None
+        runner_up = Choice.of(decision.runner_up, stages.observed.scale) if decision.runner_up else None
         place = decision.chosen.points.mean(axis=0)
-        kept = decision.kept and _distance(place, stages.chains) <= _distance(place, stages.unchosen)
-        return Merge(Choice.of(decision.chosen, stages.scale), runner_up, decision.confidence, kept)
+        kept = decision.kept and _distance(place, stages.chains) <= _distance(place, stages.verdict.unchosen)
+        return Merge(Choice.of(decision.chosen, stages.observed.scale), runner_up, decision.confidence, kept)
 
     def to_dict(self) -> dict[str, Any]:
         """Return {"chosen", "runner_up", "confidence", "kept"} (the attributes) as plain values for JSON.
@@ -190,7 +190,7 @@ def explain(data: Frame | Cloud | Image | Array, config: ConfigLike | None = Non
     InputError : the data cannot be used.
     """
     config = as_config(config)
-    return explain_stages(run_with_stages(data, config, mask)[1], config)
+    return explain_stages(run_stages(data, config, mask), config)
 
 
 def explain_stages(stages: Stages, config: Config) -> Explanation:
@@ -202,7 +202,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
     accounts = (
         _segment(stages),
         _voxelize(stages, in_words),
-        Account("thin", f"{len(stages.skeleton.coords)} voxels of skeleton"),
+        Account("thin", f"{len(stages.graph.skeleton.coords)} voxels of skeleton"),
         _traverse(stages, in_words),
         _fit(stages, in_words),
         _prune(stages),
@@ -213,7 +213,7 @@ def explain_stages(stages: Stages, config: Config) -> Explanation:
         _confidence(stages, config),
     )
     merges = tuple(Merge.of(decision, stages) for decision in stages.merged.decisions)
-    return Explanation(accounts, merges, enlarged_points(stages.pruned.removed, stages.scale))
+    return Explanation(accounts, merges, enlarged_points(stages.pruned.removed, stages.observed.scale))
 
 
 def _distance(place: Floats, chains: Sequence[Chain]) -> float:
@@ -223,12 +223,12 @@ def _distance(place: Floats, chains: Sequence[Chain]) -> float:
 
 def _lengths(stages: Stages) -> _InWords:
     """Return the function that says a length in words: in mm in 3-D, in px in 2-D."""
-    scale, unit = (1000.0, "mm") if stages.grid.coords.shape[1] == 3 else (float(stages.scale), "px")
+    scale, unit = (1000.0, "mm") if stages.graph.grid.coords.shape[1] == 3 else (float(stages.observed.scale), "px")
     return lambda length: f"{scale * length:.1f} {unit}"
 
 
 def _segment(stages: Stages) -> Account:
-    segmentation, scale = stages.segmentation, stages.scale
+    segmentation, scale = stages.observed.segmentation, stages.observed.scale
     scene = segmentation.scene
     made, unit = f"{len(scene.points)} points by the method {segmentation.method}", "points"
     if scene.mask.size:
@@ -267,7 +267,7 @@ def _selection(segmentation: Segmentation, unit: str) -> list[str]:
 
 
 def _voxelize(stages: Stages, in_words: _InWords) -> Account:
-    grid = stages.grid
+    grid = stages.graph.grid
     radius = stages.scene.radius if len(grid.coords) else 0.0
     made = f"{len(grid.coords)} voxels of {in_words(grid.size)}, for a radius of {in_words(radius)}"
     unused = len(stages.scene.points) - int(grid.counts.sum())
@@ -276,21 +276,21 @@ def _voxelize(stages: Stages, in_words: _InWords) -> Account:
 
 
 def _traverse(stages: Stages, in_words: _InWords) -> Account:
-    lengths = sorted((float(steps(path.points).sum()) for path in stages.paths), reverse=True)
+    lengths = sorted((float(steps(path.points).sum()) for path in stages.graph.paths), reverse=True)
     listed = ", ".join(in_words(length) for length in lengths[:MAX_LISTED_PATHS])
     more = ", ..." if len(lengths) > MAX_LISTED_PATHS else ""
     left_out = (
-        (stages.traversal.spur_length, "in spurs (traverse.min_branch)"),
-        (stages.traversal.loop_length, "in loops round holes in the surface"),
-        (stages.traversal.trimmed_length, "cut off at tips, and where strands touch at junctions"),
+        (stages.graph.traversal.spur_length, "in spurs (traverse.min_branch)"),
+        (stages.graph.traversal.loop_length, "in loops round holes in the surface"),
+        (stages.graph.traversal.trimmed_length, "cut off at tips, and where strands touch at junctions"),
     )
     dropped = [f"{in_words(length)} of skeleton {reason}" for length, reason in left_out if length > 0]
-    return Account("traverse", f"{counted(len(lengths), 'path')}: {listed}{more}", (*dropped, *stages.traversal.notes))
+    return Account("traverse", f"{counted(len(lengths), 'path')}: {listed}{more}", (*dropped, *stages.graph.traversal.notes))
 
 
 def _fit(stages: Stages, in_words: _InWords) -> Account:
     length = stages.scene.config.fit.length
-    short = sum(float(steps(path.points).sum()) < length for path in stages.paths)
+    short = sum(float(steps(path.points).sum()) < length for path in stages.graph.paths)
     dropped = (f"{counted(short, 'path')} shorter than a segment (fit.segment_length)",) * (short > 0)
     return Account("fit", f"{_segments(stages.fitted)} of {in_words(length)}", dropped)
 
@@ -316,8 +316,8 @@ def _merge(stages: Stages, config: Config, in_words: _InWords) -> Account:
 
 def _refine(stages: Stages, in_words: _InWords) -> Account:
     # chains are cut at junctions, so that their number does not say how many were dropped
-    dropped = len(stages.filled) - len(stages.chains) - len(stages.unchosen) if not stages.scene.config.merge.branches else 0
-    refined = (*stages.chains, *stages.unchosen)
+    refined = (*stages.chains, *stages.verdict.unchosen)
+    dropped = 0 if stages.scene.config.merge.branches else len(stages.filled) - len(refined)
     reason = "shorter than half a segment, or thin beside a longer chain (refine.min_radius_ratio)"
     made = f"{counted(len(refined), 'chain')}: {', '.join(in_words(chain.length) for chain in refined)}"
     return Account("refine", made, (f"{counted(dropped, 'chain')} {reason}",) * (dropped > 0))
@@ -338,12 +338,12 @@ def _branches(stages: Stages) -> list[Account]:
 def _confidence(stages: Stages, config: Config) -> Account:
     """Return how confident the chains are, what speaks against each, and which are left out for it."""
     values, least = [chain.confidence for chain in stages.chains], config.output.min_confidence
-    low = 0 if object_given(stages, config) else sum(value < least for value in values)
+    low = 0 if stages.is_given else sum(value < least for value in values)
     made = "; ".join([", ".join(f"{value:.2f}" for value in values) or "no chains", *doubts(stages)])
     unchosen = [
         f"a chain of {length_text(chain.length, chain.joints.shape[1] == 2)}, confidence {chain.confidence:.2f}: "
         f"chains wanted: {config.merge.chains} (merge.chains)"
-        for chain in stages.unchosen
+        for chain in stages.verdict.unchosen
     ]
     hidden = (f"{counted(low, 'chain')} below {least:g} (output.min_confidence)",) * (low > 0)
     return Account("confidence", made, (*unchosen, *hidden))

@@ -11,8 +11,9 @@ import numpy as np
 from ..errors import DooError, InputError, require
 from ..inputs import FrameRef
 from ..outputs.run_reader import Results
-from ..pipeline import as_mode_data, run_with_stages
+from ..pipeline import run_stages
 from ..types import Array, Camera, Cloud, Detection, Floats, Frame, Image
+from ..types.conversions import as_mode_data
 from ..types.display import objects_text
 from ..viz import draw
 from ..viz.encoding import encode_image
@@ -131,8 +132,9 @@ class RerunRecording:
             return None, ""
         frame = self.frame_refs[name].load()
         if not stages:
-            return as_mode_data(frame.data, self.config), ""
-        data, stage_data = run_with_stages(frame.data, self.config, frame.mask_for(self.config))
+            return as_mode_data(frame.data, self.config.mode), ""
+        data = as_mode_data(frame.data, self.config.mode)
+        stage_data = run_stages(data, self.config, frame.mask_for(self.config))
         explanation = explain_stages(stage_data, self.config)
         for product in products(stage_data, explanation):
             self._log_product(product)

@@ -33,14 +33,14 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
     stages : the products of all stages of a frame. explanation : the explanation of the same frame, whose connections are
     numbered.
     """
-    scene, at = stages.scene, partial(enlarged_points, scale=stages.scale)
-    mask = None if not scene.mask.size else scene.mask.repeat(stages.scale, axis=0).repeat(stages.scale, axis=1)
+    scene, at = stages.scene, partial(enlarged_points, scale=stages.observed.scale)
+    mask = None if not scene.mask.size else scene.mask.repeat(stages.observed.scale, axis=0).repeat(stages.observed.scale, axis=1)
     pieces = [at(piece) for piece in stages.pruned.chains]
     return [
         Product("1-mask", at(scene.points), _point_colors(scene), mask=mask),
-        _points("2-voxels", at(stages.grid.centroids), VOXEL),
-        _points("3-skeleton", at(stages.skeleton.points), SKELETON),
-        _lines("4-branches", [at(np.concatenate((path.points, path.points[: int(path.closed)]))) for path in stages.paths]),
+        _points("2-voxels", at(stages.graph.grid.centroids), VOXEL),
+        _points("3-skeleton", at(stages.graph.skeleton.points), SKELETON),
+        _lines("4-branches", [at(np.concatenate((path.points, path.points[: int(path.closed)]))) for path in stages.graph.paths]),
         _lines("5-segments", [at(chain) for chain in stages.fitted]),
         _pruned(pieces, explanation.pruned),
         _merges(pieces, explanation),
@@ -50,10 +50,10 @@ def products(stages: Stages, explanation: Explanation) -> list[Product]:
 
 def _chains(stages: Stages) -> Product:
     """Return the chains, with white points numbered "J0" at junctions."""
-    product = _lines("8-chains", [enlarged_points(chain.joints, stages.scale) for chain in stages.chains])
+    product = _lines("8-chains", [enlarged_points(chain.joints, stages.observed.scale) for chain in stages.chains])
     if not stages.branched.junctions:
         return product
-    at = enlarged_points(np.array([junction.position for junction in stages.branched.junctions]), stages.scale)
+    at = enlarged_points(np.array([junction.position for junction in stages.branched.junctions]), stages.observed.scale)
     first = len(product.points)
     labels = {first + k: f"J{k}" for k in range(len(at))}
     points, colors = np.concatenate((product.points, at)), np.concatenate((product.colors, _uniform(len(at), WHITE)))

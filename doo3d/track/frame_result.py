@@ -64,11 +64,10 @@ def frame_result(
         found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in laid], rings)
     else:
         found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
-    crossings = crossings_of_chains(found.chains, single.coordinates) if found.chains else ()
     return replace(
         single,
         chains=tuple(found.chains),
-        crossings=found.without_junctions(crossings),
+        crossings=crossings_of_chains(found.chains, single.coordinates, found.junctions),
         junctions=found.junctions,
         objects=found.objects,
         notes=(*single.notes, *missing),

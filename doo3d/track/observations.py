@@ -13,7 +13,7 @@ from ..chains.refine import estimate_centerline, lay_chains
 from ..config import Config
 from ..geometry.assembly import Assembly
 from ..geometry.curves import runs
-from ..pipeline import Stages, object_given
+from ..pipeline import Stages
 from ..scene.frame import FrameScene
 from ..scene.scene import Scene
 from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
@@ -124,9 +124,9 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
         tips = (own[0].tips[0] == TIP, own[-1].tips[1] == TIP) if own else (False, False)
         readings.append(readings_along(chain, scene, tips))
         strands += own
-    for chain in (*_dropped_chains(stages, config), *stages.unchosen):
+    for chain in (*_dropped_chains(stages, config), *stages.verdict.unchosen):
         strands += _strands(chain, -1, scene)
-    is_given = config.sequence.chains is not None or object_given(stages, config)
+    is_given = config.sequence.chains is not None or stages.is_given
     return Observation(detection, tuple(strands), readings=tuple(readings), is_given=is_given)
 
 
@@ -277,4 +277,4 @@ def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
         return []
     paths = fill(dropped, length)
     samples = estimate_centerline(paths, scene, length, config.refine)
-    return lay_chains(samples, paths, stages.grid.centroids, scene, config.refine)
+    return lay_chains(samples, paths, stages.graph.grid.centroids, scene, config.refine)

@@ -9,9 +9,10 @@ import numpy as np
 
 from ...geometry.curves import Curves
 from ...geometry.polyline import unit
-from ...geometry.radii import NODE_RADII
 from ...scene.scene import Scene
-from ...types import Chain, Crossing, Junction, LinearObject
+from ...types import Chain, Junction, LinearObject
+from ...types.display import DOUBTFUL_CONFIDENCE
+from ...types.stopwatch import timed
 from .attachments import NORMAL_SHORTFALL, end_meetings
 from .bodies import body_meetings
 from .clouds import end_joins
@@ -45,19 +46,6 @@ class Branched:
     objects: tuple[LinearObject, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def without_junctions(self, crossings: Sequence[Crossing]) -> tuple[Crossing, ...]:
-        """Return the crossings except those at a junction of the two chains, which meet there and do not cross."""
-        nodes = [
-            ({end.chain for end in junction.ends}, junction.position, (NODE_RADII * float(junction.radii.max())) ** 2)
-            for junction in self.junctions
-        ]
-
-        def is_at_junction(crossing: Crossing) -> bool:
-            both = {crossing.upper.chain, crossing.lower.chain}
-            return any(both <= chains and ((crossing.point - place) ** 2).sum() < limit for chains, place, limit in nodes)
-
-        return tuple(each for each in crossings if not is_at_junction(each))
-
 
 MIN_MEETING_COSINE = 0.5
 """Cosine between an end's tangent and the direction to a chain that it may branch off; at the end of a strand that runs beside
@@ -86,6 +74,22 @@ def may_branch(chains: Sequence[Chain]) -> bool:
     return False
 
 
+def branch(chains: list[Chain], scene: Scene) -> Branched:
+    """Return the chains cut at their junctions if the settings say that objects may branch; else the chains as they are."""
+    return find_branches(chains, scene) if scene.config.merge.branches else Branched(chains)
+
+
+def branch_notes(chains: Sequence[Chain], scene: Scene) -> tuple[str, ...]:
+    """Return the note on chains in space that meet like the branches of one object, which only some settings look for."""
+    sure = [chain for chain in chains if chain.confidence >= DOUBTFUL_CONFIDENCE]
+    if scene.config.merge.branches or scene.config.mode == "2d" or not may_branch(sure):
+        return ()
+    if not find_branches(sure, scene).junctions:
+        return ()
+    return ("branches: chains meet as the branches of one object do; if they are, use the preset harness (-c harness)",)
+
+
+@timed("branches")
 def find_branches(chains: Sequence[Chain], scene: Scene) -> Branched:
     """Find the junctions of a frame, cut the chains there, and assemble them to trees.
 
