@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -73,7 +73,7 @@ class CloudScene(Scene):
 
     def seen_from(self, sensor: Floats) -> CloudScene:
         """Return the scene with a position of the sensor, (3,) m."""
-        return replace(self, sensor=sensor)
+        return self.changed(sensor=sensor)
 
     @property
     def is_sparse(self) -> bool:

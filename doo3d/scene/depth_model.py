@@ -73,16 +73,6 @@ class DepthModel:
     own_object_counts_as_free: bool = False
     support: Support | None = None
 
-    @property
-    def mask(self) -> Bools:
-        """The pixels of the object, (H, W) bool."""
-        return self.facts.mask
-
-    @property
-    def depth(self) -> Array:
-        """The depth of the whole frame, (H, W) m, 0 = no reading."""
-        return self.facts.depth
-
     @cached_property
     def noise(self) -> float:
         """The standard deviation of the readings of the object in inverse depth, 1/m, above 0."""
@@ -132,9 +122,9 @@ class DepthModel:
         """
         inside, u, v = self._pixels_of(points)
         classes, odds = np.full(len(points), int(PointVisibility.OUTSIDE)), np.zeros((len(points), len(STATES)))
-        at, on = np.flatnonzero(inside), self.mask[v, u]
+        at, on = np.flatnonzero(inside), self.facts.mask[v, u]
         classes[at] = np.where(on, PointVisibility.MASKED, PointVisibility.NO_DEPTH)
-        reading = self.depth[v, u].astype(float)
+        reading = self.facts.depth[v, u].astype(float)
         known = reading > 0
         at, on, reading, pixels = at[known], on[known], reading[known], np.column_stack((u, v))[known]
         z = points[at, 2]
@@ -150,7 +140,7 @@ class DepthModel:
     def _pixels_of(self, points: Floats) -> tuple[Bools, Ints, Ints]:
         """Return which of the positions (N, D) project into the image, (N,) bool, and the column and row of the pixel of each."""
         pixels = self.camera.project(points)
-        height, width = self.mask.shape
+        height, width = self.facts.mask.shape
         inside = np.asarray(((pixels > -0.5) & (pixels < (width - 0.5, height - 0.5))).all(axis=1))
         u, v = np.rint(pixels[inside]).astype(np.int64).T
         return inside, u, v
@@ -178,9 +168,11 @@ class DepthModel:
             return beside
         left, top = max(u.min() - FRONT_PIXELS, 0), max(v.min() - FRONT_PIXELS, 0)
         part = np.s_[top : v.max() + FRONT_PIXELS + 1, left : u.max() + FRONT_PIXELS + 1]
-        others = np.where(self.mask[part] | (self.depth[part] <= 0), np.inf, self.depth[part]).astype(np.float32)
+        others = np.where(self.facts.mask[part] | (self.facts.depth[part] <= 0), np.inf, self.facts.depth[part]).astype(
+            np.float32
+        )
         nearest = cv2.erode(others, np.ones((2 * FRONT_PIXELS + 1, 2 * FRONT_PIXELS + 1), np.uint8))
-        shown = ~self.mask[v, u] & (nearest[v - top, u - left] >= points[inside, 2] - clearance)
+        shown = ~self.facts.mask[v, u] & (nearest[v - top, u - left] >= points[inside, 2] - clearance)
         if self.support is not None and shown.any():
             shown[shown] = ~self.support.has_object_color(np.column_stack((u, v))[shown])
         beside[inside] = shown

@@ -86,6 +86,6 @@ def tip_log_odds(model: DepthModel, ends: Floats, directions: Floats, radius: fl
     forward = unit(model.camera.project(ends + radius * directions) - at)
     turned = np.cos(TIP_FAN)[:, None, None] * forward + np.sin(TIP_FAN)[:, None, None] * forward[:, ::-1] * (-1, 1)
     reach = (model.camera.fx * radius / ends[:, 2])[:, None, None] * TIP_LOOKAHEAD_RADII[:, None]
-    height, width = model.mask.shape
+    height, width = model.facts.mask.shape
     u, v = np.rint(at[:, None] + reach * turned[:, :, None]).astype(np.int64).clip(0, (width - 1, height - 1)).T
-    return np.where(model.mask[v, u].any(axis=(0, 2)), -np.inf, is_open)
+    return np.where(model.facts.mask[v, u].any(axis=(0, 2)), -np.inf, is_open)

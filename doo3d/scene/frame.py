@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -125,7 +125,7 @@ class FrameScene(MaskedScene):
         """Return the scene with the surface beside chains measured: bare surface is distinguished from holes in the mask then."""
         if not len(chains):
             return self
-        return replace(self, support=Support.beside(chains, self.radius, self.facts, self.camera, self.color, self.plane))
+        return self.changed(support=Support.beside(chains, self.radius, self.facts, self.camera, self.color, self.plane))
 
     def depth_support(self, chains: Curves, radius: Sequence[float]) -> DepthSupport:
         """Return how well the readings support the segments of chains; radius : of each, m."""

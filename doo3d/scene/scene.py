@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -89,11 +89,18 @@ class Scene(ABC):
     voxel_factor: float = 1.0
 
     def __post_init__(self) -> None:
-        set_sealed(self, **{name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)})
+        if self.points.flags.writeable:  # those of a copy are sealed
+            set_sealed(self, **{name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)})
 
     def asked(self, config: Config, voxel_factor: float = 1.0) -> Self:
         """Return the scene as measured with these settings."""
         return replace(self, config=config, voxel_factor=voxel_factor)
+
+    def changed(self, **fields: Any) -> Self:
+        """Return a copy with other fields; what was measured of the object stays as it is."""
+        made = replace(self, **fields)
+        vars(made).update({name: vars(self)[name] for name in ("radius", "spacing", "voxel") if name in vars(self)})
+        return made
 
     @property
     def dim(self) -> int:

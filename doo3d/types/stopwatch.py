@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -12,13 +13,13 @@ from typing import ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)
+_SECONDS: ContextVar[defaultdict[str, float] | None] = ContextVar("seconds", default=None)
 
 
 @contextmanager
 def stopwatch() -> Iterator[dict[str, float]]:
     """Collect the seconds of the stages that run in the `with` block: name of the stage -> s, all calls of it together."""
-    seconds: dict[str, float] = {}
+    seconds: defaultdict[str, float] = defaultdict(float)
     token = _SECONDS.set(seconds)
     try:
         yield seconds
@@ -36,7 +37,7 @@ def timed(stage: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
             result = function(*args, **keywords)
             seconds = _SECONDS.get()
             if seconds is not None:
-                seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
+                seconds[stage] += time.perf_counter() - start
             return result
 
         return measured
