@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..types import Array, Bools, Camera, Floats, Ints
+from ..types import Bools, Camera, Floats, Ints
 from .frame_facts import FrameFacts
 from .states import PointVisibility
 from .support import Support
