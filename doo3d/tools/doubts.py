@@ -18,9 +18,9 @@ WORDS = {
     "uneven": "its width changes",
     "flat": "not raised on both sides",
     "faint": "hardly differs in color from what lies beside it",
-    "stray": "short beside the longest object",
-    "doubted": "the network doubts it",
-    "unsure": "no chain of the frame is sure",
+    "small_fragment": "short beside the longest object",
+    "network_doubt": "the network doubts it",
+    "frame_doubt": "no chain of the frame is sure",
 }
 """Kind of evidence -> what it says against a chain."""
 

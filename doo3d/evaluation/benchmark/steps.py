@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import logit
 
-from ...judge.evidence import GIVEN
+from ...judge.evidence import WEIGHTS_GIVEN
 from .trials import BRANCHED
 
 
@@ -87,8 +87,8 @@ class _NoSupport:
 
 
 def _confidence_without(kind: str) -> Ablation:
-    weights = {name: 0.0 if name == kind else weight for name, weight in GIVEN.items()}
-    return Ablation(places={"doo3d.judge.evidence:GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
+    weights = {name: 0.0 if name == kind else weight for name, weight in WEIGHTS_GIVEN.items()}
+    return Ablation(places={"doo3d.judge.evidence:WEIGHTS_GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
 
 
 DEPTH = ("stereo", "ragged")
@@ -187,6 +187,6 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("links.branches.clouds",),
         made_for=("harness clouds",),
     ),
-    **{f"confidence by {kind}": _confidence_without(kind) for kind in GIVEN if kind != "base"},
+    **{f"confidence by {kind}": _confidence_without(kind) for kind in WEIGHTS_GIVEN if kind != "base"},
 }
 """Name of a step -> how it is taken out."""
