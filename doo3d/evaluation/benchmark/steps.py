@@ -1,4 +1,4 @@
-"""The steps of the method, and how each is taken out: by a setting, or by putting something that does nothing in its place."""
+"""Define the steps of the method and how each is removed: by a setting, or by a replacement that does nothing."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .trials import BRANCHED
 
 @dataclass(frozen=True)
 class Ablation:
-    """How one step of the method is taken out.
+    """How one step of the method is removed.
 
     Attributes
     ----------
     settings
         dotted key of the config -> value, such as "merge.strategy" -> "greedy".
     places
-        "module:NAME" in the source code -> what is put there: a function that does nothing, or a value of a constant.
+        "module:NAME" in the source code -> its replacement: a function that does nothing, or another value of a constant.
     modules
-        modules in `doo3d` that go with the step, whose lines and numbers are its price.
+        modules in `doo3d` that exist for this step alone; their lines and numbers are its cost.
     made_for
-        kinds of data (keys of `trials.KINDS`) that the step was made for; the row is for them, beside that for all.
+        kinds of data (keys of `trials.KINDS`) that the step was made for; they have a row of their own besides that of all data.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -36,7 +36,7 @@ class Ablation:
 
 
 def _first(value: Any, *_: Any) -> Any:
-    """Return the first argument: in place of a function that changes it."""
+    """Return the first argument unchanged; it replaces functions that would change it."""
     return value
 
 
@@ -189,4 +189,4 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     **{f"confidence by {kind}": _confidence_without(kind) for kind in GIVEN if kind != "base"},
 }
-"""Name of a step -> how it is taken out."""
+"""Name of a step -> how it is removed."""

@@ -13,26 +13,26 @@ from ...types import Array, Bools, Camera, Floats
 from .rays import OCCLUDER, SUBPIXELS, RayCaster, finer_rays, pixel_rays
 
 AMBIENT, PATTERN, GREY_LEVEL = 0.55, 0.9, 90.0
-"""Brightness of a white surface that faces the camera, of a dot on it, and grey level (of 255) of the former."""
+"""Brightness of a white surface that faces the camera, brightness of a dot on it, and gray level (of 255) of the surface."""
 
 MAX_GREY_LEVEL = 250.0
-"""Of 255; where the surface reflects so much that no pattern shows."""
+"""Gray level, of 255, of the brightest pixels: where a surface reflects so much light that the pattern disappears."""
 
 TABLE_ALBEDO, SOLID_ALBEDO = 0.75, 0.85
-"""Fractions of the infrared light that surfaces reflect on average."""
+"""Mean fractions of the infrared light that the table and the solid objects reflect."""
 
 TABLE_CONTRAST, SOLID_CONTRAST = 0.10, 0.16
-"""Standard deviation of the texture over its mean."""
+"""Standard deviation of the texture divided by its mean, of the table and of solid objects."""
 
 TABLE_CELL, SOLID_CELL = 0.0012, 0.0009
-"""m, edge of a cell of the texture's noise: the weave of a cloth, the strands of a rope."""
+"""Edge in m of a cell of the texture's noise: the weave of a cloth, the strands of a rope."""
 
 PATCHES, PATCH_CELL = 0.6, 0.015
-"""Standard deviation of the strength of the texture over its mean, and m, edge of a cell of it: worn, dirty and glossy parts."""
+"""Variation of the texture's strength, for worn, dirty and glossy parts: standard deviation over mean, and cell edge in m."""
 
 GLARE_CELL, GLARE_SHIFT, MIN_GLARE = 0.009, 17.3, 1.3
-"""m, edge of a cell of the noise that tells where cables mirror the light; its offset in cells from the texture; the level above
-which they do, for some 3 % of their surface."""
+"""Noise that selects where cables mirror the light: edge of a cell in m, offset from the texture in cells, and threshold,
+exceeded on some 3 % of the surface."""
 
 TEXTURE_CELLS = 64
 """Cells along an edge of the cube of noise, which repeats."""
