@@ -49,11 +49,11 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> Record:
     mask
         (H, W) bool, the mask in which the chains were detected.
 
-        Returns
-        -------
-        Record
-            the three coefficients; `cables` and `chains`, the numbers of both; `correct`, whether these numbers are equal;
-            `match`, index of the chain matched with each cable for `drawn`, -1 for none.
+    Returns
+    -------
+    Record
+        the three coefficients; `cables` and `chains`, the numbers of both; `correct`, whether these numbers are equal;
+        `match`, index of the chain matched with each cable for `drawn`, -1 for none.
     """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)

@@ -1,4 +1,4 @@
-"""The common families of scenes: cables on a table, crossing themselves or each other, partly hidden, or in the air.
+"""Build the common families of scenes: cables on a table, crossing, partly hidden, or in the air.
 
 Each builder draws one scene from the given random numbers, or returns None if the draw cannot be built.
 """
@@ -20,34 +20,34 @@ Size = tuple[int, int]
 """Width and height of the image, px."""
 
 CANDIDATES = 60
-"""Curves drawn at once."""
+"""Number of random curves among which a suitable one is sought."""
 
 RADII = (0.003, 0.006)
-"""m, least and greatest radius of a cable."""
+"""Least and greatest radius of a cable, m."""
 
 LENGTHS = (0.5, 1.2)
-"""m, least and greatest length of a cable."""
+"""Least and greatest length of a cable, m."""
 
 MIN_BEND_RADII = 4.0
-"""Radii; tightest bend of a cable."""
+"""Least bend radius of a cable, in radii of the cable."""
 
 
 @dataclass(frozen=True)
 class Lying:
-    """A family of scenes of one smoothly curved cable on a table; called, it draws a scene, or returns None if it cannot.
+    """A family of scenes of one smoothly curved cable on a table; calling it draws a scene.
 
     Attributes
     ----------
     crossings
-        least and greatest number of times that the cable crosses itself.
+        least and greatest number of crossings of the cable with itself.
     at_most
-        number of crossings of which that of a scene is drawn, from 0 on; None for those of `crossings`.
+        if given, a scene has a random number of crossings from 0 to this; None uses `crossings`.
     radii, lengths, distances
-        m, least and greatest radius and length of the cable, and distance of the camera.
+        least and greatest radius of the cable, length of the cable, and distance of the camera, m.
     strand_distance, strand_radii
-        m, or radii, between two passes of the cable away from crossings.
+        least distance between two passes of the cable away from crossings: in m, and in radii.
     min_angle
-        degrees at a crossing.
+        least angle at a crossing, degrees.
     """
 
     crossings: tuple[int, int] = (0, 0)
@@ -81,8 +81,8 @@ PLAIN: dict[str, Lying] = {
     "wire": Lying(at_most=2, radii=(0.0005, 0.00075), lengths=(0.3, 0.8), distances=(0.32, 0.5), strand_distance=0.012),
     "hose": Lying(at_most=1, radii=(0.008, 0.015), lengths=(0.6, LENGTHS[1]), distances=(0.75, 1.1), strand_radii=3.2),
 }
-"""Families of one cable on a table: without a crossing, with one, with two to four, with four to ten, far from the camera, a wire
-of 1 to 1.5 mm near it, and a hose of 16 to 30 mm."""
+"""Families of one cable on a table: without a crossing, with one, with two to four, with four to ten; far from the camera; a wire
+of 1 to 1.5 mm near the camera; and a hose of 16 to 30 mm."""
 
 
 def straight(rng: Generator, size: Size) -> Scene | None:
@@ -153,7 +153,7 @@ def several(rng: Generator, size: Size) -> Scene | None:
 def air(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable in the air.
 
-    It is a helix, a hanging curve, or a loop whose strands are far apart in height where they cross: the cable touches nothing.
+    The cable is a helix, a hanging curve, or a loop whose strands are far apart in height at the crossing; it touches nothing.
 
     The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
@@ -203,7 +203,7 @@ def _high_loop(rng: Generator, studio: Studio, radius: float) -> Floats | None:
 
 
 def min_strand_distance(radius: float) -> float:
-    """Return the least distance in m between the axes of cables side by side: 5 times their radius in m."""
+    """Return the least distance in m between the axes of cables side by side: 5 times their radius (m)."""
     return 5 * radius
 
 
@@ -232,7 +232,7 @@ def planar_curve(
     strand_distance: float | None = None,
     min_angle: float = 32.0,
 ) -> Floats | None:
-    """Draw a curve on the table that is wholly in view and crosses itself a number of times within a range.
+    """Draw a curve on the table that is fully in view and whose number of crossings is within a range.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def cables_on_table(
     Parameters
     ----------
     rng
-        the random number generator, for what is not given.
+        the random number generator, for colors and orders that are not given.
     studio
         the camera above the table.
     curves
@@ -313,7 +313,7 @@ def cables_on_table(
 
 
 def is_sound(studio: Studio, axes: list[Floats], radii: Floats | float, clearance: float = 0.999) -> bool:
-    """Tell whether cables are in the image, and neither intersect nor bend too much.
+    """Return whether cables are in the image, and neither intersect nor bend too much.
 
     Parameters
     ----------
