@@ -1,6 +1,6 @@
-"""The explanation of a frame: what each stage made and dropped, and the cost of each connection.
+"""Explain a frame: what each stage made and dropped, and the cost of each connection.
 
-Everything is read off the records that the stages keep; no stage runs again.
+The explanation is derived from the records of the stages; no stage runs again.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ SCHEMA = "doo3d/explanation/1"
 _InWords = Callable[[float], str]
 
 MAX_LISTED_PATHS = 12
-"""Paths whose lengths are listed, the longest first."""
+"""Greatest number of paths whose lengths are listed, longest first."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Two chain ends that were or could have been connected, and the cost of connecting them.
+    """Two chain ends that were connected or could have been, and the cost of their connection.
 
     Costs are in cost units, which the weights in section `merge` of the settings define: by default 1 per mm of distance (1 per
     px in 2-D) between the ends, and more for angles and for free space on the path between them.
@@ -59,7 +59,7 @@ class Choice:
     def of(candidate: Candidate, scale: int = 1) -> Choice:
         """Return the Choice for two ends that the merge stage considered.
 
-        candidate : the merge stage's record of the two ends. scale : that of the stages. The terms "free space", "unknown" and
+        candidate : the merge stage's record of the two ends. scale : `Stages.scale`. The terms "free space", "unknown" and
         "bare surface", the costs of the path across the gap, come last in `terms`.
         """
         gap = candidate.gap_cost
@@ -115,7 +115,7 @@ class Merge:
 
 @dataclass(frozen=True)
 class Account:
-    """What one stage did, in words.
+    """Description of one stage in words: what it made and what it dropped.
 
     Attributes
     ----------
@@ -124,7 +124,7 @@ class Account:
     made
         what the stage made, such as "2 paths: 812.3 mm, 401.0 mm".
     dropped
-        what the stage dropped and why, a phrase each; empty if it dropped nothing.
+        what the stage dropped and why, one phrase each; empty if it dropped nothing.
     """
 
     stage: str
@@ -138,7 +138,7 @@ class Account:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Why the chains of one frame are what they are.
+    """The explanation of the chains of one frame.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ class Explanation:
 
 
 def explain(data: Frame | Cloud | Image | Array, config: ConfigLike | None = None, mask: Array | None = None) -> Explanation:
-    """Detect in one frame, and return what each stage made and dropped, and what each connection of two chain ends cost.
+    """Run the detection in one frame, and return an explanation of its stages and connections.
 
     Parameters
     ----------
@@ -182,8 +182,8 @@ def explain(data: Frame | Cloud | Image | Array, config: ConfigLike | None = Non
 
     Returns
     -------
-    An account of each stage in words; for each two chain ends that were joined, the cost of the join and that of the best
-    alternative; and the segments that pruning removed.
+    What each stage made and dropped, in words; for each connection of two chain ends, its cost and that of the best alternative;
+    and the segments that pruning removed.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def explain(data: Frame | Cloud | Image | Array, config: ConfigLike | None = Non
 
 
 def explain_stages(stages: Stages, config: Config) -> Explanation:
-    """Return the explanation of a frame whose stages have run already; no stage runs again.
+    """Return the explanation of a frame whose stages have run already.
 
     stages : the products of all stages. config : the configuration that the stages were run with.
     """
@@ -222,7 +222,7 @@ def _distance(place: Floats, chains: Sequence[Chain]) -> float:
 
 
 def _lengths(stages: Stages) -> _InWords:
-    """Return the function that says a length in words: in mm in 3-D, in px in 2-D."""
+    """Return the function that formats a length as text: in mm in 3-D, in px in 2-D."""
     scale, unit = (1000.0, "mm") if stages.context.grid.coords.shape[1] == 3 else (float(stages.scale), "px")
     return lambda length: f"{scale * length:.1f} {unit}"
 
@@ -256,7 +256,7 @@ def _segment(stages: Stages) -> Account:
 
 
 def _selection(segmentation: Segmentation, unit: str) -> list[str]:
-    """Return the sentences on what was removed of the selection of a method; unit : "pixels" or "points"."""
+    """Return sentences about the pixels or points that were removed from a method's selection; unit : "pixels" or "points"."""
     reasons = (
         (segmentation.removed_small, "in pieces that are too small (segment.min_component)"),
         (segmentation.removed_wide, "in regions wider than the object may be (segment.max_width, segment.max_width_ratio)"),
@@ -323,7 +323,7 @@ def _refine(stages: Stages, in_words: _InWords) -> Account:
 
 
 def _branches(stages: Stages) -> list[Account]:
-    """Return what became of the places where strands meet; nothing if branched objects were not looked for."""
+    """Return the account of the meetings of strands; empty if the detection did not look for branched objects."""
     found = stages.branched
     if not stages.context.branches:
         return []
@@ -335,7 +335,7 @@ def _branches(stages: Stages) -> list[Account]:
 
 
 def _confidence(stages: Stages, config: Config) -> Account:
-    """Return how confident the chains are, what speaks against each, and which are left out for it."""
+    """Return the account of the confidence: of each chain, the evidence against it, and the chains left out."""
     values, least = [chain.confidence for chain in stages.chains], config.output.min_confidence
     low = 0 if object_given(stages, config) else sum(value < least for value in values)
     made = "; ".join([", ".join(f"{value:.2f}" for value in values) or "no chains", *doubts(stages)])

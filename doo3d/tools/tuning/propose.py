@@ -1,4 +1,4 @@
-"""A configuration from one frame, and optionally picks on the object."""
+"""Propose a configuration from one frame and, optionally, from picked pixels on the object."""
 
 import math
 from collections.abc import Sequence
@@ -22,37 +22,38 @@ from .strands import Strand, find_strands, lost_strands
 from .thin_object import ThinObject, find_thin_object, object_at, thin_components
 
 MAX_SEARCH_PIXELS = 1_500_000
-"""Pixels of the image in which the object is searched for; larger images are scaled down."""
+"""Greatest number of pixels of the image in which the object is searched; larger images are scaled down."""
 
 MAX_FALSE_SHARE = 0.5
-"""Share of the pixels of the color ranges that may lie outside the object: above it, the color does not distinguish it."""
+"""Greatest fraction of the color ranges' pixels outside the object; above it, the color does not distinguish the object."""
 
 SEGMENT_RADII = 2.5
 """Length of a segment in radii: short enough for the bends of a cable, long enough for a reliable direction."""
 
 MIN_SEGMENT_SPACINGS = 6
-"""Length of a segment in pixel spacings, at least."""
+"""Least length of a segment, in pixel spacings."""
 
 ROUND_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Mantissas of round numbers."""
 
 SIDE_BY_SIDE_RATIO = 1.7
-"""Width of a mask over that of its narrow components, above which strands lie side by side in it."""
+"""Ratio of a mask's width to that of its narrow components above which it contains strands side by side."""
 
 MIN_WIDTH_PX = 3.0
-"""Width below which an object is not found reliably."""
+"""Width in px below which an object is not detected reliably."""
 
 MIN_RECALL, MIN_PRECISION = 0.85, 0.85
-"""Recall and precision of the segmentation below which there is advice."""
+"""Recall and precision of the segmentation below which the user gets advice."""
 
 MAX_MISSING_DEPTH = 0.3
-"""Share of the object without depth above which there is advice."""
+"""Fraction of the object without depth above which the user gets advice."""
 
 MAX_WIDTH_MARGIN = 0.6
-"""Width of the object over segment.max_width above which max_width is raised to twice the width."""
+"""Ratio of the object's width to segment.max_width above which max_width is raised to twice the width."""
 
 BORDER_SHARE = 1 / 3
-"""Share of a strand's half width whose color is not taken for its own: `completed_mask` adds as much where the color agrees."""
+"""Fraction of a strand's half width, at its border, that the color ranges are not fitted to; `completed_mask` adds it if its
+color agrees."""
 
 ONE_BY_ONE = "for color ranges of some strands only, select these: --pick X,Y, for each the pixel listed above"
 
@@ -85,10 +86,10 @@ class Tuned:
     reasons
         dotted key of the config, such as "fit.segment_length" -> why it has its value.
     advice
-        what the user could do to improve the result, a sentence each; empty if nothing.
+        what the user could do to improve the result, one sentence each; may be empty.
     strands
-        the strands that detection finds with the configuration to start from, a sentence each: length, a pixel, and whether the
-        color ranges find it; empty if the object was selected, or nothing was found.
+        the strands that detection finds with the initial configuration, one sentence each: length, a pixel, and whether the color
+        ranges find it; empty if the user picked the object, or nothing was found.
     """
 
     config: Config
@@ -120,8 +121,8 @@ def tune(
     data
         a frame with depth, or an image.
     config
-        the configuration to start from; values that are not tuned are kept. If it is of the 2-D mode, the depth of a frame with
-        color is ignored.
+        the initial configuration; values that are not tuned are kept. In the 2-D mode, the depth of a frame with color is
+        ignored.
     picks
         (x, y) px of pixels on the object, one for each of its colors.
     box
@@ -132,8 +133,8 @@ def tune(
     Raises
     ------
     InputError
-        a pick or the box is outside the image, or the frame has no color that they could select; no thin object is found; no
-        color range separates it from the background; or the data is a cloud.
+        a pick or the box is outside the image, or given for a frame without color; no thin object is found; no color range
+        separates it from the background; or the data is a cloud.
     """
     if isinstance(data, Cloud):
         raise InputError(
@@ -173,9 +174,10 @@ def _propose_colors(data: Frame | Image, config: Config, objects: list[Bools], r
 
 
 def _tune_strands(data: Frame | Image, color: Array, config: Config, strands: list[Strand]) -> Tuned:
-    """Return the configuration for the strands that detection finds with the given one.
+    """Return the configuration for the strands that detection finds with the initial one.
 
-    It has color ranges if detection finds every strand again with them, and no more chains; otherwise the method is kept.
+    The result has color ranges if detection with them finds every strand again and no further chains; otherwise the method is
+    kept.
     """
     small, scale = _reduced(color)
     thin = [_core(strand.thin, small.shape[1::-1], scale) for strand in strands]
@@ -224,7 +226,7 @@ def _find_ranges(
 
 
 def _fit_ranges(color: Array, objects: Sequence[ThinObject]) -> tuple[list[HsvRange], list[float]]:
-    """Return the color range of each object, and the share of the range's pixels that lie on none of the objects."""
+    """Return the color range of each object, and the fraction of the range's pixels outside all objects."""
     union = np.logical_or.reduce([thin.mask for thin in objects])
     ranges, false = list[HsvRange](), list[float]()
     for thin in objects:
@@ -235,13 +237,16 @@ def _fit_ranges(color: Array, objects: Sequence[ThinObject]) -> tuple[list[HsvRa
 
 
 def _reduced(color: Array) -> tuple[Array, float]:
-    """Return an image (H, W, 3) with MAX_SEARCH_PIXELS at most, and the scale, 1 or less."""
+    """Scale an image (H, W, 3) down to at most MAX_SEARCH_PIXELS; return it and the scale, 1 or less."""
     scale = min(1.0, math.sqrt(MAX_SEARCH_PIXELS / (color.shape[0] * color.shape[1])))
     return (color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)), scale
 
 
 def _core(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
-    """Return the middle of an object in an image of a shape (width, height) that was scaled: its border may be background."""
+    """Return the middle of an object without its border, which may be background.
+
+    shape : (width, height) px of the full-size image. scale : of the image in which the object was found.
+    """
     mask = cv2.resize(thin.mask.view(np.uint8), shape, interpolation=cv2.INTER_NEAREST)
     half_width = scale * thin.half_width
     core = cv2.distanceTransform(mask, cv2.DIST_L2, 3) > BORDER_SHARE * half_width
@@ -249,7 +254,7 @@ def _core(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
 
 
 def _full_size(mask: Bools, color: Array) -> Bools:
-    """Return a mask at the size of an image."""
+    """Scale a mask to the size of an image (H, W, 3)."""
     return np.asarray(cv2.resize(mask.view(np.uint8), color.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0)
 
 
@@ -271,7 +276,7 @@ def _scaled(box: tuple[int, int, int, int] | None, scale: float) -> tuple[int, i
 
 
 def _find_objects(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> list[ThinObject]:
-    """Return the objects at the picks, each once; without picks the one in the box or the image."""
+    """Return the objects at the picks, each once; without picks, the most prominent one in the box or the image."""
     if not picks:
         thin = find_thin_object(color, box)
         if thin is None:
@@ -299,20 +304,20 @@ def _find_objects(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int
 def _propose_lengths(
     data: Frame | Image, config: Config, segmentation: SegmentConfig, objects: list[Bools], reasons: dict[str, str]
 ) -> Tuned:
-    """Return the configuration with the lengths that follow from the width of the segmented object.
+    """Return the configuration with the lengths derived from the width of the segmented object.
 
     Parameters
     ----------
     data
         the frame or image.
     config
-        provides all other values.
+        configuration whose other values are kept.
     segmentation
         the proposed section `segment`.
     objects
-        (H, W) bool each; empty without color.
+        masks (H, W) bool of the objects; empty without color.
     reasons
-        dotted key -> reason, of the values so far; those of the lengths are added.
+        dotted key -> reason, for the values proposed already; those of the lengths are added.
     """
     object_mask = np.logical_or.reduce(objects) if objects else None
     if object_mask is not None and isinstance(data, Frame):
@@ -376,16 +381,16 @@ def _length_text(length: float, unit: str) -> str:
 
 
 def _voxel_size(mask: Bools, radius: float, radius_px: float, spacing: float, unit: str) -> tuple[float | None, str]:
-    """Return the edge of a voxel, m, and the reason; None if the default of detection suits.
+    """Return the proposed edge of a voxel in m, and the reason; None if the default is suitable.
 
     Parameters
     ----------
     mask
         (H, W) bool.
     radius, radius_px
-        of the object, in the unit and in px.
+        radius of the object in `unit`, and in px.
     spacing
-        of neighboring pixels, in the unit.
+        distance on the object between neighboring pixels, in `unit`.
     unit
         "m" or "px".
     """
