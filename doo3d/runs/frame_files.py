@@ -1,4 +1,4 @@
-"""The files of each frame of a run: the detection as JSON, and its picture.
+"""Encode the files of each frame of a run: the detection as JSON, and its picture.
 
 To add a file, write a function like `detection_json.encode`, and add a line to ENCODERS and its suffix to `outputs.SUFFIXES`.
 """
@@ -31,7 +31,7 @@ def encode_frame(
     data
         the input of the detection, which is the background of the picture.
     kinds
-        which files, keys of ENCODERS.
+        the wanted files, keys of ENCODERS.
 
     Returns
     -------
