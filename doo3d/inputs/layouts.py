@@ -1,4 +1,4 @@
-"""Layouts of images in folders, one row each; `formats.image_folder` reads them all.
+"""Define the layouts of images in folders, which `formats.image_folder` reads.
 
 Sources: Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems* (IROS 2012), cvg.cit.tum.de/data/datasets/
 rgbd-dataset/file_formats; Choi, Zhou, Koltun, *Robust Reconstruction of Indoor Scenes* (CVPR 2015),
@@ -60,7 +60,7 @@ def _depth_images(path: Path) -> dict[str, Path]:
 
 
 def _frame_pose_file(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Path | None]:
-    """Find `pose/0.txt`, as ScanNet's exporter writes it, or `frame-000000.pose.txt`, as 7-Scenes have it."""
+    """Return a function that finds a frame's pose file: `pose/0.txt` (ScanNet) or `frame-000000.pose.txt` (7-Scenes)."""
 
     def file_of(files: Files) -> Path | None:
         root = files.root or path
@@ -90,7 +90,7 @@ FOLDER = Layout(
 
 
 def _list_tum(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    """Pair the images of two lists by time, each image at most once; without rgb.txt each depth image is a frame."""
+    """List the frames of TUM RGB-D: depth and color images paired by time; without rgb.txt, each depth image is a frame."""
 
     def listed(name: str) -> tuple[Floats, list[Path]]:
         times, rows, found = sort_by_time(path / name, read_lines(path / name, 2, "time and file name"))
@@ -137,7 +137,7 @@ TUM_RGBD = Layout(
 
 
 def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    """Pair depth and color images by the times in their names, each image at most once; without times by name or order."""
+    """List the frames of Redwood: depth and color images paired by the times in their names, else by name or order."""
     depth = _depth_images(path)
     folder = None if without_color(options) else _first_folder(path, "color", "rgb", "image")
     color = images_in(folder) if folder else {}
@@ -164,7 +164,7 @@ def _times_in(images: dict[str, Path]) -> Floats | None:
 
 
 def _find_log(path: Path) -> Path | None:
-    """Return the trajectory beside the images: a file in Redwood's layout, preferably with traj in its name; or None."""
+    """Return the trajectory file beside the images, in Redwood's format, preferably with traj in its name; None if missing."""
     files = [file for file in sorted([*path.glob("*.log"), *path.glob("*traj*.txt")]) if file.is_file() and _is_log(file)]
     return next(iter(sorted(files, key=lambda file: "traj" not in file.name.lower())), None)
 
@@ -175,7 +175,10 @@ def _is_log(file: Path) -> bool:
 
 
 def _redwood_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
-    """Read the poses by number of the depth image, from 1: the third of the numbers before each matrix."""
+    """Return a function from a frame to its pose in Redwood's trajectory file.
+
+    The third number before each matrix is the number of the depth image, from 1.
+    """
     log, poses = _find_log(path), dict[int, Floats]()
     rows = read_lines(log, 3, "three numbers, then a 4x4 matrix") if log else []
     for start in range(0, len(rows), _ROWS_PER_POSE):
@@ -214,7 +217,10 @@ def _is_icl(path: Path) -> bool:
 
 
 def _icl_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
-    """Read the poses by number of the image. The data set has y up in left-handed frames, hence its negative fy."""
+    """Return a function from a frame to its pose in ICL-NUIM's trajectory, by number of the image.
+
+    The data set has left-handed frames with y up, hence its negative fy.
+    """
     poses = dict[int, Floats]()
     for file in sorted(path.glob("*.gt.freiburg"))[:1]:
         truth = read_trajectory(file)
@@ -247,7 +253,7 @@ def _list_bop(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]
 
 
 def _bop_frame(path: Path, folder: Path | None, cameras: dict[str, Any], options: ReadOptions, files: Files) -> Files:
-    """Return the frame with its camera, and its pose camera to world, m; the file has world to camera, mm."""
+    """Return a frame of BOP with its camera and its pose, camera to world, m; the file has world to camera, mm."""
     if files.depth is None:
         raise InputError(f"{path / 'depth'}: has no depth image {files.name}", code="depth-missing")
     if folder is not None and files.color is None:
@@ -301,7 +307,7 @@ def _list_stray(path: Path, options: ReadOptions, notes: list[str]) -> list[File
 
 
 def _stray_camera(path: Path, listed: list[Files], size: Size | None) -> KnownCamera:
-    """Return the camera of the depth images; the file has that of the video, whose images are scaled to the depth."""
+    """Return the camera of Stray Scanner's depth images, scaled from the video's camera in the file."""
     words = [word for _, row in read_lines(path / _MATRIX, 3, "a camera matrix, three numbers a line") for word in row]
     video = cv2.VideoCapture(str(path / _VIDEO)) if (path / _VIDEO).is_file() else None
     given = [int(video.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)] if video else [0]
@@ -336,7 +342,7 @@ def _photo_folder(folder: Path) -> Path:
 
 
 def _photos_in(folder: Path) -> dict[str, Path]:
-    """Return the photographs in a folder, stem -> path; of color images beside depth images and masks, the color images alone."""
+    """Return stem -> path of the photographs in a folder; depth images and masks beside color images are left out."""
     images = images_in(folder, PHOTO_SUFFIXES)
     roles = {stem: role_of(stem) for stem in images}
     alone = {"depth", "color"} <= set(roles.values())
@@ -349,7 +355,7 @@ def _photo_root(path: Path) -> Path:
 
 
 def _range_note(first: Path | None) -> list[str]:
-    """Return a note if the first photograph has 16 bits of which it uses few, so that photographs are scaled by their range."""
+    """Return a note if the first photograph uses only few of its 16 bits, so that photographs are scaled by their range."""
     if first is None or first.suffix.lower() not in (".png", ".tif", ".tiff"):
         return []
     try:
@@ -385,7 +391,7 @@ def _list_photos(path: Path, options: ReadOptions, notes: list[str]) -> list[Fil
 
 
 PAIR_NOTE = "these are images of a stereo pair, side by side: for 3-D give --cameras {}"
-"""Note on photographs beside which there is the calibration of a stereo pair with images of half their width."""
+"""Note for photographs next to the calibration of a stereo pair whose images have half their width."""
 
 PHOTOS = Layout(
     "photos",

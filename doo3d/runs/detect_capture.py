@@ -100,8 +100,8 @@ def run(
         time in s after which a frame fails; None for no limit.
     pictures
         frames that get a picture: "all"; "failed", those without a chain, with a chain whose confidence is below 0.5, or with a
-        note; "none"; or "every:10", the first and every tenth after it. Pictures that are missing of frames that an earlier run
-        finished are drawn from its results.
+        note; "none"; or "every:10", the first and every tenth after it. If an earlier run finished a
+        frame without its picture, the picture is drawn from the results.
     picture_format
         "jpg" or "png", which takes ten times as long to write.
     force

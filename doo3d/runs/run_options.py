@@ -44,7 +44,7 @@ class RunOptions:
         executor to use instead of one made for `workers` or `scheduler`; it stays open. None makes one.
     restart
         True processes all frames again, and replaces results of the same capture in the folder, also those of other versions of
-            doo3d or of a changed input. Results of another configuration are replaced in any case.
+        doo3d or of a changed input. Results of another configuration are replaced in any case.
     force
         True writes into the folder even if it holds other files, which stay, or results of another capture, which are removed.
     retry_failed

@@ -1,4 +1,4 @@
-"""Images and clouds from ROS messages: sensor_msgs/Image, CompressedImage, PointCloud2."""
+"""Convert ROS messages to images and clouds: sensor_msgs/Image, CompressedImage, PointCloud2."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def depth_of(message: Any, scale: float) -> Array:
 
 
 def _compressed_depth(message: Any) -> Array:
-    """Decode compressed_depth_image_transport: 16UC1 as stored, 32FC1 as a / (value - b) with its parameters, 0 = none."""
+    """Decode compressed_depth_image_transport: 16UC1 as stored, 32FC1 as a / (value - b) with a, b of the header; 0 = none."""
     (_, a, b), data = _after_header(message)
     image = decode_rvl(data) if _is_rvl(message) else _decompress(data)
     if not message.format.startswith("32FC1") or image.dtype != np.uint16 or image.ndim != 2:

@@ -1,4 +1,4 @@
-"""Relation of colour and depth in a bag: pairing in time, transforms between the cameras, camera poses."""
+"""Relate color and depth in a bag: pairing in time, transforms between the cameras, camera poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Depth images, each with its camera in a YAML file beside it or in the options; a colour image may belong to it."""
+"""List depth images with their camera in a YAML file beside each or in the options, and with optional color images."""
 
 from __future__ import annotations
 

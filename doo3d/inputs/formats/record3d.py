@@ -1,4 +1,4 @@
-"""A recording of the iPhone app Record3D: a `.r3d` file, a ZIP that is read in place.
+"""Read recordings of the iPhone app Record3D: `.r3d` files, which are ZIP archives.
 
 The format as its author describes it: github.com/marek-simonik/record3d, issues 7, 24, 36, 64, 93, 94 and 108.
 """
@@ -97,12 +97,12 @@ def _open(path: Path) -> zipfile.ZipFile:
 
 @lru_cache(maxsize=1)
 def _opened(path: Path, changed: int) -> zipfile.ZipFile:
-    """Return one open archive for all frames of a recording; `changed`, its time, tells a new version."""
+    """Return the open archive that all frames of a recording share; `changed` is the file's modification time."""
     return _open(path)
 
 
 def _member(path: Path, opened: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
-    """Return the content of the member `name` of the ZIP; at most `max_bytes` are unpacked."""
+    """Read the member `name` of the ZIP; at most `max_bytes` are unpacked."""
     if name not in opened.namelist():
         raise InputError(f"{path}: {name} is missing", code="file-missing")
     with guarded(f"{path}: {name}"), opened.open(name) as file:
@@ -186,13 +186,13 @@ def _size(path: Path, metadata: dict[str, Any], *keys: str) -> tuple[int, int]:
 
 
 def _row(metadata: dict[str, Any], key: str, stem: str) -> Any:
-    """Return the frame's element of the list `key` in the metadata, or None."""
+    """Return the frame's element of the list `key` in the metadata; None if there is none."""
     rows = metadata.get(key)
     return rows[int(stem)] if isinstance(rows, list) and stem.isdecimal() and int(stem) < len(rows) else None
 
 
 def _time(metadata: dict[str, Any], stem: str) -> float | None:
-    """Return the time since the first frame, s, from the recording's timestamps or its frame rate; or None."""
+    """Return the time since the first frame in s, from the timestamps or the frame rate; None if both are missing."""
     time, rate = _row(metadata, "frameTimestamps", stem), metadata.get("fps")
     if isinstance(time, int | float):
         return float(time)
