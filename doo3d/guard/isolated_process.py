@@ -11,7 +11,7 @@ from .guarding import first_line, guarded
 from .isolation import receive, send
 from .limits import limited
 
-_BYTES_PER_POINT = 100  # of a reader: columns of the file, coordinates as float64, colours, and copies
+_BYTES_PER_POINT = 100  # of a reader: columns of the file, coordinates as float64, colors, and copies
 _BASE_BYTES = 512 << 20  # of libraries that load at their first call
 
 

@@ -154,7 +154,7 @@ def infrared_view(
 
     Returns
     -------
-    image : (H, W) float64 grey levels, 0 to 250; 0 where there is no surface.
+    image : (H, W) float64 gray levels, 0 to 250; 0 where there is no surface.
     shiny : (H, W) bool, pixels of surfaces that the sensor cannot measure; they are so bright that no pattern shows.
     """
     directions = pixel_rays(camera)
@@ -179,11 +179,11 @@ def expose(image: Floats, blur: float, noise: float, rng: Generator) -> Array:
     Parameters
     ----------
     image
-        (H, W) grey levels, from `infrared_view`.
+        (H, W) gray levels, from `infrared_view`.
     blur
         sigma of the blur, px.
     noise
-        standard deviation of the noise, grey levels.
+        standard deviation of the noise, gray levels.
     rng
         the random number generator of the noise.
     """

@@ -243,7 +243,7 @@ def refine(pair: StereoPair, disparity: Array, sensor: StereoSensor) -> tuple[Fl
     Returns
     -------
     disparity : (H, W) px, 0 where there is none.
-    texture : (H, W), root mean square of the slope of the right image around the matched pixel, grey levels per px.
+    texture : (H, W), root mean square of the slope of the right image around the matched pixel, gray levels per px.
     """
     left, right = pair.left.astype(np.float32), pair.right.astype(np.float32)
     gradient = cv2.Scharr(right, cv2.CV_32F, 1, 0, scale=1 / 32)

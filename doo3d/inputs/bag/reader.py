@@ -34,9 +34,9 @@ _OPTICAL = "optical"  # in the name of a frame whose origin is the camera (REP 1
 class BagCapture:
     """A bag opened as a capture: ROS 1, ROS 2 or RealSense's SDK.
 
-    There is one frame per depth image, with the colour image nearest in time; if no colour image is within `options.tolerance`
-    (s), the frame has no colour; if that is so for all frames, a note says so. A bag without depth images gives one frame per
-    cloud or, without clouds either, one per colour image. Frames are in order of time, as in the message headers. Poses are
+    There is one frame per depth image, with the color image nearest in time; if no color image is within `options.tolerance`
+    (s), the frame has no color; if that is so for all frames, a note says so. A bag without depth images gives one frame per
+    cloud or, without clouds either, one per color image. Frames are in order of time, as in the message headers. Poses are
     camera to world and come from /tf; the world is the coordinate frame named map, odom or world.
 
     In a damaged bag, all complete messages are read, and one frame is added at the end, whose loading raises an InputError about
@@ -44,7 +44,7 @@ class BagCapture:
 
     Raises
     ------
-    InputError : the bag cannot be read, or has no depth image, cloud or colour image.
+    InputError : the bag cannot be read, or has no depth image, cloud or color image.
     MissingDependency : the package rosbags is not installed.
     """
 

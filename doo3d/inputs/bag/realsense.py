@@ -60,14 +60,14 @@ def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
 
 
 def extrinsics(bag: Bag, index: Mapping[str, TopicIndex], depth: str, color: str) -> Floats:
-    """Return the (4, 4) transform from the depth to the colour camera, x_color = T @ x_depth, m.
+    """Return the (4, 4) transform from the depth to the color camera, x_color = T @ x_depth, m.
 
     Parameters
     ----------
     bag, index
         the bag, and its messages by topic name.
     depth, color
-        the topics of the depth and of the colour images.
+        the topics of the depth and of the color images.
 
     Raises
     ------

@@ -56,7 +56,7 @@ class Stream:
 
 
 class Streams:
-    """The topics of a bag to read: a depth and a colour topic, or a cloud topic.
+    """The topics of a bag to read: a depth and a color topic, or a cloud topic.
 
     Topics named in the options are used. Otherwise topics are chosen by name and encoding: preferably a depth topic whose name
     says that it is aligned to color or rectified, and a color topic with color or rgb in its name that shares the most leading
@@ -66,7 +66,7 @@ class Streams:
     Attributes
     ----------
     depth, color
-        topic of the depth images, with a known lens, and topic of the colour images; None if the bag has none, or the option is
+        topic of the depth images, with a known lens, and topic of the color images; None if the bag has none, or the option is
         "none", or `options.cloud_topic` names a topic.
     cloud
         messages of the cloud topic; None if no clouds are read. If set, it is read instead of `color`.

@@ -27,7 +27,7 @@ _MAX_POINT_BYTES = 64  # of an array of points: three coordinates of 16 bytes
 
 
 class Points(NamedTuple):
-    """Points, colours and sensor position read from a cloud file, in the file's own coordinates.
+    """Points, colors and sensor position read from a cloud file, in the file's own coordinates.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ def damaged(path: Path, reason: str) -> InputError:
 
 
 def read_open3d(path: Path, kind: str) -> Points:
-    """Read points, colours and viewpoint of a PLY or PCD file by Open3D.
+    """Read points, colors and viewpoint of a PLY or PCD file by Open3D.
 
     `kind` is "ply" or "pcd". Only a PCD file has a viewpoint, in its header; the header's default 0 0 0 1 0 0 0 counts as
     unknown.

@@ -34,14 +34,14 @@ _UNIT_RANGE_M = (0.001, 1000.0)  # length of a unit; radians and degrees are rec
 
 
 def read_las(path: Path, converted: bool = True, classes: tuple[int, ...] | None = None) -> Points:
-    """Read the points (m) and colours of a LAS or LAZ file; the viewpoint is None.
+    """Read the points (m) and colors of a LAS or LAZ file; the viewpoint is None.
 
     The unit that the file's coordinate system declares, such as feet, is converted to metres unless `converted` is False. If
     points have classes, only those in `classes` are kept; None keeps wires (13 and 14) if there are any, else all points.
 
-    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colours are
-    uint8: the file's 16-bit colours (LAS 1.4 R15, Point Data Record Format 2) are reduced to 8 bits, or taken as they are if no
-    value is above 255. Colours that are all zero count as absent.
+    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colors are
+    uint8: the file's 16-bit colors (LAS 1.4 R15, Point Data Record Format 2) are reduced to 8 bits, or taken as they are if no
+    value is above 255. Colors that are all zero count as absent.
 
     Raises
     ------
@@ -153,7 +153,7 @@ def read_e57(path: Path, scan: int) -> Points:
     The file stores points in the scanner's frame with the scanner's pose, a rotation R and a translation t in m; the points
     returned are x_file = R x_scanner + t (ASTM E2807), and the viewpoint is t, the scanner's position. If the pose is absent or
     the identity, as in merged clouds, the viewpoint is None. Points marked as invalid are left out. Coordinates in the file may
-    be cartesian or spherical; colours are scaled to 8 bits.
+    be cartesian or spherical; colors are scaled to 8 bits.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def _image_file(path: str, changed: int, size: int) -> Any:
 
 
 def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Array | None]:
-    """Return (N, 3) m in the scanner's frame and (N, 3) uint8 colours or None, of the points not marked invalid."""
+    """Return (N, 3) m in the scanner's frame and (N, 3) uint8 colors or None, of the points not marked invalid."""
     records = node["points"]
     prototype = library.StructureNode(records.prototype())
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if all(map(prototype.isDefined, axes))), None)

@@ -154,7 +154,7 @@ def _read(path: Path, scan: int, converted: bool, classes: tuple[int, ...] | Non
 
 
 def _colors_8_bit(colors: Array | None) -> Array | None:
-    """Return colours as uint8; floats are scaled from 0 to 1."""
+    """Return colors as uint8; floats are scaled from 0 to 1."""
     if colors is None or colors.dtype == np.uint8:
         return colors
     if not np.issubdtype(colors.dtype, np.floating) or not ((colors >= 0) & (colors <= 1)).all():

@@ -36,7 +36,7 @@ _MAX_OVERHEAD_BYTES = 64  # of LZFSE data longer than its content: headers of bl
 class Record3DCapture:
     """A recording of the iPhone app Record3D (`.r3d`), opened as a capture.
 
-    There is one frame per pair of files `rgbd/<n>.depth` and `rgbd/<n>.jpg`. Depth is in metres. Colour and intrinsics are scaled
+    There is one frame per pair of files `rgbd/<n>.depth` and `rgbd/<n>.jpg`. Depth is in metres. Color and intrinsics are scaled
     to the size of the depth image. Poses are camera to world for the optical frame (x right, y down, z forward), converted from
     the app's camera frame (x right, y up, z backward). The file is a ZIP; its members are read in place, not unpacked to disk.
     """
@@ -125,7 +125,7 @@ def _load(
 
 
 def _color(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
-    """Read the colour of a frame, (H, W, 3) uint8 RGB, scaled to the size (W, H) of the depth."""
+    """Read the color of a frame, (H, W, 3) uint8 RGB, scaled to the size (W, H) of the depth."""
     data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MAX_IMAGE_BYTES)
     return scaled_to_depth(read_color(path / FOLDER / f"{stem}.jpg", data=data), size[::-1], f"{path}: {FOLDER}{stem}")
 
@@ -200,7 +200,7 @@ def _time(metadata: dict[str, Any], stem: str) -> float | None:
 
 
 def _pinhole(path: Path, metadata: dict[str, Any], stem: str, size: tuple[int, int], options: ReadOptions) -> Pinhole:
-    """Return fx, fy, cx, cy in pixels of the depth, scaled from the metadata's, which are in pixels of the colour."""
+    """Return fx, fy, cx, cy in pixels of the depth, scaled from the metadata's, which are in pixels of the color."""
     if options.camera is not None:
         return options.camera
     width, height = _size(path, metadata, "w", "h")

@@ -59,7 +59,7 @@ def to_metres(array: Array, scale: float, float_scale: float = 1.0) -> Array:
 
 
 def read_color_array(path: Path) -> Array:
-    """Read a color image from a .npy file as (H, W, 3) uint8 RGB; a grey image gets three equal channels.
+    """Read a color image from a .npy file as (H, W, 3) uint8 RGB; a gray image gets three equal channels.
 
     Raises
     ------

@@ -24,24 +24,24 @@ _OCCLUSION_TOLERANCE = 0.02  # relative depth: a point farther than the nearest 
 
 
 def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera, extrinsics: Floats) -> Array:
-    """Return the colour of each pixel of a depth image; black where the colour camera does not see the surface.
+    """Return the color of each pixel of a depth image; black where the color camera does not see the surface.
 
-    Each depth pixel is projected into the colour image and gets the colour of the nearest pixel there. Surfaces occluded from the
-    colour camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so
-    that objects seen by the colour camera alone keep their colour.
+    Each depth pixel is projected into the color image and gets the color of the nearest pixel there. Surfaces occluded from the
+    color camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so
+    that objects seen by the color camera alone keep their color.
 
     Parameters
     ----------
     color
         (h, w, 3) uint8 RGB, the image of `color_camera`, h x w px.
     color_camera
-        pinhole camera of the colour image.
+        pinhole camera of the color image.
     depth
         (H, W) float m, the image of `camera`, H x W px; 0 or not finite where there is no measurement.
     camera
         pinhole camera of the depth image.
     extrinsics
-        (4, 4), depth camera to colour camera: x_color = extrinsics @ x_depth, m.
+        (4, 4), depth camera to color camera: x_color = extrinsics @ x_depth, m.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera
 
 
 def _projected(distance: Floats, camera: Camera, color_camera: Camera, extrinsics: Floats) -> tuple[Floats, Floats, Floats]:
-    """Project each depth pixel: column and row in the colour image, px, and depth in the colour camera, m; (H, W) float32."""
+    """Project each depth pixel: column and row in the color image, px, and depth in the color camera, m; (H, W) float32."""
     x = ((np.arange(camera.width) - camera.cx) / camera.fx)[None].astype(np.float32)
     y = ((np.arange(camera.height) - camera.cy) / camera.fy)[:, None].astype(np.float32)
     rotation, translation = extrinsics[:3, :3].astype(np.float32), extrinsics[:3, 3].astype(np.float32)

@@ -42,7 +42,7 @@ _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's co
 _MAX_TRIED = 5  # images whose headers are read for their size; no more are damaged
 _FEW_BITS = 1 << 14  # values below: cameras of 12 and 14 bits, and microscopes, stored in 16
 _DARKEST = 0.01  # percent of the pixels that may be darker or brighter than the range: hot pixels
-_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
+_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # gray or BGR without alpha, at the bit depth of the file
 
 
 def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Array:
@@ -143,7 +143,7 @@ def is_image(path: Path) -> bool:
 
 
 def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> Array:
-    """Read a color image as (H, W, 3) uint8 RGB; a grey image gets three equal channels.
+    """Read a color image as (H, W, 3) uint8 RGB; a gray image gets three equal channels.
 
     Alpha and color profile are ignored. 16-bit values are scaled to 8 bits; floats from 0 to 1 are scaled to 0 to 255.
 
