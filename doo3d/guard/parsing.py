@@ -38,8 +38,13 @@ _FREE_ALIASES = 10_000  # values that aliases may repeat in a YAML text, besides
 _NUMBER_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("int", "float", "timestamp")}
 
 
-def read_json(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
-    """Read the value of a JSON file.
+def read_json(path: str | Path) -> Any:
+    """Read the value of a JSON file; raise InputError if it cannot be read, is not JSON, or exceeds the bounds."""
+    return parse_json(read_bytes(path, MAX_JSON_BYTES), str(path))
+
+
+def read_yaml(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
+    """Read the value of a YAML file.
 
     Parameters
     ----------
@@ -52,32 +57,18 @@ def read_json(path: str | Path, where: str | None = None, kind: type[DooError] =
 
     Raises
     ------
-    DooError : of type `kind`: the file cannot be read, is not JSON, or exceeds the bounds.
+    DooError : of type `kind`: the file cannot be read, is not YAML, or exceeds the bounds.
     """
-    return parse_json(read_bytes(path, MAX_JSON_BYTES, where, kind), str(path) if where is None else where, kind)
-
-
-def read_yaml(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
-    """Read the value of a YAML file; the parameters and errors are those of `read_json`."""
     return parse_yaml(read_bytes(path, MAX_YAML_BYTES, where, kind), str(path) if where is None else where, kind)
 
 
-def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError) -> Any:
-    """Return the value of a JSON text.
-
-    Parameters
-    ----------
-    text
-        the text; bytes are UTF-8.
-    where
-        the file, named in errors.
-    kind
-        type of the errors.
+def parse_json(text: str | bytes, where: str) -> Any:
+    """Return the value of a JSON text; bytes are UTF-8. where : the file, named in errors.
 
     Raises
     ------
-    DooError : of type `kind`, with the code "json-invalid": the text is not JSON, is nested too deeply, or holds a whole number
-        beyond the largest float.
+    InputError : with the code "json-invalid": the text is not JSON, is nested too deeply, or holds a whole number beyond the
+        largest float.
     """
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
@@ -86,7 +77,7 @@ def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError)
         value = json.loads(text)
         _check_values(value)
     except (ValueError, RecursionError, MemoryError) as error:
-        raise kind(f"{where}: is not valid JSON ({first_line(error)})", code="json-invalid") from None
+        raise InputError(f"{where}: is not valid JSON ({first_line(error)})", code="json-invalid") from None
     return value
 
 

@@ -133,10 +133,10 @@ def draw_frame(respect: str, size: float) -> tuple[Frame, Bools, float]:
     return frame, mask > 0, float(size)
 
 
-def _wave(row: float, amplitude: float, phase: float = 0.0) -> Floats:
+def _wave(row: float, amplitude: float) -> Floats:
     """Return a wave from left to right around an image row, (P, 2) px."""
     u = np.linspace(100, WIDTH - 100, 400)
-    return np.column_stack((u, row + amplitude * np.sin((u - 100) / (WIDTH - 200) * 2 * np.pi + phase)))
+    return np.column_stack((u, row + amplitude * np.sin((u - 100) / (WIDTH - 200) * 2 * np.pi)))
 
 
 def _long_strand(length: float) -> list[Floats]:

@@ -136,58 +136,41 @@ def _median(values: list[float]) -> float:
     return float(np.median(values)) if values else float("nan")
 
 
-def cable_scene(
-    seed: int, height: float = 0.0, angle: float = 30.0, size: tuple[int, int] = (1280, 720), straight: bool = True
-) -> Scene:
-    """Return a scene of one cable of radius 2.9 mm at 0.47 m from the camera, above a table that faces the camera.
+def cable_scene(seed: int, height: float = 0.0, angle: float = 30.0, size: tuple[int, int] = (1280, 720)) -> Scene:
+    """Return a scene of one straight cable of radius 2.9 mm at 0.47 m from the camera, above a table that faces the camera.
 
     Parameters
     ----------
     seed
-        seeds texture, pattern and noise.
+        seed of texture, pattern and noise.
     height
-        m from the table to the lowest point of the cable.
+        distance from the table to the lowest point of the cable, m.
     angle
-        degrees of the cable's direction from the image's x axis.
+        angle between the cable and the image's x axis, degrees.
     size
         (width, height) px of the image.
-    straight
-        True for a straight cable; False for a wave, which has all directions in the image.
     """
     scale = size[0] / 1280
     camera = Camera(918.0 * scale, 918.0 * scale, size[0] / 2, size[1] / 2, *size)
-    x = np.linspace(-0.16, 0.16, 81)
-    points = np.column_stack((x, np.zeros(81) if straight else 0.06 * np.sin(x * 30), np.zeros(81)))
+    points = np.column_stack((np.linspace(-0.16, 0.16, 81), np.zeros(81), np.zeros(81)))
     axis = spline_axis(Rotation.from_euler("z", angle, degrees=True).apply(points)) + np.array([0.0, 0.0, ROPE_DEPTH])
     table = Table(np.array([0.0, 0.0, ROPE_DEPTH + ROPE_RADIUS + height]), np.array([0.0, 0.0, -1.0]))
     return Scene("sensor", "sensor", seed, camera, (Truth(axis, ROPE_RADIUS, color=ROPE_ALBEDO_COLOR),), (), table)
 
 
-def slab_scene(seed: int, height: float = STEP_HEIGHT, size: tuple[int, int] = (1280, 720)) -> Scene:
-    """Return a scene of a bar 40 mm wide at 0.47 m from the camera, above a table that faces the camera.
+def slab_scene(seed: int, size: tuple[int, int] = (1280, 720)) -> Scene:
+    """Return a scene of a bar 40 mm wide at 0.47 m from the camera, STEP_HEIGHT above a table that faces the camera.
 
-    Parameters
-    ----------
-    seed
-        seeds texture, pattern and noise.
-    height
-        m from the table to the bar.
-    size
-        (width, height) px of the image.
+    seed : seed of texture, pattern and noise. size : (width, height) px of the image.
     """
-    scene = cable_scene(seed, height, size=size)
+    scene = cable_scene(seed, STEP_HEIGHT, size=size)
     return replace(scene, cables=(), occluders=(cuboid(corners((0.04, 0.2, 0.005)) + np.array([0, 0, ROPE_DEPTH])),))
 
 
 def measure_edges(cables: list[Rendered], slabs: list[Rendered]) -> Record:
     """Measure the apparent width and height of objects in the depth image.
 
-    Parameters
-    ----------
-    cables
-        rendered frames of a cable on the table, from `cable_scene`.
-    slabs
-        rendered frames of a bar in the air, from `slab_scene`.
+    cables : rendered frames of a cable on the table, from `cable_scene`. slabs : those of a bar in the air, from `slab_scene`.
 
     Returns
     -------
@@ -222,10 +205,7 @@ def _apparent_size(frame: Rendered) -> tuple[float, float]:
 def rope_frames(folder: Path) -> list[tuple[str, Frame, Bools]]:
     """Read real frames: (name, frame without color, mask) each.
 
-    Parameters
-    ----------
-    folder
-        folder with `*_depth.png` and `camera.json`.
+    folder : folder with `*_depth.png` and `camera.json`.
     """
     values = json.loads((folder / "camera.json").read_text(encoding="utf-8"))
     camera = Camera(**{key: values[key] for key in ("fx", "fy", "cx", "cy", "width", "height")})
@@ -237,18 +217,10 @@ def rope_frames(folder: Path) -> list[tuple[str, Frame, Bools]]:
     return frames
 
 
-def measure_rope(frame: Frame, mask: Bools, radius: float = ROPE_RADIUS) -> Record:
-    """Measure the depth along the first cable that is detected in a frame.
-
-    Parameters
-    ----------
-    frame, mask
-        the frame, and the (H, W) pixels of its cable.
-    radius
-        m.
-    """
+def measure_rope(frame: Frame, mask: Bools) -> Record:
+    """Measure the depth along the first cable, of radius 2.9 mm, that is detected in a frame with a mask (H, W)."""
     chain = detect(frame, mask=mask).chains[0]
-    return measure_cable(np.where(mask, frame.depth, 0.0), frame.camera, chain.joints, radius)
+    return measure_cable(np.where(mask, frame.depth, 0.0), frame.camera, chain.joints, ROPE_RADIUS)
 
 
 def simulated_frames(height: float, seeds: range = range(3), size: tuple[int, int] = (1280, 720)) -> list[Rendered]:
@@ -257,7 +229,7 @@ def simulated_frames(height: float, seeds: range = range(3), size: tuple[int, in
     Parameters
     ----------
     height
-        m above the table.
+        height of the cable above the table, m.
     seeds
         one frame is rendered for each seed and each of the directions 0, 30, 60 and 90 degrees.
     size
@@ -267,25 +239,9 @@ def simulated_frames(height: float, seeds: range = range(3), size: tuple[int, in
 
 
 def measure_simulated(height: float, seeds: range = range(3), size: tuple[int, int] = (1280, 720)) -> list[Record]:
-    """Measure the depth that the simulated stereo sensor gives along a cable of radius 2.9 mm at 0.47 m.
-
-    Parameters
-    ----------
-    height
-        m above the table.
-    seeds
-        seeds of texture, pattern and noise.
-    size
-        (width, height) px of the image.
-
-    Returns
-    -------
-    The measures of a frame for each seed and each of four directions.
-    """
+    """Measure the depth along the cable in each frame of `simulated_frames`, whose parameters these are."""
     return [
-        measure_cable(
-            np.where(frame.mask, frame.frame.depth, 0.0), frame.frame.camera, frame.truths[0].axis, frame.truths[0].radius
-        )
+        measure_cable(np.where(frame.mask, frame.frame.depth, 0.0), frame.frame.camera, frame.truths[0].axis, ROPE_RADIUS)
         for frame in simulated_frames(height, seeds, size)
     ]
 

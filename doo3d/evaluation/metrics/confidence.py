@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,25 +19,20 @@ MOST_CONFIDENT_FRACTION = 0.75
 """Fraction of the frames, those with the most confidence, whose share of correct frames is reported besides the bins."""
 
 
-def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> list[Record]:
+def reliability(rows: Records) -> list[Record]:
     """Return a reliability curve: the numbers of frames and right frames in each bin of confidence, lowest bin first.
 
-    Parameters
-    ----------
-    rows
-        a record for each frame.
-    bounds
-        ascending bounds of the bins, from 0 to 1; the lower bound of each bin belongs to the bin, and 1 to the last.
+    rows : a record for each frame.
 
     Returns
     -------
-    A record for each bin. low, high: its bounds. frames: number of frames. confidence: their mean confidence, NaN without frames.
-    correct: number of frames correct by the strict rule. image_frames, image_correct: number of frames that are also scored in
-    the image, and of those right there.
+    A record for each bin. low, high: its bounds; the bin includes low, and the last also 1. frames: number of frames. confidence:
+    their mean confidence, NaN without frames. correct: number of frames correct by the strict rule. image_frames, image_correct:
+    number of frames that are also scored in the image, and of those right there.
     """
     return [
-        _bin(low, high, [row for row in rows if low <= row.confidence < high or row.confidence == high == bounds[-1]])
-        for low, high in itertools.pairwise(bounds)
+        _bin(low, high, [row for row in rows if low <= row.confidence < high or row.confidence == high == 1.0])
+        for low, high in itertools.pairwise(RELIABILITY_BINS)
     ]
 
 

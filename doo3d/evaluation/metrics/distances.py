@@ -121,21 +121,14 @@ def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Trut
     return sample, points - truth.axis[sample], tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
 
 
-def joint_errors(chain: Chain, truths: Sequence[Truth], viewpoint: Floats | None = None) -> Floats:
+def joint_errors(chain: Chain, truths: Sequence[Truth]) -> Floats:
     """Return the distances in m of a chain's joints from the true axis, perpendicular to it.
 
-    Parameters
-    ----------
-    chain
-        the chain of N segments, m, in the frame of the cables.
-    truths
-        the true cables.
-    viewpoint
-        (3,) m, position of the sensor; None for the origin.
+    chain : the chain of N segments, m, in the camera's optical frame. truths : the true cables in the same frame.
 
     Returns
     -------
-    (N + 1, 2) m, 0 or more: the parts across and along the ray from the sensor to the joint; NaN for joints on no cable.
+    (N + 1, 2) m, 0 or more: the parts across and along the ray from the camera to the joint; NaN for joints on no cable.
     """
     result = np.full((len(chain.joints), 2), np.nan)
     for stretch in align_chain(chain, tuple(truths)).stretches:
@@ -145,8 +138,7 @@ def joint_errors(chain: Chain, truths: Sequence[Truth], viewpoint: Floats | None
         truth, points = truths[stretch.cable], chain.joints[joints]
         _, offset, tangent = _nearest_on_axis(points, arcs, WINDOW_SEGMENTS * chain.segment_length, truth)
         offset -= (offset * tangent).sum(axis=1, keepdims=True) * tangent
-        ray = points - (0.0 if viewpoint is None else viewpoint)
-        ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+        ray = points / np.linalg.norm(points, axis=1, keepdims=True)
         along = (offset * ray).sum(axis=1, keepdims=True)
         result[joints] = np.column_stack((np.linalg.norm(offset - along * ray, axis=1), np.abs(along)))
     return result

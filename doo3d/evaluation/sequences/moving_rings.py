@@ -37,10 +37,10 @@ COLUMNS = (
 """Columns of the table; only closed chains have nodes, see `variant_rows`."""
 
 
-def moving_ring(seed: int, frames: int = 60, hands: bool = True, sensor: str = "d435") -> Iterator[Rendered]:
-    """Render a ring that is bent, shifted and turned above a table; equal arguments give equal frames.
+def moving_ring(seed: int, frames: int = 60) -> Iterator[Rendered]:
+    """Render a ring that is bent, shifted and turned above a table while a hand passes; equal arguments give equal frames.
 
-    seed, frames : seed and length of the sequence; the ring turns by half a radian in 2 s. hands : whether a hand passes.
+    seed, frames : seed and length of the sequence; the ring turns by half a radian in 2 s.
     """
     rng = np.random.default_rng([seed, 5])
     studio, radius = make_studio(rng, (640, 480)), rng.uniform(0.002, 0.0035)
@@ -55,10 +55,10 @@ def moving_ring(seed: int, frames: int = 60, hands: bool = True, sensor: str = "
         points = points * length / size + (0.03 * np.sin(time), 0.02 * time - 0.02, radius)
         axis = spline_axis(_evenly(points), closed=True)
         cable = Truth(studio.to_camera(axis), radius, closed=True, color=color)
-        solid = solid_of(hand, cable.axis, index) if hands else None
+        solid = solid_of(hand, cable.axis, index)
         solids = () if solid is None else (solid,)
         scene = Scene(f"{index:04d}", f"ring-{seed}", seed, studio.camera, (cable,), solids, studio.table(), studio.light)
-        yield timed(scene, index, sensor)
+        yield timed(scene, index, "d435")
 
 
 def _curve(waves: Floats, phases: Floats, time: float) -> Floats:
