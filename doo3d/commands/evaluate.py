@@ -25,8 +25,7 @@ Families = Annotated[
     str, typer.Option(help="Comma-separated families, or all; basic and more are halves of all; without: no cables; tough: hard.")
 ]
 Truth = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Truth file; by default truth.json in INPUT, or beside a cloud."),
+    Path | None, typer.Option(metavar="FILE", help="Truth file; by default truth.json in INPUT, or beside a cloud.")
 ]
 
 
@@ -127,10 +126,7 @@ def capture(
         "capture": str(capture),
         "truth": truth and str(truth),
         "masks": reading.mask and str(reading.mask),
-        "input_options": [
-            *(reading.input_options or []),
-            *([f"camera_file={reading.camera}"] if reading.camera else []),
-        ],
+        "input_options": [*(reading.input_options or []), *([f"camera_file={reading.camera}"] if reading.camera else [])],
     }
     _run(chosen, chosen_by, settings, (count, "given"), outputs)
 

@@ -82,8 +82,7 @@ class RadiusExport(Export):
         radius = chain.radius if self.radius is None else self.radius
         if not math.isfinite(radius) or radius <= 0:
             raise InputError(
-                "the radius of a chain is unknown, and this format needs it: set the option radius, in m",
-                code="radius-missing",
+                "the radius of a chain is unknown, and this format needs it: set the option radius, in m", code="radius-missing"
             )
         return radius
 

@@ -68,11 +68,7 @@ def overlapping_bodies(
 
 
 def _near(
-    junction: int,
-    reach: float,
-    chains: Sequence[Chain],
-    junctions: Sequence[Sequence[ChainEnd]],
-    joined: dict[ChainEnd, int],
+    junction: int, reach: float, chains: Sequence[Chain], junctions: Sequence[Sequence[ChainEnd]], joined: dict[ChainEnd, int]
 ) -> set[Body]:
     """Return the bodies that begin within `reach` m of a junction, also beyond a short chain's other junction."""
     bodies: set[Body] = set()

@@ -167,13 +167,7 @@ def _junctions(
 
 
 def _curve(
-    pxr: dict[str, Any],
-    stage: Any,
-    path: str,
-    label: int,
-    chains: list[Chain | None],
-    codes: list[float | None],
-    kind: Usd,
+    pxr: dict[str, Any], stage: Any, path: str, label: int, chains: list[Chain | None], codes: list[float | None], kind: Usd
 ) -> None:
     """Define the curve of one chain, at each time code.
 

@@ -192,8 +192,7 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
     plan: Plan = [(path / f"{check_file_name(piece.frame, to)}{kind.suffix}", [piece]) for piece in pieces]
     if len({target for target, _ in plan}) < len(plan):
         raise InputError(
-            f"several frames have the same name and would be written to one file in {path}",
-            code="frame-names-clash",
+            f"several frames have the same name and would be written to one file in {path}", code="frame-names-clash"
         )
     return plan
 

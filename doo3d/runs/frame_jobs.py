@@ -118,11 +118,7 @@ def render_frame(
         return replace(record, seconds=detected.record.seconds + time.perf_counter() - start), None
     seconds = time.perf_counter() - start
     record = replace(
-        record,
-        seconds=record.seconds + seconds,
-        stages=record.stages | {"draw": seconds},
-        evidence=evidence,
-        picture=picture,
+        record, seconds=record.seconds + seconds, stages=record.stages | {"draw": seconds}, evidence=evidence, picture=picture
     )
     return record, files
 

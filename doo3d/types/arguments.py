@@ -160,8 +160,7 @@ def numbers(value: Any, what: str, shape: tuple[int | None, ...], code: str = "a
     if not fits or found.dtype.kind not in "biuf":
         wanted = ", ".join("N" if size is None else str(size) for size in shape)
         raise InputError(
-            f"{what} has shape {found.shape} and type {found.dtype}, expected numbers of shape ({wanted})",
-            code=code,
+            f"{what} has shape {found.shape} and type {found.dtype}, expected numbers of shape ({wanted})", code=code
         )
     check_count(found.shape[0], current_limits().max_points, what, "rows")
     return found.astype(float, copy=False)

@@ -163,11 +163,7 @@ def rendered(seeds: int) -> Iterator[str]:
 
 
 def main(
-    seeds: int = 3,
-    pairs: Path | None = None,
-    cameras: Path | None = None,
-    masks: Path | None = None,
-    left_only: bool = False,
+    seeds: int = 3, pairs: Path | None = None, cameras: Path | None = None, masks: Path | None = None, left_only: bool = False
 ) -> Iterator[str]:
     """Measure rigs of cameras, and yield the lines of tables.
 

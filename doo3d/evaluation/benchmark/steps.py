@@ -94,9 +94,7 @@ def _confidence_without(kind: str) -> Ablation:
 DEPTH = ("stereo", "ragged")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={"doo3d.segment.segment:repair_mask": _first},
-        modules=("segment.mask_repair",),
-        made_for=("ragged", "untold"),
+        places={"doo3d.segment.segment:repair_mask": _first}, modules=("segment.mask_repair",), made_for=("ragged", "untold")
     ),
     "masks made by depth repaired": Ablation(
         places={"doo3d.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
@@ -112,9 +110,7 @@ ABLATIONS: dict[str, Ablation] = {
         modules=tuple(f"segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
     ),
     "strand hues": Ablation(
-        places={"doo3d.segment.split_strands:_split_colors": _none},
-        modules=("scene.strand_hues",),
-        made_for=("images",),
+        places={"doo3d.segment.split_strands:_split_colors": _none}, modules=("scene.strand_hues",), made_for=("images",)
     ),
     "strand filter": Ablation(
         places={"doo3d.segment.segment:filter_along_strands": _no_strand_filter},
@@ -136,9 +132,7 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.segment:inpaint_readings": _first}, modules=("segment.depth_inpainting",)
     ),
     "sparse strands": Ablation(
-        places={"doo3d.segment.segment:find_sparse_strands": _none},
-        modules=("segment.sparse_strands",),
-        made_for=("lines",),
+        places={"doo3d.segment.segment:find_sparse_strands": _none}, modules=("segment.sparse_strands",), made_for=("lines",)
     ),
     "voxels along the rays": Ablation(
         places={"doo3d.skeleton.voxelize:_along_rays": _first, "doo3d.skeleton.voxelize:_in_space": _first}, made_for=DEPTH
@@ -157,9 +151,7 @@ ABLATIONS: dict[str, Ablation] = {
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
-        places={"doo3d.scene.visibility:Support": _NoSupport},
-        modules=("scene.support",),
-        made_for=("stereo", "ragged", "images"),
+        places={"doo3d.scene.visibility:Support": _NoSupport}, modules=("scene.support",), made_for=("stereo", "ragged", "images")
     ),
     "ends extended to the surface": Ablation(places={"doo3d.chains.refine:extend_to_surface": _first}),
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
@@ -172,9 +164,7 @@ ABLATIONS: dict[str, Ablation] = {
     "upper strand by depth": Ablation(places={"doo3d.judge.upper_strand:depth_log_odds": lambda *_: 0.0}),
     "upper strand by color": Ablation(places={"doo3d.judge.upper_strand:color_log_odds": lambda *_: 0.0}),
     "other interpretations of uncertain frames": Ablation(
-        places={"doo3d.judge.interpretations:OTHERS": ()},
-        modules=("judge.interpretations",),
-        made_for=DEPTH,
+        places={"doo3d.judge.interpretations:OTHERS": ()}, modules=("judge.interpretations",), made_for=DEPTH
     ),
     "bodies": Ablation(
         places={"doo3d.links.branches.branches:body_meetings": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED

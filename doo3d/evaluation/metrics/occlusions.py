@@ -114,10 +114,7 @@ def _points_between(chain: Chain, stretch: Stretch, low: float, high: float) -> 
 def measure(match: Observed) -> dict[str, Any]:
     """Return the number of occlusions of all cables, and of those that a chain passes correctly."""
     runs = [(t, run) for t, truth in enumerate(match.truths) for run in occlusions(truth)]
-    return {
-        "occlusions": len(runs),
-        "occlusions_correct": passed_occlusions(match.chains, match.alignments, match.truths, runs),
-    }
+    return {"occlusions": len(runs), "occlusions_correct": passed_occlusions(match.chains, match.alignments, match.truths, runs)}
 
 
 METRIC = Metric(measure, (share(("occlusions", "correct"), 15, "occlusions", parts("occlusions", right="occlusions_correct")),))

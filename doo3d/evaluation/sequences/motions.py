@@ -93,8 +93,7 @@ def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Moti
     last = (frames - 1) * CAPTURE_RATE / FRAME_RATE
     if markers.ndim != 3 or markers.shape[1] < 4 or markers.shape[2] != 3 or len(markers) <= last + 1:
         raise InputError(
-            f"{path}: shape {markers.shape}, expected (T, K, 3) with K >= 4 markers and T > {last + 1:.0f}",
-            code="truth-invalid",
+            f"{path}: shape {markers.shape}, expected (T, K, 3) with K >= 4 markers and T > {last + 1:.0f}", code="truth-invalid"
         )
     steps = np.linalg.norm(np.diff(markers, axis=1), axis=2)
     if not (steps.max() <= MAX_MARKER_STEP * np.median(steps)):

@@ -84,10 +84,7 @@ def measure(seed: int, frames: int) -> list[Record]:
     known = [first_pass(each, config) for each in moving_ring(seed, frames)]
     observations = [frame.observation for frame in known]
     together = list(combine(observations, config))
-    return [
-        *variant_rows("single", known, [each.detection for each in observations]),
-        *variant_rows("sequence", known, together),
-    ]
+    return [*variant_rows("single", known, [each.detection for each in observations]), *variant_rows("sequence", known, together)]
 
 
 def table(seeds: int = 4, frames: int = 60) -> Iterator[str]:
