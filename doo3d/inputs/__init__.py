@@ -1,6 +1,6 @@
 """Read captures; the format is detected from the content, not from the file name alone.
 
-To add a format, write a file with one class like `VideoCapture`, or a row in `layouts`, and give it a line in `FORMATS`; the
+To add a format, write a file with one class like `VideoCapture`, or a Layout as in `layouts`, and a line in `FORMATS`; the
 order of the lines is the order in which formats are tried. A program of your own adds its class at run time:
 `FORMATS["mine"] = MyCapture`; such formats are tried first.
 """
@@ -49,7 +49,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "bag": "bag.reader:BagCapture",
         "tum": "layouts:TUM_RGBD",
         "bop": "layouts:BOP",
-        "stray": "layouts:STRAY",
+        "stray": "formats.stray_scanner:STRAY",
         "icl": "layouts:ICL",
         "redwood": "layouts:REDWOOD_INDOOR",
         "record3d": "formats.record3d:Record3DCapture",
@@ -58,7 +58,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "lerobot": "formats.lerobot:LeRobotCapture",
         "folder": "layouts:FOLDER",
         "cloud": "formats.cloud:CloudCapture",
-        "photos": "layouts:PHOTOS",
+        "photos": "formats.photos:PHOTOS",
         "video": "formats.video:VideoCapture",
     },
     __name__,

@@ -12,8 +12,9 @@ from numpy.random import Generator
 
 from ...types import Floats
 from .curves import STEP, headed_curve, random_curves
-from .families import MIN_BEND_RADII, RADII, Lying, Size, at_height, cables_on_table, is_sound, planar_curve, sound_scene
+from .families import RADII, Lying, Size
 from .model import Scene, Solid, Stripe, Table, Truth, corners, cuboid
+from .placing import MIN_BEND_RADII, at_height, cables_on_table, is_sound, planar_curve, sound_scene
 from .stacking import min_bend_radius, min_clearance, spline_axis
 from .studio import CABLE_COLORS, GRIPPER_COLORS, MARGIN_FRACTION, Studio, box, cable_color, make_studio, pick
 

@@ -11,8 +11,9 @@ from scipy.spatial import cKDTree
 
 from ...types import Floats
 from .curves import STEP, resample_polyline, turned_curve
-from .families import LENGTHS, RADII, Lying, Size, cables_on_table, planar_curve
+from .families import LENGTHS, RADII, Lying, Size
 from .model import Color, Scene, Solid
+from .placing import cables_on_table, planar_curve
 from .studio import Studio, box, cable_color, make_studio
 
 HAIRPIN_GAP_DIAMETERS = (0.15, 0.8)

@@ -13,8 +13,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from ...types import Floats
 from .curves import STEP, oriented_curve, random_curves
-from .families import Size, planar_curve, sound_scene
+from .families import Size
 from .model import Scene, corners, cuboid
+from .placing import planar_curve, sound_scene
 from .settle import STEP as SETTLE_STEP
 from .settle import settle
 from .stacking import spline_axis

@@ -24,8 +24,9 @@ from .curves import (
     resample_polyline,
     turned_curve,
 )
-from .families import RADII, Size, at_height, cables_on_table, is_sound, sound_scene
+from .families import RADII, Size
 from .model import Scene, Truth
+from .placing import at_height, cables_on_table, is_sound, sound_scene
 from .stacking import min_clearance, resting_heights, spline_axis
 from .studio import Studio, cable_color, make_studio, pick
 

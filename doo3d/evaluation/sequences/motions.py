@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 from ...errors import InputError
 from ...types import Camera, Floats
 from ..scenes.curves import STEP, curve_crossings, random_curves, resample_polyline
-from ..scenes.families import MIN_BEND_RADII, RADII
+from ..scenes.families import RADII
 from ..scenes.harnesses.motion import load_array
 from ..scenes.model import Table
+from ..scenes.placing import MIN_BEND_RADII
 from ..scenes.stacking import min_bend_radius, resting_heights, spline_axis
 from ..scenes.studio import FOCAL_LENGTHS_PX, MARGIN_FRACTION, TABLE_COLORS, Studio, make_studio
 from ..scenes.wound_families import KNOTS, alternating, planar_knot

@@ -1,4 +1,4 @@
-"""Read all formats that are folders of images; each format is a Layout in `inputs.layouts`."""
+"""Read all formats that are folders of images; each is a Layout, as in `inputs.layouts`."""
 
 from __future__ import annotations
 

@@ -114,6 +114,18 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
     return images
 
 
+def first_folder(path: Path, *names: str) -> Path | None:
+    """Return the first sub-folder with one of the names; None if there is none."""
+    return next((path / name for name in names if (path / name).is_dir()), None)
+
+
+def depth_images(path: Path) -> dict[str, Path]:
+    """Return stem -> path of the images in the sub-folder depth/; raise InputError if there are none."""
+    if depth := images_in(path / "depth"):
+        return depth
+    raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
+
+
 def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[str, Path]:
     """Match images to frames and return them as a dict frame name -> path.
 

@@ -7,6 +7,7 @@ from numpy.random import Generator
 
 from ....types import Floats
 from ..curves import STEP, headed_curve, offset_curve, random_curves, resample_polyline, rotation
+from ..placing import MIN_BEND_RADII
 from ..studio import Studio, pick
 from .plan import BRANCH_RATIOS, LEAVING_DEGREES, MIN_SPACING_RADII, Plan, leaving_curve, placed, strand_on_table
 from .strands import Strand, crossings_of, is_open
@@ -32,9 +33,6 @@ GENTLE_BEND = 0.12
 
 DRAW_CHANCES = (0.44, 0.24, 0.32)
 """Probabilities of trying two trees, a branch along its trunk, and two branches; two trees fit into the image least often."""
-
-MIN_BEND_RADII = 4.0
-"""Least bend radius of a strand, in its radii."""
 
 
 def plan_swap(rng: Generator, studio: Studio, radius: float) -> Plan | None:
