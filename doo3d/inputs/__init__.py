@@ -32,16 +32,7 @@ from .support.listing import is_depth_content
 from .support.pose_file import TF, pose_file_beside, read_pose
 from .unknown_format import unknown_format
 
-__all__ = [
-    "FORMATS",
-    "IMAGE_FORMATS",
-    "Capture",
-    "FrameData",
-    "FrameRef",
-    "ReadOptions",
-    "format_class",
-    "open_capture",
-]
+__all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
 FORMATS: Registry[CaptureFormat] = Registry(
     READERS,

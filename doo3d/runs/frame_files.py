@@ -11,11 +11,7 @@ from ..viz import encoding
 
 Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
-ENCODERS: dict[str, Encoder] = {
-    "json": detection_json.encode,
-    "jpg": encoding.encode_jpeg,
-    "png": encoding.encode_png,
-}
+ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "jpg": encoding.encode_jpeg, "png": encoding.encode_png}
 """Kind of file (a key of SUFFIXES) -> its encoder."""
 
 

@@ -42,13 +42,7 @@ WITHOUT = without.WITHOUT
 TOUGH = tough_families.TOUGH
 """Families of scenes modelled on the hard ones of other generators: name -> builder."""
 
-GROUPS = {
-    "all": tuple(FAMILIES),
-    "basic": tuple(BASIC),
-    "more": tuple(MORE),
-    "without": tuple(WITHOUT),
-    "tough": tuple(TOUGH),
-}
+GROUPS = {"all": tuple(FAMILIES), "basic": tuple(BASIC), "more": tuple(MORE), "without": tuple(WITHOUT), "tough": tuple(TOUGH)}
 """Name of a group -> its families: all with cables, basic ones, handled and wound cables, none with a cable, and tough ones."""
 
 TREES = harnesses.TREES

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 
 from ...config import Config, HsvRange, SegmentConfig
@@ -13,19 +12,13 @@ from ...geometry.radii import STEP_RADII
 from ...scene.frame_facts import FrameFacts
 from ...segment import segment
 from ...segment.methods import resolve_method
-from ...segment.methods.hsv import in_ranges
 from ...skeleton.voxelize import SIZE_OVER_SPACING, VIEW_EDGE
 from ...types import Array, Bools, Cloud, Frame, Image
 from ...types.display import counted
-from .hsv_range import completed_mask, fit_range
+from .color_ranges import MAX_FALSE_SHARE, OTHER_METHODS, core, find_ranges, fit_ranges, full_size, reduced
+from .hsv_range import completed_mask
 from .strands import Strand, find_strands, lost_strands
-from .thin_object import ThinObject, find_thin_object, object_at, thin_components
-
-MAX_SEARCH_PIXELS = 1_500_000
-"""Greatest number of pixels of the image in which the object is searched; larger images are scaled down."""
-
-MAX_FALSE_SHARE = 0.5
-"""Greatest fraction of the color ranges' pixels outside the object; above it, the color does not distinguish the object."""
+from .thin_object import thin_components
 
 SEGMENT_RADII = 2.5
 """Length of a segment in radii: short enough for the bends of a cable, long enough for a reliable direction."""
@@ -51,16 +44,7 @@ MAX_MISSING_DEPTH = 0.3
 MAX_WIDTH_MARGIN = 0.6
 """Ratio of the object's width to segment.max_width above which max_width is raised to twice the width."""
 
-BORDER_SHARE = 1 / 3
-"""Fraction of a strand's half width, at its border, that the color ranges are not fitted to; `completed_mask` adds it if its
-color agrees."""
-
 ONE_BY_ONE = "for color ranges of some strands only, select these: --pick X,Y, for each the pixel listed above"
-
-OTHER_METHODS = (
-    "use another method: segment.method=plane if it stands off a surface in the depth, background with an image "
-    "without it (segment.reference), or your own mask (doo3d detect --mask)"
-)
 
 
 @dataclass(frozen=True)
@@ -153,7 +137,7 @@ def tune(
         )
     if not picks and box is None and (strands := find_strands(data, config)):
         return _tune_strands(data, data.color, config, strands)
-    tuned = _propose_colors(data, config, *_find_ranges(data.color, picks, box))
+    tuned = _propose_colors(data, config, *find_ranges(data.color, picks, box))
     if not picks and box is None and all(strand.is_doubtful for strand in find_strands(data, tuned.config)):
         raise InputError(
             f"detection finds no strand, and only doubtful ones in the color of the longest thin object: {OTHER_METHODS}",
@@ -179,11 +163,11 @@ def _tune_strands(data: Frame | Image, color: Array, config: Config, strands: li
     The result has color ranges if detection with them finds every strand again and no further chains; otherwise the method is
     kept.
     """
-    small, scale = _reduced(color)
-    thin = [_core(strand.thin, small.shape[1::-1], scale) for strand in strands]
+    small, scale = reduced(color)
+    thin = [core(strand.thin, small.shape[1::-1], scale) for strand in strands]
     completed = [replace(each, mask=completed_mask(small, each)) for each in thin]
-    ranges, false = _fit_ranges(small, completed)
-    objects = [_full_size(each.mask, color) for each in completed]
+    ranges, false = fit_ranges(small, completed)
+    objects = [full_size(each.mask, color) for each in completed]
     try:
         tuned = _propose_colors(data, config, objects, tuple(dict.fromkeys(ranges)))
         again = find_strands(data, tuned.config)
@@ -204,101 +188,6 @@ def _tune_strands(data: Frame | Image, color: Array, config: Config, strands: li
         unchanged = dict.fromkeys(("fit.segment_length", "voxelize.size"), "kept, since other lengths lose strands")
         kept = replace(kept, config=config, reasons=reasons | unchanged)
     return replace(kept, strands=tuple(listed), advice=(*kept.advice, *([ONE_BY_ONE] if len(strands) > 1 else [])))
-
-
-def _find_ranges(
-    color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None
-) -> tuple[list[Bools], tuple[HsvRange, ...]]:
-    """Return the masks (H, W) of the objects and the color ranges that segment them."""
-    _check_inside(color.shape[1], color.shape[0], picks, box)
-    small, scale = _reduced(color)
-    candidates = _find_objects(small, [(int(x * scale), int(y * scale)) for x, y in picks], _scaled(box, scale))
-    objects = [replace(thin, mask=completed_mask(small, thin)) for thin in candidates]
-    ranges, _ = _fit_ranges(small, objects)
-    segmented, union = in_ranges(small, tuple(ranges)), np.logical_or.reduce([thin.mask for thin in objects])
-    if (segmented & ~union).sum() > MAX_FALSE_SHARE * segmented.sum():
-        raise InputError(
-            f"no color range separates the thin object from the background: {np.mean(segmented & ~union):.0%} of the image has "
-            f"its colors too: {OTHER_METHODS}",
-            code="color-not-distinct",
-        )
-    return [_full_size(thin.mask, color) for thin in objects], tuple(ranges)
-
-
-def _fit_ranges(color: Array, objects: Sequence[ThinObject]) -> tuple[list[HsvRange], list[float]]:
-    """Return the color range of each object, and the fraction of the range's pixels outside all objects."""
-    union = np.logical_or.reduce([thin.mask for thin in objects])
-    ranges, false = list[HsvRange](), list[float]()
-    for thin in objects:
-        ranges.append(fit_range(color, thin, union & ~thin.mask))
-        segmented = in_ranges(color, (ranges[-1],))
-        false.append(float((segmented & ~union).sum() / max(1, segmented.sum())))
-    return ranges, false
-
-
-def _reduced(color: Array) -> tuple[Array, float]:
-    """Scale an image (H, W, 3) down to at most MAX_SEARCH_PIXELS; return it and the scale, 1 or less."""
-    scale = min(1.0, math.sqrt(MAX_SEARCH_PIXELS / (color.shape[0] * color.shape[1])))
-    return (color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)), scale
-
-
-def _core(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
-    """Return the middle of an object without its border, which may be background.
-
-    shape : (width, height) px of the full-size image. scale : of the image in which the object was found.
-    """
-    mask = cv2.resize(thin.mask.view(np.uint8), shape, interpolation=cv2.INTER_NEAREST)
-    half_width = scale * thin.half_width
-    core = cv2.distanceTransform(mask, cv2.DIST_L2, 3) > BORDER_SHARE * half_width
-    return ThinObject(np.asarray(core), thin.share, scale * thin.length, half_width)
-
-
-def _full_size(mask: Bools, color: Array) -> Bools:
-    """Scale a mask to the size of an image (H, W, 3)."""
-    return np.asarray(cv2.resize(mask.view(np.uint8), color.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0)
-
-
-def _check_inside(width: int, height: int, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> None:
-    for x, y in picks:
-        if not (0 <= x < width and 0 <= y < height):
-            raise InputError(f"--pick {x},{y}: is outside the image, which is {width}x{height} px", code="place-outside")
-    if box and not (0 <= box[0] < box[0] + box[2] <= width and 0 <= box[1] < box[1] + box[3] <= height):
-        raise InputError(
-            f"--box {','.join(map(str, box))}: is not inside the image, which is {width}x{height} px", code="place-outside"
-        )
-
-
-def _scaled(box: tuple[int, int, int, int] | None, scale: float) -> tuple[int, int, int, int] | None:
-    if box is None:
-        return None
-    x, y, w, h = (int(part * scale) for part in box)
-    return x, y, max(w, 1), max(h, 1)
-
-
-def _find_objects(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> list[ThinObject]:
-    """Return the objects at the picks, each once; without picks, the most prominent one in the box or the image."""
-    if not picks:
-        thin = find_thin_object(color, box)
-        if thin is None:
-            region = "in the box" if box else "in the image"
-            raise InputError(
-                f"no thin, long object {region} has a color of its own: select it with --pick X,Y, or {OTHER_METHODS}",
-                code="object-missing",
-            )
-        return [thin]
-    objects: list[ThinObject] = []
-    for x, y in picks:
-        if any(thin.mask[y, x] for thin in objects):
-            continue
-        thin = object_at(color, (x, y))
-        if thin is None:
-            raise InputError(
-                f"the color at the pick {x},{y} of the image is not that of a thin, long object: if the pick lies on the "
-                f"background, pick the middle of the object; if not, the background has its color, so {OTHER_METHODS}",
-                code="pick-not-thin",
-            )
-        objects.append(thin)
-    return objects
 
 
 def _propose_lengths(
