@@ -1,4 +1,4 @@
-"""`doo3d detect`: the chains of every frame of a capture, into a folder."""
+"""Implement `doo3d detect`: find the chains in every frame of a capture, and write them to a folder."""
 
 import sys
 from collections.abc import Iterator

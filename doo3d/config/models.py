@@ -1,4 +1,4 @@
-"""The settings: one frozen model per stage, in two tiers.
+"""Define the configuration: one frozen model per stage, with settings in two tiers.
 
 Basic settings are those a user sets for a camera and an object. Expert settings are the weights of Keipour et al. (RA-L
 2022), what presets need, and what unusual sensors need. Everything else is a named constant, with its unit and reason, in the

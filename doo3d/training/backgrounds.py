@@ -1,4 +1,4 @@
-"""Backgrounds drawn by noise and by simple shapes, without photographs."""
+"""Draw backgrounds from noise and simple shapes, without photographs."""
 
 import itertools
 from collections.abc import Callable
@@ -20,7 +20,7 @@ def grid(size: int) -> tuple[Array, Array]:
 
 
 def inked(image: Array, ink: Array, shade: Array) -> Array:
-    """Return the image with `ink`, (H, W) uint8, printed in one color: OpenCV writes letters into 8-bit images only."""
+    """Print `ink`, (H, W) uint8, into an image in one color; needed because OpenCV writes letters into 8-bit images only."""
     cover = ink[..., None].astype(np.float32) / 255
     return np.asarray(image * (1 - cover) + cover * shade, np.float32)
 
@@ -125,7 +125,7 @@ def polygons(rng: Rng, size: int) -> Array:
 
 
 def clutter(rng: Rng, size: int) -> Array:
-    """Draw many shaded rectangles, ellipses, tubes and spots, as a workshop out of focus."""
+    """Draw many shaded rectangles, ellipses, tubes and spots, like a workshop out of focus."""
     image = np.ascontiguousarray(plain(rng, size), np.float32)
     for _ in range(int(rng.integers(10, 90))):
         center = tuple(int(v) for v in rng.random(2) * size)
@@ -344,7 +344,7 @@ HELD_OUT: dict[str, Background] = {f.__name__: f for f in (hexagons, bubbles)}
 
 
 def warped(rng: Rng, image: Array) -> Array:
-    """Return the image seen at a random angle, turned and scaled, mirrored at its borders."""
+    """Apply a random perspective, rotation and scale to an image, which is mirrored at its borders."""
     size = image.shape[0]
     corners = np.array([[0, 0], [size, 0], [size, size], [0, size]], np.float32)
     angle, scale = rng.random() * 6.28, rng.uniform(0.8, 1.6)
@@ -364,7 +364,7 @@ def background(rng: Rng, size: int, held_out: bool = False) -> Array:
     size
         width and height, px.
     held_out
-        draw one of the kinds that are never trained on.
+        True draws one of the kinds that the training never uses.
 
     Returns
     -------

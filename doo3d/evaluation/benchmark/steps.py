@@ -1,4 +1,4 @@
-"""The steps of the method, and how each is taken out: by a setting, or by putting something that does nothing in its place."""
+"""Define the steps of the method and how each is removed: by a setting, or by a replacement that does nothing."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .trials import BRANCHED
 
 @dataclass(frozen=True)
 class Ablation:
-    """How one step of the method is taken out.
+    """How one step of the method is removed.
 
     Attributes
     ----------
     settings
         dotted key of the config -> value, such as "merge.strategy" -> "greedy".
     places
-        "module:NAME" in the source code -> what is put there: a function that does nothing, or a value of a constant.
+        "module:NAME" in the source code -> its replacement: a function that does nothing, or another value of a constant.
     modules
-        modules in `doo3d` that go with the step, whose lines and numbers are its price.
+        modules in `doo3d` that exist for this step alone; their lines and numbers are its cost.
     made_for
-        kinds of data (keys of `trials.KINDS`) that the step was made for; the row is for them, beside that for all.
+        kinds of data (keys of `trials.KINDS`) that the step was made for; they have a row of their own besides that of all data.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -36,7 +36,7 @@ class Ablation:
 
 
 def _first(value: Any, *_: Any) -> Any:
-    """Return the first argument: in place of a function that changes it."""
+    """Return the first argument unchanged; it replaces functions that would change it."""
     return value
 
 
@@ -94,9 +94,7 @@ def _confidence_without(kind: str) -> Ablation:
 DEPTH = ("stereo", "ragged")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={"doo3d.segment.segment:repair_mask": _first},
-        modules=("segment.mask_repair",),
-        made_for=("ragged", "untold"),
+        places={"doo3d.segment.segment:repair_mask": _first}, modules=("segment.mask_repair",), made_for=("ragged", "untold")
     ),
     "masks made by depth repaired": Ablation(
         places={"doo3d.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
@@ -112,9 +110,7 @@ ABLATIONS: dict[str, Ablation] = {
         modules=tuple(f"segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
     ),
     "strand hues": Ablation(
-        places={"doo3d.segment.split_strands:_split_colors": _none},
-        modules=("scene.strand_hues",),
-        made_for=("images",),
+        places={"doo3d.segment.split_strands:_split_colors": _none}, modules=("scene.strand_hues",), made_for=("images",)
     ),
     "strand filter": Ablation(
         places={"doo3d.segment.segment:filter_along_strands": _no_strand_filter},
@@ -136,9 +132,7 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.segment:inpaint_readings": _first}, modules=("segment.depth_inpainting",)
     ),
     "sparse strands": Ablation(
-        places={"doo3d.segment.segment:find_sparse_strands": _none},
-        modules=("segment.sparse_strands",),
-        made_for=("lines",),
+        places={"doo3d.segment.segment:find_sparse_strands": _none}, modules=("segment.sparse_strands",), made_for=("lines",)
     ),
     "voxels along the rays": Ablation(
         places={"doo3d.skeleton.voxelize:_along_rays": _first, "doo3d.skeleton.voxelize:_in_space": _first}, made_for=DEPTH
@@ -172,9 +166,7 @@ ABLATIONS: dict[str, Ablation] = {
     "upper strand by depth": Ablation(places={"doo3d.scene.frame:depth_log_odds": lambda *_: 0.0}),
     "upper strand by color": Ablation(places={"doo3d.scene.frame:color_log_odds": lambda *_: 0.0}),
     "other interpretations of uncertain frames": Ablation(
-        places={"doo3d.judge.interpretations:OTHERS": ()},
-        modules=("judge.interpretations",),
-        made_for=DEPTH,
+        places={"doo3d.judge.interpretations:OTHERS": ()}, modules=("judge.interpretations",), made_for=DEPTH
     ),
     "bodies": Ablation(
         places={"doo3d.links.branches.branches:body_meetings": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
@@ -189,4 +181,4 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     **{f"confidence by {kind}": _confidence_without(kind) for kind in WEIGHTS_GIVEN if kind != "base"},
 }
-"""Name of a step -> how it is taken out."""
+"""Name of a step -> how it is removed."""

@@ -18,7 +18,7 @@ METRICS: tuple[Metric, ...] = (
     crossings.METRIC,
     nodes.METRIC,
 )
-"""The metrics of a frame, in the order of the columns; another metric is one file, and one line here."""
+"""The metrics of a frame, in the order of the columns. A new metric is one file and one line here."""
 
 COLUMNS = (*(column for metric in METRICS for column in metric.columns), TIME)
 """The columns of the table of frames."""

@@ -62,7 +62,7 @@ def _read_tube(words: Iterator[str]) -> tuple[Floats, float]:
 
 
 def _ordered_nodes(pairs: list[tuple[int, int]]) -> list[int]:
-    """Return the nodes from one end to the other."""
+    """Order the nodes of a tube from one end to the other, given the pairs that its edges join."""
     neighbors: dict[int, list[int]] = {}
     for a, b in pairs:
         neighbors.setdefault(a, []).append(b)
