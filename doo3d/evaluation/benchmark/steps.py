@@ -102,7 +102,9 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
     ),
     "parts judged by a network": Ablation({"segment.method": "strands"}, modules=("segment.judged_parts",), made_for=("untold",)),
-    "surface learned outside of bands": Ablation(places={"doo3d.segment.color_strands:_told_again": _none}, made_for=("untold",)),
+    "surface learned outside of bands": Ablation(
+        places={"doo3d.segment.color_strands:relearn_background": _none}, made_for=("untold",)
+    ),
     "colors vote in photographs": Ablation(
         places={"doo3d.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
         made_for=("photographs",),

@@ -11,7 +11,7 @@ from builders.onnx_model import at_half_size, convolution
 from doo3d.config import OnnxConfig, SegmentConfig
 from doo3d.segment.methods import auto, network, strands
 from doo3d.segment.methods.network import _with_colors, mask, object_probability
-from doo3d.segment.methods.selected import Selected
+from doo3d.segment.methods.result import MethodResult
 from doo3d.types import Camera, Cloud, Frame, Image
 
 SIZE = (64, 96)
@@ -72,7 +72,7 @@ def test_colors_tell_the_strand_from_what_the_network_takes_for_it_beside(monkey
     color = np.where(pair[..., None], (220, 30, 40), (150, 140, 130)).astype(np.uint8)
     around = abs(rows - 99) < 15
     monkeypatch.setattr(network, "object_probability", lambda *_: np.where(around, 0.7, 0.1).astype(np.float32))
-    monkeypatch.setattr(strands, "select_in_image", lambda *_: Selected(pair))
+    monkeypatch.setattr(strands, "select_in_image", lambda *_: MethodResult(pair))
     found = mask(Image(color), SegmentConfig(method="network"), 0)
     np.testing.assert_array_equal(found.mask, pair)
     np.testing.assert_array_equal(found.probability > 0.5, around)
