@@ -1,12 +1,12 @@
-"""Remove plugs, boots and connectors from the ends of strands in a mask that was found by shape alone.
+"""Remove plugs, boots and connectors from the ends of strands in a mask that was segmented by shape alone.
 
-A plug is thin enough to look like a strand, and the strand leads straight into it. It differs from the strand in two ways at
-once: it is wider by a factor, and of another color. Either alone is no plug: a knot, an eye splice and strands side by side are
-wide, and strands change their color in shadows and at stripes. The steps are:
+A plug is thin enough to be segmented as a strand, and the strand leads straight into it. It differs from the strand in both width
+and color. A difference in one of them is no plug: a knot, an eye splice and strands side by side are wide, and strands change
+their color in shadows and at stripes. The steps are:
 
-1. Follow the skeleton of the mask from each free end inwards: places where strands meet have none, so that crossings, sleeves
-   and ties along a strand stay.
-2. Where the end is much wider than the rest of the strand and of another color, the plug reaches as far as that color does.
+1. Follow the skeleton of the mask inwards from each free end. Strands that meet have no free end there, so that crossings,
+   sleeves and ties along a strand are kept.
+2. If the end is much wider than the rest of the strand and of another color, the plug extends as far as that color.
 3. Remove the pixels of the mask that are nearest to that part of the skeleton.
 """
 
@@ -25,14 +25,14 @@ from ..types import Array, Floats
 from .wide_stretches import strand_radius
 
 MIN_PLUG_RATIO = 1.3
-"""Half-width of a plug in the mask over that of its strand, at least: masks of plugs and boots twice as wide, whose edges the
-rules lose, have 1.3 to 2.1. A strand of another color has that too over a pixel or two, but not over its own half-width."""
+"""Minimum ratio of the half-widths of a plug and its strand in the mask. Plugs and boots twice as wide as the strand have 1.3 to
+2.1, since the rules lose their edges. A strand of another color has it over a pixel or two, but not over its half-width."""
 
 MAX_PLUG_RADII = 4.0
-"""Radii; half-width of the widest plug, whose corners are no branches of the skeleton."""
+"""Half-width of the widest plug in radii; the corners of a plug are no branches of the skeleton."""
 
 MIN_STRAND_RADII = 15.0
-"""Radii of the mask's strands; length of a strand with its plug, at least: specks change width and color, too."""
+"""Minimum length of a strand with its plug, in radii of the mask's strands: specks change width and color, too."""
 
 
 def remove_plugs(facts: FrameFacts, color: Array) -> FrameFacts:
@@ -43,7 +43,7 @@ def remove_plugs(facts: FrameFacts, color: Array) -> FrameFacts:
     facts
         the mask.
     color
-        (H, W, 3) uint8 RGB, the image that the mask was found in.
+        (H, W, 3) uint8 RGB, the image that was segmented.
     """
     radius = strand_radius(facts.axis[2])
     if not radius:
@@ -75,9 +75,9 @@ def remove_plugs(facts: FrameFacts, color: Array) -> FrameFacts:
 
 
 def _plug_length(half_width: Floats, shown: Floats) -> int:
-    """Return how many points at the start of a line lie in a plug; 0 if it has none.
+    """Return the number of points at the start of a line that lie in a plug; 0 if it has none.
 
-    half_width : (P,) px, of the mask at each point. shown : (C, P, 3), colors across the mask there in 8-bit CIELAB.
+    half_width : (P,) px, of the mask at each point. shown : (C, P, 3) 8-bit CIELAB, C colors across the mask at each point.
     """
     usual = float(np.median(half_width))
     wide = half_width > MIN_PLUG_RATIO * usual
@@ -97,7 +97,7 @@ def _plug_length(half_width: Floats, shown: Floats) -> int:
 
 
 def _colors_at(color: Array, positions: Floats, radius: float) -> Floats:
-    """Return the colors (C, P, 3) in 8-bit CIELAB around positions (C, P, 2) px, mean over the core of a strand."""
+    """Return the mean colors (C, P, 3) in 8-bit CIELAB around positions (C, P, 2) px, over the width of a strand's core."""
     side = 2 * round(CORE_OFFSETS.max() * radius) + 1
     u, v = np.moveaxis(np.rint(positions).astype(int).clip(0, np.array(color.shape[1::-1]) - 1), 2, 0)
     return np.asarray(cv2.cvtColor(cv2.blur(color, (side, side))[v, u], cv2.COLOR_RGB2LAB).astype(float))

@@ -1,4 +1,4 @@
-"""Remove wide regions from a mask."""
+"""Remove wide regions, such as a gripper, from a mask."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..geometry.mask import ridge_radius
 from ..scene.frame_facts import FrameFacts
 
 WIDE_REGION_MARGIN = 1.5
-"""Multiple of the largest half-width; pixels nearer than this to the core of a wide region belong to the region."""
+"""Distance from the core of a wide region within which pixels belong to the region, in maximum half-widths of a strand."""
 
 
 def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float = 1.0) -> FrameFacts:
@@ -21,7 +21,7 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
     Parameters
     ----------
     facts
-        the mask, with the depth; without depth widths are measured in pixels.
+        the mask, with the depth; without depth, widths are in px.
     config
         section `segment` of the settings.
     focal
@@ -29,7 +29,7 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
 
     Returns
     -------
-    The facts of the mask that is left; `facts` itself if nothing is wide.
+    The facts of the remaining mask; `facts` itself if no region is wide.
     """
     if not facts.count:
         return facts

@@ -8,8 +8,7 @@ strand.
 
 from __future__ import annotations
 
-from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -48,8 +47,8 @@ width of the narrowest ribbon."""
 SAME_TURN = np.radians(25.0)
 """Radians; a strand that meets an earlier one at a smaller angle has the same path, and ends. A crossing is steeper."""
 
-MIN_SAMPLES, MAX_STRANDS = 15, 120
-"""Minimum number of samples of a strand; maximum number of strands traced."""
+MAX_STRANDS = 120
+"""Maximum number of strands traced."""
 
 
 class TracedStrand(NamedTuple):
@@ -137,24 +136,16 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
     """
     shape = ribbons.color.shape[:2]
     taken, angles = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
-    follow = partial(
-        follow_ribbon,
-        color_scale=COLOR_SCALE,
-        max_color_cost=MAX_COLOR_COST,
-        color_cost=COLOR_COST,
-        step=STEP_PX,
-        max_score=MAX_SCORE,
-        same_turn=SAME_TURN,
-    )
+    limits: dict[str, Any] = {"color_scale": COLOR_SCALE, "max_color_cost": MAX_COLOR_COST, "color_cost": COLOR_COST}
+    limits |= {"step": STEP_PX, "max_score": MAX_SCORE, "same_turn": SAME_TURN}
     strands = list[TracedStrand]()
-    tries = 0
     for row, column, angle in zip(*_seeds(ribbons), strict=True):
         if taken[row, column] and _between(angle, angles[row, column]) < 1.6 * SAME_TURN:
             continue
-        tries += 1
-        if tries > MAX_STRANDS:
+        if len(strands) == MAX_STRANDS:
             break
-        ahead, back = (follow(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX) for turn in (0.0, np.pi))
+        starts = (np.array((column, row, angle + turn)) for turn in (0.0, np.pi))
+        ahead, back = (follow_ribbon(*ribbons, taken, angles, start, WIDTHS_PX, **limits) for start in starts)
         best = round(angle / np.pi * DIRECTIONS), row, column
         middle = (column, row, angle, WIDTHS_PX[ribbons.width[best]], ribbons.score[best])
         rows = np.vstack((back[::-1] - (0, 0, np.pi, 0, 0), middle, ahead))
@@ -163,8 +154,7 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
         cv2.polylines(taken, [line], False, 1, max(3, int(width)), cv2.LINE_8, 3)
         for center, along in zip(np.rint(rows[:, :2]).astype(int).tolist(), rows[:, 2].tolist(), strict=True):
             cv2.circle(angles, center, max(2, int(width / 2)), along, -1)
-        if len(rows) >= MIN_SAMPLES:
-            strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
+        strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
     return strands
 
 

@@ -1,4 +1,4 @@
-"""Find the plane that the object lies on or hangs above, such as a table."""
+"""Find the plane on which the object lies or above which it hangs, such as a table."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
 
 MIN_READINGS = 50
-"""Readings around the object without which no plane is looked for."""
+"""Minimum number of readings around the object to which a plane is fitted."""
 
 SURROUNDINGS = 0.25
-"""Margin of the box around the object, as a fraction of its longer side, in which the plane is looked for."""
+"""Margin around the bounding box of the object from which readings are taken, as a fraction of its longer side."""
 
 PLANE_DIGITS = 12
-"""Decimal places of the plane, whose height is in m. The 16th is that of the linear algebra of this processor."""
+"""Decimal places of the plane, whose height is in m. The 16th decimal place depends on the processor's linear algebra."""
 
 
 def find_supporting_plane(
     data: Frame | Cloud | Image, segmentation: Segmentation, config: SegmentConfig, seed: int
 ) -> Plane | None:
-    """Return the plane around the object, whatever method segmented it.
+    """Return the plane around the object, for any method of segmentation.
 
-    It is the plane that segmentation told the object from. Without one, a plane is fitted to the readings beside the object's
-    mask, within the box around the mask; of a cloud without a mask to all points.
+    It is the plane that the method found. If the method found none, a plane is fitted to the readings beside the object's mask,
+    in and around its bounding box; of a cloud, to all points.
 
     Parameters
     ----------
@@ -42,31 +42,35 @@ def find_supporting_plane(
 
     Returns
     -------
-    The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the sensor's place is
-    unknown). None if there is no such plane, for an image, and if all data is the object.
+    The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the position of the sensor
+    is unknown). None if there is no such plane, for an image, and for the method "everything".
     """
     foreground = segmentation.foreground
     if isinstance(data, Image) or segmentation.method == "everything" or not len(foreground.points):
         return None
     inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
-    if segmentation.plane is not None:
-        normal, height = segmentation.plane.normal, segmentation.plane.height
+    plane = segmentation.plane or _fitted_plane(data, foreground, config, seed)
+    if not plane:
+        return None
+    sign = 1.0 if float(plane.normal @ inside) >= plane.height else -1.0
+    return Plane(np.round(sign * plane.normal, PLANE_DIGITS), round(sign * plane.height, PLANE_DIGITS))
+
+
+def _fitted_plane(data: Frame | Cloud, foreground: Foreground, config: SegmentConfig, seed: int) -> Plane | None:
+    """Return the plane fitted to the readings around the object by RANSAC; None if too few readings lie on it."""
+    if isinstance(data, Cloud):
+        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
     else:
-        if isinstance(data, Cloud):
-            points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
-        else:
-            points = _surrounding_points(data, foreground, config)
-        if len(points) < MIN_READINGS:
-            return None
-        normal, height = fit_plane(points, config.plane_distance, seed)
-        if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
-            return None
-    sign = 1.0 if float(normal @ inside) >= height else -1.0
-    return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
+        points = _surrounding_points(data, foreground, config)
+    if len(points) < MIN_READINGS:
+        return None
+    normal, height = fit_plane(points, config.plane_distance, seed)
+    is_plane = np.mean(np.abs(points @ normal - height) < config.plane_distance) >= MIN_PLANE_SHARE
+    return Plane(normal, height) if is_plane else None
 
 
 def _surrounding_points(frame: Frame, foreground: Foreground, config: SegmentConfig) -> Floats:
-    """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
+    """Return about SAMPLES readings (N, 3) m beside the object's mask, in and around its bounding box."""
     top, bottom, left, right = facts_of(foreground).box
     mask = facts_of(foreground).mask
     margin = int(SURROUNDINGS * (max(bottom - top, right - left) - 1)) + 1

@@ -139,7 +139,7 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     "sparse strands": Ablation(
         places={"doo3d.segment.segment:find_sparse_strands": _none},
-        modules=("segment.sparse_strands",),
+        modules=("segment.sparse_strands", "segment.point_lines"),
         made_for=("lines",),
     ),
     "voxels along the rays": Ablation(

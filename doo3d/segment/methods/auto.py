@@ -10,11 +10,8 @@ import numpy as np
 from ...config import SegmentConfig
 from ...scene.cloud_facts import CELL_SPACINGS, CloudFacts, longest_first, sampled, seeds_of, spreads
 from ...types import Cloud, Frame, Image
-from ..sparse_strands import is_sparse
+from ..point_lines import is_sparse
 from .network import IS_PACKAGED
-
-MIN_BROAD_FRACTION = 0.5
-"""Fraction of the readings or points on wide surfaces above which a scene is broad: the majority."""
 
 MIN_DISC_OCCUPANCY = 0.6
 """Minimum fraction of occupied cells in the disc around a point of a cloud, for the point to lie on a surface."""
@@ -63,7 +60,7 @@ def _is_broad_cloud(cloud: Cloud, config: SegmentConfig) -> bool:
     counts, means, covariances = spreads(points, seeds, radius)
     some = counts > 8
     # the number of points is an upper bound of the number of occupied cells
-    if not some.any() or np.mean(counts[some] > filled) <= MIN_BROAD_FRACTION:
+    if not some.any() or np.mean(counts[some] > filled) <= 0.5:
         return False
     # in the plane of the first two principal axes, strands side by side have gaps between them, a surface has none
     axes = np.linalg.eigh(covariances)[1][:, :, 1:]
@@ -74,7 +71,7 @@ def _is_broad_cloud(cloud: Cloud, config: SegmentConfig) -> bool:
         offset = offset[(offset**2).sum(axis=1) <= radius**2]
         cells = np.floor((offset - means[k]) @ axes[k] / size)
         is_filled.append(len(np.unique(cells @ (1, 1j))) > filled)
-    return float(np.mean(is_filled)) > MIN_BROAD_FRACTION and not is_sparse(cloud.points)
+    return float(np.mean(is_filled)) > 0.5 and not is_sparse(cloud.points)
 
 
 def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
@@ -88,4 +85,4 @@ def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
     inside = cv2.distanceTransform(np.pad(closed, 1), cv2.DIST_L2, 3)[1:-1, 1:-1]
     size = DEPTH_STRIDE_PX / frame.camera.fx * np.minimum(depth, config.max_depth)
     wide = seen & (inside * size > config.max_width / 2)
-    return bool(np.count_nonzero(wide) > MIN_BROAD_FRACTION * np.count_nonzero(seen))
+    return bool(np.count_nonzero(wide) > np.count_nonzero(seen) / 2)

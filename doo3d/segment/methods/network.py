@@ -145,7 +145,7 @@ def _with_colors(probability: Array, color: Array) -> Array:
     return found
 
 
-def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1.0,)) -> Array:
+def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1,)) -> Array:
     """Return the probability (H, W) float32 that a pixel belongs to a thin object.
 
     color : (H, W, 3) uint8 RGB. model : path of the network; None takes the packaged network. scales : factors of the size of the
