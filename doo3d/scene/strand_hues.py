@@ -92,11 +92,11 @@ class StrandHues:
         seen[mask] = np.where(chroma > MIN_CHROMA, self.color_of[hue], 0)[0]
         side = 2 * max(1, round(OPENING_RADII * radius)) + 1
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-        shown = [cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc) for k in range(1, self.count + 1)]
+        opened = [cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc) for k in range(1, self.count + 1)]
         labels = np.zeros(mask.shape, np.uint8)
         around = np.ones((2 * round(radius) + 1,) * 2, np.uint8)
-        beside = [cv2.dilate(own, around)[axis] for own in shown]
-        for k, own in enumerate(shown):
+        beside = [cv2.dilate(own, around)[axis] for own in opened]
+        for k, own in enumerate(opened):
             others = np.max(beside[:k] + beside[k + 1 :], axis=0)
             if np.count_nonzero(own[axis] > others) >= length:
                 labels[own > 0] = k + 1

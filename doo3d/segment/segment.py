@@ -15,8 +15,7 @@ from ..scene.frame_facts import FrameFacts
 from ..types import Array, Cloud, CloudSampling, Floats, Foreground, Frame, Image, check_mask
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
-from .end_plugs import remove_plugs
-from .mask_cleanup import remove_wide_regions
+from .mask_cleanup import remove_plugs, remove_wide_regions
 from .mask_image import inversion_note, object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 import cv2
 import numpy as np
@@ -100,11 +101,10 @@ def run_model(path: str, image: Array, is_trusted: bool = False) -> Array:
     except OSError as error:
         raise InputError(f"segment.onnx.model {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     if not is_trusted and (model.digest, image.shape) not in _tried:
-        isolated(
-            _try, model, image, where=model.name, code="onnx-unreadable", memory=_MAX_FIRST_RUN_BYTES, seconds=_MAX_FIRST_RUN_S
-        )
+        bounds: dict[str, Any] = {"memory": _MAX_FIRST_RUN_BYTES, "seconds": _MAX_FIRST_RUN_S}
+        isolated(_forward, model, image, where=model.name, code="onnx-unreadable", **bounds)
         _tried.add((model.digest, image.shape))
-    return _forward(_load(model), image, model.name)
+    return _forward(model, image)
 
 
 @lru_cache(maxsize=2)
@@ -112,11 +112,6 @@ def _read(path: str, modified: int, size: int) -> _Model:
     """Return the model of a file; its time of modification and its size are part of the key of the cache."""
     content = Path(path).read_bytes()
     return _Model(f"segment.onnx.model {path}", content, hashlib.sha256(content).hexdigest())
-
-
-def _try(model: _Model, image: Array) -> None:
-    """Load the model and run it once."""
-    _forward(_load(model), image, model.name)
 
 
 @lru_cache(maxsize=2)
@@ -133,15 +128,16 @@ def _load(model: _Model) -> cv2.dnn.Net:
     return network
 
 
-def _forward(network: cv2.dnn.Net, image: Array, name: str) -> Array:
-    """Return the output of a network for an image (1, 3, H, W); name : of the model, for errors."""
+def _forward(model: _Model, image: Array) -> Array:
+    """Return the output of a model for an image (1, 3, H, W)."""
+    network = _load(model)
     try:
         with _FORWARD:
             network.setInput(image)
             return np.array(network.forward())
     except (cv2.error, SystemError) as error:
         raise InputError(
-            f"{name}: does not run on an input of shape {image.shape} ({_sentence(error)}); "
+            f"{model.name}: does not run on an input of shape {image.shape} ({_sentence(error)}); "
             "set segment.onnx.input_size to the size that the model was exported with",
             code="onnx-input",
         ) from None
