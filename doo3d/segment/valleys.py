@@ -102,15 +102,15 @@ def shade_strands(
     """
     part = bundles.part
     pixels = np.flatnonzero(part[1:-1, 1:-1])
+    values, least = np.zeros(len(pixels), dtype=np.float32), 0.0
     if color is not None:
-        values = cv2.transform(color[box].reshape(-1, 3)[pixels][:, None], np.full((1, 3), 1 / 3))[:, 0].astype(np.float32)
+        grey = cv2.transform(color[box].reshape(-1, 3)[pixels][:, None], np.full((1, 3), 1 / 3))
+        values, least = grey[:, 0].astype(np.float32), MIN_CONTRAST
     elif depth is not None:
         values = _nearness(depth[box], part[1:-1, 1:-1], bundles.radius).ravel()[pixels]
-    else:
-        values = np.zeros(len(pixels), dtype=np.float32)
     low, middle, high = np.percentile(values[:: max(1, len(values) // SAMPLES)], (10, 50, 90))
     contrast = (high - low) / 2
-    if contrast <= (MIN_CONTRAST if color is not None else 0.0):
+    if contrast <= least:
         return _equal_widths(bundles) if equal_widths else np.zeros(part.shape, dtype=np.float32)
     shade = np.full(part.shape, -CLIP, dtype=np.float32)
     shade[part] = np.clip((values - middle) / contrast, -CLIP, CLIP)
