@@ -20,12 +20,11 @@ from ..types import Array, Cloud, CloudSampling, Floats, Frame, Image, check_mas
 from .checks import check_distance, check_extent, check_size, median_depth, without_depth
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
-from .end_plugs import remove_plugs
-from .mask_cleanup import remove_wide_regions
+from .mask_cleanup import remove_plugs, remove_wide_regions
 from .mask_image import inversion_note, object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
-from .methods.selected import Selected
+from .methods.result import MethodResult
 from .point_filter import SPREAD, draw_points, filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
@@ -253,17 +252,17 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
 
 def _select(
     data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int, shape: tuple[int, ...]
-) -> tuple[str, Selected]:
+) -> tuple[str, MethodResult]:
     """Return the method, and the mask of the given shape that the caller or the method gives, with what else the method knows."""
     if mask is not None:
         given = check_mask(mask, shape)
         if not given.any():
             element = "point" if isinstance(data, Cloud) else "pixel"
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
-        return MASK, Selected(given, note=inversion_note(given))
+        return MASK, MethodResult(given, note=inversion_note(given))
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
     selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
-    made = selected if isinstance(selected, Selected) else Selected(selected)
+    made = selected if isinstance(selected, MethodResult) else MethodResult(selected)
     return method, made if SEGMENTERS.is_built_in(method) else made._replace(mask=check_mask(made.mask, shape))
 
 

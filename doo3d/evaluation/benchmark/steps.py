@@ -100,7 +100,9 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
     ),
     "parts judged by a network": Ablation({"segment.method": "strands"}, modules=("segment.judged_parts",), made_for=("untold",)),
-    "surface learned outside of bands": Ablation(places={"doo3d.segment.color_strands:_told_again": _none}, made_for=("untold",)),
+    "surface learned outside of bands": Ablation(
+        places={"doo3d.segment.color_strands:relearn_background": _none}, made_for=("untold",)
+    ),
     "colors vote in photographs": Ablation(
         places={"doo3d.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
         made_for=("photographs",),
@@ -132,7 +134,9 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.segment:inpaint_readings": _first}, modules=("segment.depth_inpainting",)
     ),
     "sparse strands": Ablation(
-        places={"doo3d.segment.segment:find_sparse_strands": _none}, modules=("segment.sparse_strands",), made_for=("lines",)
+        places={"doo3d.segment.segment:find_sparse_strands": _none},
+        modules=("segment.sparse_strands", "segment.point_lines"),
+        made_for=("lines",),
     ),
     "voxels along the rays": Ablation(
         places={"doo3d.skeleton.voxelize:_along_rays": _first, "doo3d.skeleton.voxelize:_in_space": _first}, made_for=DEPTH

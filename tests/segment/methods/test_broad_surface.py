@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.config import SegmentConfig
-from doo3d.segment.broad_surface import is_broad
+from doo3d.segment.methods.auto import is_broad
 from doo3d.types import Camera, Cloud, Frame
 
 TABLE = np.random.default_rng(0).uniform((-0.3, -0.3, 0.6), (0.3, 0.3, 0.601), (5000, 3))
