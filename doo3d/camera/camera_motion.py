@@ -32,10 +32,10 @@ flickers), and more by as large a share of noise, since a few pixels of one colo
 MIN_CAMERA_MOTION_M off in the worst direction, for the estimate to be sound (1.3 and more where it errs by less than 1 mm, 1.02
 at most where nothing tells how the camera moves along a plane of one color)."""
 
-MOVES = "sequence: the camera moves: its motion is estimated from the background (give its poses if they are known)"
+MOTION_NOTE = "sequence: the camera moves: its motion is estimated from the background (give its poses if they are known)"
 """Note on a capture whose objects are followed in the world."""
 
-UNTRUSTED = (
+UNTRUSTED_NOTE = (
     "sequence: the camera seems to move, but the background does not tell how: it is taken to stand still; "
     "give its poses (--input-option trajectory=FILE)"
 )
@@ -103,8 +103,8 @@ def estimate_motion(view_of: Callable[[int], BackgroundView | None], count: int,
     given = np.array([pose for pose in tracker.poses if pose is not None])
     lost = max((end - first for first, end in runs(~known)), default=0)
     if lost > max_gap or not camera_moves(given):
-        return CameraMotion(note=UNTRUSTED)
-    return CameraMotion(_interpolated(given, known), MOVES)
+        return CameraMotion(note=UNTRUSTED_NOTE)
+    return CameraMotion(_interpolate(given, known), MOTION_NOTE)
 
 
 class _Tracker:
@@ -160,9 +160,9 @@ class _Tracker:
 
 def _loss_if_still(found: _Alignment, first: Level, second: Level) -> float:
     """Return the mean loss of two views if the camera had not moved, in the light that fits best."""
-    still = _compared(first, second, np.eye(4), found.light, found.noise)
+    still = _compare(first, second, np.eye(4), found.light, found.noise)
     change = np.linalg.lstsq(still.equations[6:, 6:8], still.equations[6:, 8], rcond=None)[0]
-    return _compared(first, second, np.eye(4), found.light + change, found.noise).loss
+    return _compare(first, second, np.eye(4), found.light + change, found.noise).loss
 
 
 def _is_sound(found: _Alignment, first: Level, second: Level) -> bool:
@@ -175,11 +175,11 @@ def _is_sound(found: _Alignment, first: Level, second: Level) -> bool:
     spread = np.linalg.pinv(found.equations[:, :8], hermitian=True) @ moved.T
     variances, axes = np.linalg.eigh(moved @ spread)
     change = spread @ axes[:, -1] * (MIN_CAMERA_MOTION_M / max(variances[-1], np.finfo(float).tiny))
-    off = (_compared(first, second, *_changed(found.pose, found.light, side * change), found.noise) for side in (1, -1))
+    off = (_compare(first, second, *_moved_by(found.pose, found.light, side * change), found.noise) for side in (1, -1))
     return all(each.loss >= MIN_OFF_LOSS * found.loss for each in off)
 
 
-def _changed(pose: Floats, light: Floats, change: Floats) -> tuple[Floats, Floats]:
+def _moved_by(pose: Floats, light: Floats, change: Floats) -> tuple[Floats, Floats]:
     """Return a pose and light after a change (8,) of turn, shift, gain and offset."""
     turn = np.eye(4)
     turn[:3, :3], turn[:3, 3] = Rotation.from_rotvec(change[:3]).as_matrix(), change[3:6]
@@ -194,11 +194,11 @@ def _pyramid(view: BackgroundView) -> list[Level]:
     for _ in range(LEVELS - 1):
         gray, inverse, intrinsics = levels[-1]
         smaller = np.append(intrinsics[:2] / 2, (intrinsics[2:] - 0.5) / 2)
-        levels.append((_halved(gray), _halved(inverse), smaller))
+        levels.append((_halve(gray), _halve(inverse), smaller))
     return levels
 
 
-def _halved(image: Array) -> Array:
+def _halve(image: Array) -> Array:
     """Return the means of squares of 2 x 2 pixels; NaN where one of them is unknown."""
     rows, columns = image.shape[0] // 2, image.shape[1] // 2
     return np.ascontiguousarray(image[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2).mean(axis=(1, 3)))
@@ -212,19 +212,19 @@ def _align(first: Sequence[Level], second: Sequence[Level], guess: Floats) -> _A
     if first[0][0].shape != second[0][0].shape:
         return None
     light = np.array([1.0, 0.0])
-    near = _descended(first[0], second[0], guess, light)
+    near = _minimize(first[0], second[0], guess, light)
     if near is not None and _agrees(near):
         motion = near.pose @ np.linalg.inv(guess)
         if _image_motion(first[0], _nearness(first[0]), Rotation.from_matrix(motion[:3, :3]).as_rotvec(), motion[:3, 3]) < 1:
             return near
     far: _Alignment | None = None
     for level in reversed(range(LEVELS)):
-        far = _descended(first[level], second[level], guess, light)
+        far = _minimize(first[level], second[level], guess, light)
         if far is None:
             break
         guess, light = far.pose, far.light
     if far is not None and near is not None:
-        far = _compared(first[0], second[0], far.pose, far.light, near.noise)
+        far = _compare(first[0], second[0], far.pose, far.light, near.noise)
     best = min((each for each in (near, far) if each is not None), key=lambda each: each.loss, default=None)
     return best if _agrees(best) else None
 
@@ -243,21 +243,21 @@ def _image_motion(level: Level, nearness: float, turn: Floats, shift: Floats) ->
     return float(level[2][0] * (np.linalg.norm(turn) + nearness * np.linalg.norm(shift)))
 
 
-def _descended(first: Level, second: Level, pose: Floats, light: Floats) -> _Alignment | None:
+def _minimize(first: Level, second: Level, pose: Floats, light: Floats) -> _Alignment | None:
     """Return how two views fit after Gauss-Newton steps; None if they share less than half of the first."""
     nearness = _nearness(first)
     for _ in range(STEPS):
-        found = _compared(first, second, pose, light)
+        found = _compare(first, second, pose, light)
         if 2 * found.seen < found.known or not found.seen:
             return None
         change = np.linalg.lstsq(found.equations[:, :8], found.equations[:, 8], rcond=None)[0]
-        pose, light = _changed(pose, light, change)
+        pose, light = _moved_by(pose, light, change)
         if _image_motion(first, nearness, change[:3], change[3:6]) < CONVERGED_PX:
             break
     return replace(found, pose=pose, light=light)
 
 
-def _compared(first: Level, second: Level, pose: Floats, light: Floats, noise: Floats | None = None) -> _Alignment:
+def _compare(first: Level, second: Level, pose: Floats, light: Floats, noise: Floats | None = None) -> _Alignment:
     """Return how two views fit at a pose; without the noise (2,) it comes from their differences."""
     given = np.zeros(2) if noise is None else noise
     equations, summary = view_alignment(*first[:2], *second[:2], first[2], pose, light, given, OUTLIER_DEVIATIONS)
@@ -265,7 +265,7 @@ def _compared(first: Level, second: Level, pose: Floats, light: Floats, noise: F
     return _Alignment(pose, light, equations, summary[:2], float(summary[2:4].sum()) / max(seen, 1), known, seen, agreeing)
 
 
-def _interpolated(given: Floats, known: Bools) -> Floats:
+def _interpolate(given: Floats, known: Bools) -> Floats:
     """Return the poses (T, 4, 4) of all frames from the given ones of those that are known (T,), in between by interpolation."""
     at = np.flatnonzero(known)
     frames = np.clip(np.arange(len(known)), at[0], at[-1])

@@ -54,7 +54,7 @@ def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, mas
         if captures[-1].format in IMAGE_FORMATS:
             sentence = f"the capture {path / camera.capture} of the camera {camera.name} has no depth"
             raise InputError(f"{file}: {sentence}: a pair without depth has `images`, not `capture`", code="rig-invalid")
-    sets, notes = _synchronized(captures, [camera.name for camera in rig.cameras], options.tolerance)
+    sets, notes = _synchronize(captures, [camera.name for camera in rig.cameras], options.tolerance)
     base = None if options.pose is None else np.array(options.pose)
     frames = []
     for together in sets:
@@ -66,7 +66,7 @@ def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, mas
     return Capture(path, DEPTH_CAMERAS, frames, notes)
 
 
-def _synchronized(captures: Sequence[Capture], names: Sequence[str], tolerance: float) -> tuple[list[list[FrameRef]], list[str]]:
+def _synchronize(captures: Sequence[Capture], names: Sequence[str], tolerance: float) -> tuple[list[list[FrameRef]], list[str]]:
     """Return the frames of all cameras at the same times: by timestamps, or by names, or by order; and notes on those left out.
 
     Raises

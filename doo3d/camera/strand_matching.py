@@ -122,7 +122,7 @@ class _Samples:
 
 
 @dataclass(frozen=True)
-class _Searched:
+class _RightImage:
     """The right image (H, W, C) float32, and where in it the object may be (H, W) bool; None: everywhere."""
 
     image: Array
@@ -156,20 +156,20 @@ def match_strands(
     mask
         (H, W) bool, the object in the right image, beside which no strand is looked for; None if unknown.
     """
-    searched = _Searched(right, None if mask is None else dilate(mask, SURROUND_PX))
-    samples = [_sampled(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
-    disparities = [_most_likely(each, searched) for each in samples]
+    right_image = _RightImage(right, None if mask is None else dilate(mask, SURROUND_PX))
+    samples = [_sample_strand(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
+    disparities = [_match_disparities(each, right_image) for each in samples]
     row = 0.0
     for _ in range(REFINEMENTS):
-        disparities, row = _refined(samples, disparities, row, searched, focal)
+        disparities, row = _refine(samples, disparities, row, right_image, focal)
     matched = []
     for each, disparity in zip(samples, disparities, strict=True):
-        misfit = _misfits(each, disparity[:, None], row, searched)[:, 0]
+        misfit = _misfits(each, disparity[:, None], row, right_image)[:, 0]
         matched.append(MatchedStrand(each.points, each.normals, each.radius, disparity, misfit))
     return matched, row
 
 
-def _sampled(line: Floats, radius: Floats, left: Array) -> _Samples:
+def _sample_strand(line: Floats, radius: Floats, left: Array) -> _Samples:
     points = densify(line, SPACING_PX)
     at = np.linspace(0.0, float(arc_length(line)[-1]), len(points))
     width = np.interp(at, arc_length(line), radius)
@@ -177,10 +177,10 @@ def _sampled(line: Floats, radius: Floats, left: Array) -> _Samples:
     normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
     offsets = np.linspace(-1.0, 1.0, PROFILE_SAMPLES) * (np.median(width) + SURROUND_PX)
     places = points[:, None] + offsets[:, None] * normals[:, None]
-    return _Samples(points, normals, width, offsets, _centered(_read(left, places)))
+    return _Samples(points, normals, width, offsets, _subtract_mean(_read_image(left, places)))
 
 
-def _read(image: Array, places: Floats) -> Floats:
+def _read_image(image: Array, places: Floats) -> Floats:
     """Return the values (..., C) of an image at places (..., 2) px, interpolated; the nearest border's outside."""
     flat = places.reshape(-1, places.shape[-2], 2).astype(np.float32)
     parts = [
@@ -190,7 +190,7 @@ def _read(image: Array, places: Floats) -> Floats:
     return np.concatenate(parts).reshape(*places.shape[:-1], -1)
 
 
-def _centered(profiles: Floats) -> Floats:
+def _subtract_mean(profiles: Floats) -> Floats:
     """Return profiles (..., K, C) less the mean of each channel."""
     return np.asarray(profiles - profiles.mean(axis=-2, keepdims=True))
 
@@ -202,18 +202,18 @@ def _difference(first: Floats, second: Floats) -> Floats:
     return np.asarray(np.minimum(np.square(first - second).sum(axis=(-1, -2)) / (energy + noise), 1.0))
 
 
-def _misfits(samples: _Samples, disparity: Floats, row: float, searched: _Searched) -> Floats:
+def _misfits(samples: _Samples, disparity: Floats, row: float, right_image: _RightImage) -> Floats:
     """Return the difference (S, Q) of each sample's profiles at Q disparities (S, Q) px."""
     centers = samples.points[:, None] + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, :, None] + samples.offsets[:, None] * samples.normals[:, None, None]
-    cost = _difference(samples.profiles[:, None], _centered(_read(searched.image, places)))
-    return np.where(searched.contains(centers), cost, 1.0)
+    cost = _difference(samples.profiles[:, None], _subtract_mean(_read_image(right_image.image, places)))
+    return np.where(right_image.contains(centers), cost, 1.0)
 
 
-def _most_likely(samples: _Samples, searched: _Searched) -> Floats:
+def _match_disparities(samples: _Samples, right_image: _RightImage) -> Floats:
     """Return the disparities (S,) px, whole ones, at the least sum of misfits and of changes along the strand."""
-    states = np.arange(1.0, searched.image.shape[1] // 2)
-    cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, searched) for part in _parts(samples)])
+    states = np.arange(1.0, right_image.image.shape[1] // 2)
+    cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, right_image) for part in _parts(samples)])
     cost[samples.points[:, :1] < states] = OUTSIDE_COST
     total, origin = cost[0].copy(), np.zeros(cost.shape, dtype=np.int32)
     numbers = np.arange(len(states))
@@ -241,12 +241,12 @@ def _parts(samples: _Samples, size: int = 64) -> list[_Samples]:
     return [_Samples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
 
 
-def _refined(
-    samples: Sequence[_Samples], disparities: Sequence[Floats], row: float, searched: _Searched, focal: float
+def _refine(
+    samples: Sequence[_Samples], disparities: Sequence[Floats], row: float, right_image: _RightImage, focal: float
 ) -> tuple[list[Floats], float]:
     """Return the disparities and the offset of the rows, corrected by the shifts of the profiles across the strands."""
-    shifts = [_shifts(each, disparity, row, searched) for each, disparity in zip(samples, disparities, strict=True)]
-    planes, plane_weight = _planes(samples, disparities, [weight for _, weight in shifts])
+    shifts = [_measure_shifts(each, disparity, row, right_image) for each, disparity in zip(samples, disparities, strict=True)]
+    planes, plane_weight = _fit_plane(samples, disparities, [weight for _, weight in shifts])
     along, constant, total = [], [], np.array([0.0, 1 / ROW_DEVIATION_PX**2])
     for each, disparity, plane, (shift, sure) in zip(samples, disparities, planes, shifts, strict=True):
         across = np.where(np.abs(each.normals[:, 0]) > MIN_ACROSS, each.normals[:, 0], MIN_ACROSS)
@@ -267,7 +267,9 @@ def _refined(
     return [base + change * slope for base, slope in zip(constant, along, strict=True)], float(row + change)
 
 
-def _planes(samples: Sequence[_Samples], disparities: Sequence[Floats], weights: Sequence[Floats]) -> tuple[list[Floats], float]:
+def _fit_plane(
+    samples: Sequence[_Samples], disparities: Sequence[Floats], weights: Sequence[Floats]
+) -> tuple[list[Floats], float]:
     """Return the disparity of the plane nearest to all strands, at the samples of each, and the weight of a sample's pull to it.
 
     The disparity on a plane, such as a table, is linear in the image. The more the strands leave it, the less it says on those
@@ -285,17 +287,17 @@ def _planes(samples: Sequence[_Samples], disparities: Sequence[Floats], weights:
     return list(np.split(values, cuts)), 1 / (variance * PLANE_SAMPLES)
 
 
-def _shifts(samples: _Samples, disparity: Floats, row: float, searched: _Searched) -> tuple[Floats, Floats]:
+def _measure_shifts(samples: _Samples, disparity: Floats, row: float, right_image: _RightImage) -> tuple[Floats, Floats]:
     """Return by how much each profile of the right image lies off across the strand (S,) px, and its weight (S,) 0 to 1."""
     steps = np.arange(-MAX_SHIFT_PX, MAX_SHIFT_PX + SHIFT_STEP_PX / 2, SHIFT_STEP_PX)
     centers = samples.points + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, None, None] + (steps[:, None] + samples.offsets)[..., None] * samples.normals[:, None, None]
-    cost = _difference(samples.profiles[:, None], _centered(_read(searched.image, places)))
+    cost = _difference(samples.profiles[:, None], _subtract_mean(_read_image(right_image.image, places)))
     best = np.clip(cost.argmin(axis=1), 1, len(steps) - 2)
     rows = np.arange(len(cost))
     before, at, after = cost[rows, best - 1], cost[rows, best], cost[rows, best + 1]
     curvature = before - 2 * at + after
     offset = np.where(curvature > 0, (before - after) / (2 * np.where(curvature > 0, curvature, 1.0)), 0.0)
     shift = steps[best] + SHIFT_STEP_PX * np.clip(offset, -1.0, 1.0)
-    inside = (np.abs(shift) < MAX_SHIFT_PX - SHIFT_STEP_PX) & (curvature > 0) & searched.contains(centers)
+    inside = (np.abs(shift) < MAX_SHIFT_PX - SHIFT_STEP_PX) & (curvature > 0) & right_image.contains(centers)
     return shift, np.where(inside, np.clip(1 - at / MAX_MISFIT, 0.0, 1.0) ** 2, 0.0)

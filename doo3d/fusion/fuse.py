@@ -140,7 +140,7 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
     config = as_config(config)
     if isinstance(frames, str | np.ndarray) or not isinstance(frames, Iterable):
         raise refused(frames, "frames", "the frames of a capture, as doo3d.open_capture returns it")
-    gathered = _gathered(frames, config)
+    gathered = _gather(frames, config)
     gathered.voxels()
     check_camera_moved(np.array(gathered.poses))
     check_views_agree(gathered.sampler.views)
@@ -165,10 +165,10 @@ def fuse_cameras(views: Iterable[FrameRef], config: Config, name: str, timestamp
     ------
     InputError : no frame can be used, or the object is in none.
     """
-    return replace(_cloud(_gathered(views, config), config, name), timestamp=timestamp)
+    return replace(_cloud(_gather(views, config), config, name), timestamp=timestamp)
 
 
-def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
+def _gather(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
     """Return what the frames show of the object, with a note for each frame that cannot be used."""
     gathered = _Accumulation()
     for frame in frames:

@@ -48,10 +48,12 @@ def check_views_agree(views: Sequence[CameraView]) -> None:
     ------
     InputError : they do (code poses-contradict); the message names the convention of poses by which they agree.
     """
-    agreement = _agreement(views, [view.pose for view in views])
+    agreement = _agreement_share(views, [view.pose for view in views])
     if agreement is not None and agreement >= CLEAR_AGREEMENT:
         return
-    found = {name: _agreement(views, [convert(view.pose) for view in views]) or 0.0 for name, convert in CONVENTIONS.items()}
+    found = {
+        name: _agreement_share(views, [convert(view.pose) for view in views]) or 0.0 for name, convert in CONVENTIONS.items()
+    }
     best = max(found, key=found.__getitem__)
     if found[best] >= max(CLEAR_AGREEMENT, 2 * (agreement or 0.0)):
         remedy = f"they agree if the poses are {best}"
@@ -66,7 +68,7 @@ def check_views_agree(views: Sequence[CameraView]) -> None:
     )
 
 
-def _agreement(views: Sequence[CameraView], poses: Sequence[Floats]) -> float | None:
+def _agreement_share(views: Sequence[CameraView], poses: Sequence[Floats]) -> float | None:
     """Return the share of the readings not behind what the next view measured that lie on it; None if too few can be compared."""
     on = free = 0
     for first, second, pose, other in zip(views, views[1:], poses, poses[1:], strict=False):

@@ -42,7 +42,7 @@ def chains_along(curves: Curves, shifts: Floats, length: float) -> Curves:
         return joints
     flags = curves.closed.tolist()
     lines = zip(curves, joints, flags, strict=True)
-    return Curves.of([equal_ring(line, length) if is_ring else laid for line, laid, is_ring in lines], flags)
+    return Curves.of([equal_ring(line, length) if is_ring else chain for line, chain, is_ring in lines], flags)
 
 
 def equal_segments(points: Floats, length: float) -> Floats:

@@ -11,9 +11,9 @@ from pydantic import TypeAdapter
 
 from ..camera.background import BackgroundView
 from ..errors import InputError
+from ..track.depth_readings import NODES, PER_NODE
 from ..track.objects import SequenceObject
 from ..track.observations import Observation, ObservedStrand
-from ..track.readings import NODES, PER_NODE
 from ..types import Array, Detection, Floats
 from . import STRANDS
 from .atomic import write_text

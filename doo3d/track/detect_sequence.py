@@ -21,19 +21,19 @@ from ..errors import InputError
 from ..geometry.limits import FRAME_RATE
 from ..types import Array, Cloud, Detection, Frame
 from ..types.arguments import refused
+from .depth_smoothing import smooth_depth_over_time
 from .deviations import with_deviations
 from .first_pass import check_mode, observe_frame
+from .follow import follow
 from .frame_result import frame_result
-from .given_length import length_notes
 from .image_tracks import is_of_camera
-from .moving_camera import in_world, poses_of, seen_from
-from .objects import SequenceObject, steady_objects
+from .junction_vote import trees_of
+from .length_check import length_notes
+from .objects import SequenceObject, find_smoothed_objects
 from .observations import Observation
-from .second_pass import follow
 from .shape import Shape
-from .steady_depth import steadied
-from .topology import trees_of
 from .tracks import CONTEXT, WINDOW
+from .world_frame import in_camera, in_world, poses_of
 
 
 def detect_sequence(
@@ -148,12 +148,12 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
         True to find each object from earlier frames only, for comparison. Number and lengths of the objects still come from all
         frames.
     """
-    whole, objects = steady_objects(observations, config)
+    whole, objects = find_smoothed_objects(observations, config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        steady = whole if len(window) == len(whole) else steadied(window, config.tracking, config.sequence.length)
+        steady = whole if len(window) == len(whole) else smooth_depth_over_time(window, config.tracking, config.sequence.length)
         yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
 
 
@@ -227,7 +227,7 @@ def _in_camera(shapes: Sequence[Shape | None], observations: Sequence[Observatio
     poses = poses_of(observations)
     if poses is None:
         return list(shapes)
-    return [shape and replace(shape, joints=seen_from(pose, shape.joints)) for shape, pose in zip(shapes, poses, strict=True)]
+    return [shape and replace(shape, joints=in_camera(pose, shape.joints)) for shape, pose in zip(shapes, poses, strict=True)]
 
 
 def gap_frames(observations: Sequence[Observation], config: Config) -> int:

@@ -12,15 +12,15 @@ from ..errors import InputError
 from ..pipeline import detect_with_stages
 from ..types import Array, Cloud, Detection, Frame
 from ..types.pose import as_pose
+from .image_strands import strands_in_image
 from .observations import Observation, observe
-from .without_depth import strands_in_image
 
 SMOOTHING_SHARE = 0.7
 """Share of `segment.strand_smoothing_radii` over which a frame of a sequence is smoothed: waves that are left change from frame
 to frame, and are smoothed over time; bends that are smoothed away do not come back. Of nine moving cables before stereo cameras
 48 % of the frames are right, and 35 % with 1."""
 
-NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty", "cloud-without-extent")
+EMPTY_FRAME_CODES = ("depth-none", "mask-without-depth", "mask-empty", "cloud-without-extent")
 """Codes of errors of a frame that shows nothing in space; such a frame is filled from others. Any other error is raised."""
 
 
@@ -56,7 +56,7 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
     try:
         detection, stages = detect_with_stages(frame, config, mask)
     except InputError as error:
-        if error.code not in NOTHING_TO_SEE:
+        if error.code not in EMPTY_FRAME_CODES:
             raise
         coordinates = frame.coordinates if isinstance(frame, Cloud) else "camera"
         detection = Detection(

@@ -58,12 +58,12 @@ def frame_result(
         if chain.closed and chain.confidence >= least and number not in followed
     ]
     shapes = join_shapes(objects, shapes)
-    laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
+    known = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
     if is_branched:
-        rings += [chain for chain in laid if chain is not None and chain.closed]
-        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in laid], rings)
+        rings += [chain for chain in known if chain is not None and chain.closed]
+        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in known], rings)
     else:
-        found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
+        found = Branched(sorted([*(chain for chain in known if chain is not None), *rings], key=lambda chain: -chain.length))
     crossings = crossings_of_chains(found.chains, single.coordinates) if found.chains else ()
     return replace(
         single,

@@ -38,28 +38,28 @@ def is_of_camera(observations: Sequence[Observation]) -> bool:
 def _in_image(observation: Observation, frame: int, end_on: set[tuple[int, int]]) -> Observation:
     """Return an observation with its open chains as the image shows them, where depth is of no matter: at a distance of 1."""
     given = enumerate(observation.detection.chains)
-    chains = tuple(chain if chain.closed or (frame, number) in end_on else _at_one(chain) for number, chain in given)
+    chains = tuple(chain if chain.closed or (frame, number) in end_on else _on_sphere(chain) for number, chain in given)
     return replace(observation, detection=replace(observation.detection, chains=chains))
 
 
-def _at_one(chain: Chain) -> Chain:
+def _on_sphere(chain: Chain) -> Chain:
     """Return a chain on the unit sphere around the camera, with as many segments; lengths are angles, rad."""
     distance = np.linalg.norm(chain.joints, axis=1)
-    return laid(chain, chain.joints / distance[:, None], chain.radius / float(np.median(distance)))
+    return resampled(chain, chain.joints / distance[:, None], chain.radius / float(np.median(distance)))
 
 
 def _is_end_on(chain: Chain) -> bool:
     """Tell whether a chain has no length in the image: none beside the error that segments may have."""
-    width = turned_by(chain.joints)[-1] * np.linalg.norm(chain.joints, axis=1).max()
+    width = angles_along(chain.joints)[-1] * np.linalg.norm(chain.joints, axis=1).max()
     return bool(width <= LENGTH_TOLERANCE * chain.segment_length)
 
 
-def turned_by(joints: Floats) -> Floats:
+def angles_along(joints: Floats) -> Floats:
     """Return the angle between the ray to the first joint and that to each of the joints (M, 3), along the chain, rad: (M,)."""
     return arc_length(unit(joints))
 
 
-def laid(chain: Chain, line: Floats, radius: float) -> Chain:
+def resampled(chain: Chain, line: Floats, radius: float) -> Chain:
     """Return a chain laid anew along a line (M + 1, 3) m, with as many segments, equally long, and with another radius, m."""
     count = len(line)
     nodes = resample(line, np.linspace(0.0, steps(line).sum(), count))

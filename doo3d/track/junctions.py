@@ -11,10 +11,10 @@ import numpy as np
 from ..links.branches import Branched
 from ..links.branches.objects import Piece, laid_out
 from ..types import Bools, Chain, Floats
+from .junction_vote import Node, Nodes, trees_of
 from .objects import SequenceObject
-from .registration import exact_lengths, to_lengths
+from .registration import exact_lengths, relax_lengths
 from .shape import Shape
-from .topology import Node, Nodes, trees_of
 
 MIN_ENDS = 3
 """Fewest chain ends at a junction."""
@@ -49,7 +49,7 @@ def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None
     """
     result = list(shapes)
     for number in range(ROUNDS + FREE_ROUNDS):
-        places = _places(objects, result)
+        places = _junction_points(objects, result)
         if not places:
             break
         for k, (item, shape) in enumerate(zip(objects, result, strict=True)):
@@ -57,13 +57,13 @@ def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None
             if shape is None or all(target is None for target in targets):
                 continue
             if number < ROUNDS:
-                result[k] = _led_to(item, shape, targets, shape.seen)
+                result[k] = _move_ends(item, shape, targets, shape.seen)
             elif _gap(shape, targets) > MAX_GAP_SEGMENTS * item.segment_length:
-                result[k] = _led_to(item, shape, targets, np.zeros_like(shape.seen))
+                result[k] = _move_ends(item, shape, targets, np.zeros_like(shape.seen))
     return result
 
 
-def _places(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
+def _junction_points(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
     """Return the position of each junction at which at least two ends are known, (3,) m."""
     ends: dict[int, list[tuple[Floats, float]]] = {}
     for item, shape in zip(objects, shapes, strict=True):
@@ -82,7 +82,7 @@ def _gap(shape: Shape, targets: Sequence[Floats | None]) -> float:
     return max(float(np.linalg.norm(shape.joints[-k] - target)) for k, target in enumerate(targets) if target is not None)
 
 
-def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
+def _move_ends(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
     """Return an object with its first and its last end led to places.
 
     Parameters
@@ -108,7 +108,7 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
             fixed[index], shifts[index] = True, target - shape.joints[index]
     known = np.flatnonzero(fixed)
     moved = np.column_stack([np.interp(at, known, column) for column in shifts[known].T])
-    joints = to_lengths(shape.joints + moved, item.segment_length, fixed)
+    joints = relax_lengths(shape.joints + moved, item.segment_length, fixed)
     return replace(shape, joints=exact_lengths(joints, item.segment_length))
 
 

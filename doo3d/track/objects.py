@@ -9,15 +9,15 @@ import numpy as np
 
 from ..config import Config
 from ..types import Chain
-from .candidates import Candidate, linked, without_shortened
-from .lengths import track_length, vote_length
-from .moving_camera import in_world
+from .depth_smoothing import smooth_depth_over_time
+from .junction_vote import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
+from .object_candidates import Candidate, drop_shortened, link_candidates
+from .object_length import track_length, vote_length
 from .observations import MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
-from .rings import RingTrack, lay_rings, ring_tracks
-from .steady_depth import steadied
-from .topology import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
-from .tracks import MIN_FRAMES, Track, lengths_of, tracks_of, without_leaps
+from .rings import RingTrack, align_rings, ring_tracks
+from .tracks import MIN_FRAMES, Track, drop_leaps, lengths_of, tracks_of
+from .world_frame import in_world
 
 MAX_PART_SHARE = 0.5
 """Share of its frames in which a chain may fill what is missing of another object; more, and it is a part of that."""
@@ -87,12 +87,12 @@ class SequenceObject:
         return self.length / self.segments
 
 
-def steady_objects(observations: Sequence[Observation], config: Config) -> tuple[list[Observation], list[SequenceObject]]:
+def find_smoothed_objects(observations: Sequence[Observation], config: Config) -> tuple[list[Observation], list[SequenceObject]]:
     """Return observations with their depth smoothed over time, and the objects of their capture, in the world if it is known.
 
     observations, config : as for `find_objects`; the observations in the frame of their camera.
     """
-    steady = steadied(observations, config.tracking, config.sequence.length)
+    steady = smooth_depth_over_time(observations, config.tracking, config.sequence.length)
     return steady, find_objects(in_world(steady), config)
 
 
@@ -140,7 +140,7 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
             unsure.append(Candidate(lengths[id], track, _whole(track, lengths[id], config, 0.0), is_part))
     missing = (config.sequence.chains or 0) - len(candidates) - len(rings)
     candidates += [candidate for candidate in unsure if len(candidate.whole) >= least][: max(0, missing)]
-    cables = without_shortened(linked(candidates), config.tracking)
+    cables = drop_shortened(link_candidates(candidates), config.tracking)
     for cable in cables:
         length = track_length(cable.track, config.sequence.length)
         whole = _whole(cable.track, length, config)
@@ -159,7 +159,7 @@ def _whole(
 ) -> list[tuple[int, int, Chain]]:
     """Return the items of a track that show its object whole, of a length in m, with at least some confidence."""
     sure = [item for item in track.items if item[2].confidence >= confidence]
-    return without_leaps([item for item in sure if track.is_whole(item, length)], config.tracking)
+    return drop_leaps([item for item in sure if track.is_whole(item, length)], config.tracking)
 
 
 def _most_show(track: Track, frames: int) -> bool:
@@ -174,8 +174,8 @@ def _ring(track: RingTrack, observations: Sequence[Observation], length: float, 
         return None
     segment = float(np.median([chain.segment_length for _, _, chain in whole]))
     segments = max(MIN_FRAMES, round(length / segment))
-    laid = lay_rings(track, observations, length, segments, TOLERANCE_SHARE * length)
-    anchors = tuple(Anchor(frame, chain, *each) for (frame, chain, _), each in zip(whole, laid, strict=True))
+    alignments = align_rings(track, observations, length, segments, TOLERANCE_SHARE * length)
+    anchors = tuple(Anchor(frame, chain, *each) for (frame, chain, _), each in zip(whole, alignments, strict=True))
     radius = float(np.nanmedian([chain.radius for _, _, chain in whole]))
     others = {(frame, number) for frame, number, _ in track.items} - {(anchor.frame, anchor.chain) for anchor in anchors}
     return SequenceObject(0, length, radius, segments, anchors, parts=tuple(sorted(others)), closed=True)

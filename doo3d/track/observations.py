@@ -16,8 +16,8 @@ from ..geometry.curves import runs
 from ..pipeline import Stages, object_given
 from ..scene.context import FrameContext
 from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
-from .readings import readings_along
-from .tips import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
+from .depth_readings import readings_along
+from .strand_ends import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
 """Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less

@@ -105,15 +105,15 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     Strands without any depth are placed on the object as the camera sees it: both lie on the unit sphere around the camera.
     """
     if not strands or not all(strand.is_flat for strand in strands):
-        return _placed(strands, expected, length, tolerance)
+        return _place(strands, expected, length, tolerance)
     assert strands[0].sight is not None
     center = strands[0].points[0] - strands[0].sight[0]
-    seen = as_seen(expected, strands[0])
+    seen = on_unit_sphere(expected, strands[0])
     along = arc_length(seen)
     if not along[-1] > 0:  # seen end on
         return []
     on_sphere = [replace(strand, sight=None) for strand in strands]
-    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length)
+    placed = _place(on_sphere, seen, along[-1], tolerance * along[-1] / length)
     arcs = np.linspace(0.0, length, len(expected))
     result = []
     for item in placed:
@@ -123,14 +123,14 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     return result
 
 
-def as_seen(joints: Floats, strand: ObservedStrand) -> Floats:
+def on_unit_sphere(joints: Floats, strand: ObservedStrand) -> Floats:
     """Return joints (M + 1, 3) m on the unit sphere around the camera that saw a strand without any depth."""
     assert strand.sight is not None
     center = strand.points[0] - strand.sight[0]
     return np.asarray(center + unit(joints - center))
 
 
-def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+def _place(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
     """Place strands along an object in the same space, as `place_strands`."""
     if not strands:
         return []
@@ -162,7 +162,7 @@ def _joined(items: Sequence[ObservedStrand | Placed]) -> tuple[Floats, Floats, F
     return np.concatenate(points), np.concatenate(arcs), np.concatenate(sights)
 
 
-def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
+def fit_joints(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
     """Fit the joints of an object to the strands placed on it, by regularized least squares.
 
     Parameters
@@ -187,13 +187,13 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     al., "Position based dynamics", 2007).
     """
     segment = length / (len(expected) - 1)
-    bent = _fitted(expected, placed, segment) if placed else expected
+    bent = _fit_to_samples(expected, placed, segment) if placed else expected
     seen = covered(placed, len(expected), segment)
     measured = seen & covered([item.measured for item in placed], len(expected), segment)
-    return to_lengths(bent, segment, seen), seen, measured
+    return relax_lengths(bent, segment, seen), seen, measured
 
 
-def _fitted(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
+def _fit_to_samples(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
     """Return joints (M + 1, 3) m fitted to the measured samples of strands, then to all, and evenly spaced between strands."""
     points, arcs, sights = _joined(placed)
     joints, measured = expected, ~sights.any(axis=1)
@@ -247,7 +247,7 @@ def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
     return seen
 
 
-def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
+def relax_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
     """Move joints (M + 1, 3) m until neighbors are `segment` m apart to about 0.1 %.
 
     fixed : (M + 1,) bool, True for joints that move 50 times less than the others: LENGTH_ERROR by its value alone.

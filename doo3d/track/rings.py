@@ -16,8 +16,8 @@ from ..config import TrackingConfig
 from ..geometry.equal_segments import close_ring
 from ..types import Bools, Chain, Floats
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation, ObservedStrand
-from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, bend, place_strands
-from .tips import CUT_OFF
+from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, fit_joints, place_strands
+from .strand_ends import CUT_OFF
 from .tracking import Tracker
 
 
@@ -66,7 +66,7 @@ def _is_ring(track: RingTrack, least: int) -> bool:
     return len(lengths) > len(apart)
 
 
-def lay_rings(
+def align_rings(
     track: RingTrack, observations: Sequence[Observation], length: float, segments: int, tolerance: float
 ) -> list[tuple[bool, float]]:
     """Return for each whole chain of a ring whether it runs backwards, and where its first joint is: a share of the ring, 0 to 1.
@@ -88,12 +88,12 @@ def lay_rings(
     last: Floats | None = None
     for frame, number, chain in track.items:
         if track.is_whole(chain, length):
-            result.append((False, 0.0) if last is None else _laid_on(last[:-1], chain))
+            result.append((False, 0.0) if last is None else _align_with(last[:-1], chain))
             last = ring_joints(chain, *result[-1], segments)
         elif last is not None:
             strands = [strand for strand in observations[frame].strands if strand.chain == number]
             placed = place_on_ring(strands, last, length, tolerance)
-            last = bend_ring(last, placed, length)[0] if placed else last
+            last = fit_ring(last, placed, length)[0] if placed else last
     return result
 
 
@@ -113,7 +113,7 @@ def _on_ring(joints: Floats, shares: Floats) -> Floats:
     return np.concatenate((points, points[:1]))
 
 
-def _laid_on(before: Floats, chain: Chain) -> tuple[bool, float]:
+def _align_with(before: Floats, chain: Chain) -> tuple[bool, float]:
     """Return how a chain is laid onto the joints (M, 3) of its ring in an earlier frame: backwards or not, and its start.
 
     What is left after the best turn and shift counts as bending; how far it turns and slides counts by TURN_WEIGHT only.
@@ -126,10 +126,10 @@ def _laid_on(before: Floats, chain: Chain) -> tuple[bool, float]:
     for backwards in (False, True):
         dense = _on_ring(chain.joints, -own if backwards else own)[:-1]
         index = (np.arange(steps)[:, None] + STEPS_PER_SEGMENT * np.arange(count)) % steps
-        laid = dense[index]
-        laid = laid - laid.mean(axis=1, keepdims=True)
-        product = np.einsum("ski,kj->sij", laid, reference)
-        squares = (laid**2).sum(axis=(1, 2)) + (reference**2).sum()
+        rotations = dense[index]
+        rotations = rotations - rotations.mean(axis=1, keepdims=True)
+        product = np.einsum("ski,kj->sij", rotations, reference)
+        squares = (rotations**2).sum(axis=(1, 2)) + (reference**2).sum()
         moved = squares - 2 * np.trace(product, axis1=1, axis2=2)
         strength = np.linalg.svd(product, compute_uv=False)
         strength[:, 2] *= np.sign(np.linalg.det(product))
@@ -193,7 +193,7 @@ def _slid(item: Placed, expected: Floats, segment: float) -> Floats:
     return np.asarray(item.arcs + np.clip(slide, -segment, segment))
 
 
-def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
+def fit_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
     """Fit the joints of a ring to the strands placed on it, as `bend` does with a cable: three turns of it, of which one counts.
 
     Parameters
@@ -213,6 +213,6 @@ def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tupl
     count = len(expected) - 1
     turns = np.concatenate((expected[:-1], expected[:-1], expected))
     around = [replace(item, arcs=item.arcs + turn * length) for item in placed for turn in range(3)]
-    joints, *known = bend(turns, around, 3 * length)
+    joints, *known = fit_joints(turns, around, 3 * length)
     seen, measured = (np.append(each[count : 2 * count], each[count]) for each in known)
     return close_ring(joints[count : 2 * count], length / count), seen, measured

@@ -14,7 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ..geometry.noise import OUTLIER_DEVIATIONS
 from ..types import Floats
-from .depth_in_time import UNSEEN_WEIGHT, AcrossSight, agreement, variance
+from .inverse_range_smoother import UNSEEN_WEIGHT, TransverseMotion, geman_mcclure, variance
 
 MAX_DEPTH_ERROR = 0.08
 """Error of depth, as a share of the range, at which a reading weighs a quarter in the first round, half as much in each next one;
@@ -53,7 +53,7 @@ def correct_torn_depth(
     -------
     inverse, weight : (T, K), as given, or from the readings that agree with other frames.
     """
-    own = _without_background(readings[0], readings[1], radius)
+    own = _drop_background(readings[0], readings[1], radius)
     first = _near_quantile(own)
     if not np.isfinite(first).any():
         return inverse, weight
@@ -66,7 +66,7 @@ def correct_torn_depth(
     return np.where(is_wrong, mean, inverse), np.where(is_wrong, seen, weight)
 
 
-def _without_background(own: Floats, behind: Floats, radius: float) -> Floats:
+def _drop_background(own: Floats, behind: Floats, radius: float) -> Floats:
     """Return readings (T, K, R) 1/m, NaN in place of those that are nearer to the background than to the object."""
     kept = own
     for _ in range(2):
@@ -97,21 +97,21 @@ def _consensus(own: Floats, first: Floats, inverse: Floats, weight: Floats, rays
     is_read = np.asarray(has.any(axis=(1, 2)))
     given = np.where(is_read[:, None], np.minimum(weight, UNSEEN_WEIGHT), weight)
     scale = float(np.median(first[known]))
-    across, per_node = AcrossSight.of(rays), own.shape[2]
+    across, per_node = TransverseMotion.of(rays), own.shape[2]
     places = (np.arange(per_node) + 0.5) / per_node - 0.5
     values, by_frame = np.nan_to_num(own) / scale, inverse / scale
     start = np.where(known, np.nan_to_num(first) / scale, by_frame)
-    smooth = across.smoothed(start, np.where(known, 1.0, given), MAX_DEPTH_ERROR**2)
+    smooth = across.smooth(start, np.where(known, 1.0, given), MAX_DEPTH_ERROR**2)
     allowed = MAX_DEPTH_ERROR
     for _ in range(ROUNDS):
         off = values - smooth[:, :, None] - np.gradient(smooth, axis=1)[:, :, None] * places
-        counts = has * agreement(off, allowed)
+        counts = has * geman_mcclure(off, allowed)
         off_by_frame = by_frame - smooth
-        by_frame_counts = given * agreement(off_by_frame, allowed)
+        by_frame_counts = given * geman_mcclure(off_by_frame, allowed)
         pull = (counts * off).sum(axis=2) / per_node + by_frame_counts * off_by_frame
         share = counts.sum(axis=2) / per_node + by_frame_counts
         target = smooth + pull / np.maximum(share, np.finfo(float).tiny)
         noise = (allowed / OUTLIER_DEVIATIONS / 2) ** 2  # half as much for a node, whose readings err alike, as for a reading
-        smooth = across.smoothed(target, share, noise, smooth, longest * scale)
+        smooth = across.smooth(target, share, noise, smooth, longest * scale)
         allowed = max(allowed / 2, OUTLIER_DEVIATIONS * float(np.sqrt(variance(off[counts > 0.25]))))
     return np.asarray(smooth * scale)

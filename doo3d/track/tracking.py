@@ -182,18 +182,20 @@ def assign_ids(
     known = [tracked.chain for tracked in state.tracked]
     new_ids = itertools.count(state.next_id)
     chains, segment_maps, backwards = [], [], []
-    for chain, (number, match) in zip(detection.chains, paired(known, detection.chains, config or TrackingConfig()), strict=True):
+    for chain, (number, match) in zip(
+        detection.chains, pair_chains(known, detection.chains, config or TrackingConfig()), strict=True
+    ):
         chain, segments = reversed_chain(chain, match.backwards, match.first_joint)
         chains.append(replace(chain, id=next(new_ids) if number is None else known[number].id))
         segment_maps.append(segments)
         backwards.append(match.backwards)
     crossings = _renumber_crossings(detection.crossings, segment_maps)
-    junctions = tuple(_with_directions(junction, backwards) for junction in detection.junctions)
+    junctions = tuple(_turn_junction(junction, backwards) for junction in detection.junctions)
     tracked_detection = replace(detection, chains=tuple(chains), crossings=crossings, junctions=junctions)
     return tracked_detection, _after_frame(TrackingState(state.tracked, next(new_ids)), chains)
 
 
-def paired(known: Sequence[Chain], chains: Sequence[Chain], config: TrackingConfig) -> list[tuple[int | None, Match]]:
+def pair_chains(known: Sequence[Chain], chains: Sequence[Chain], config: TrackingConfig) -> list[tuple[int | None, Match]]:
     """Return for each chain of a frame which of the known chains it is, and how it matches that; None for one without any.
 
     The total of (1 - cost) over all pairs is largest (Hungarian method); `match_chains` gives the cost.
@@ -206,7 +208,7 @@ def paired(known: Sequence[Chain], chains: Sequence[Chain], config: TrackingConf
     return [(pairs[k], matches[pairs[k]][k]) if k in pairs else (None, Match(0.0)) for k in range(len(chains))]
 
 
-def _with_directions(junction: Junction, backwards: Sequence[bool]) -> Junction:
+def _turn_junction(junction: Junction, backwards: Sequence[bool]) -> Junction:
     """Return a junction after some of the chains were reversed."""
     ends = tuple(ChainEnd(end.chain, 1 - end.end if backwards[end.chain] else end.end) for end in junction.ends)
     return replace(junction, ends=ends)
@@ -270,12 +272,11 @@ def _match_open(old: Chain, new: Chain, max_motion: float) -> list[Match]:
     step = max(old.length, new.length) / COMPARED_STEPS
     distances = cdist(_sample(old, step), _sample(new, step))
     return [
-        Match(_least_shifted(distances[:, ::-1] if backwards else distances, max_motion), backwards)
-        for backwards in (False, True)
+        Match(_shift_cost(distances[:, ::-1] if backwards else distances, max_motion), backwards) for backwards in (False, True)
     ]
 
 
-def _least_shifted(distances: Floats, limit: float) -> float:
+def _shift_cost(distances: Floats, limit: float) -> float:
     """Return the cost at the best shift along each other of two polylines, whose points are at distances (R, C)."""
     rows, columns = distances.shape
     min_overlap = (min(rows, columns) + 1) // 2

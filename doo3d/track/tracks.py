@@ -10,11 +10,11 @@ import numpy as np
 from ..config import TrackingConfig
 from ..geometry.limits import FRAME_RATE, MAX_AGE
 from ..types import Chain, Floats
+from .depth_readings import torn_share
+from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
-from .readings import torn_share
-from .tips import CUT_OFF
-from .topology import OPEN, ChainInFrame, Pattern, pattern_of
-from .tracking import paired, reversed_chain
+from .strand_ends import CUT_OFF
+from .tracking import pair_chains, reversed_chain
 
 JUNCTION_SLACK_RADII = 1.5
 """Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
@@ -121,7 +121,7 @@ def tracks_of(
         ids = sorted(id for id, (at, _) in last.items() if count - at <= MAX_AGE + 1)
         chains = [observation.detection.chains[number] for number in numbers]
         for number, chain, (known, match) in zip(
-            numbers, chains, paired([last[id][1] for id in ids], chains, tracking), strict=True
+            numbers, chains, pair_chains([last[id][1] for id in ids], chains, tracking), strict=True
         ):
             id = len(tracks) if known is None else ids[known]
             track = tracks.setdefault(id, Track([], {}, {}))
@@ -151,7 +151,7 @@ def _runs_backwards(nodes: Floats, before: Sequence[Floats]) -> bool:
     return bool(backward < forward)
 
 
-def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
+def drop_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
     """Return whole chains without those that lie elsewhere than the ones before and after, the farthest first.
 
     One frame that joins the strands wrongly would bend the object in all frames in which a part of it is hidden.
@@ -172,13 +172,13 @@ def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: i
     frame, _, chain = items[k]
     beside = [n for n in (k - 1, k + 1) if 0 <= n < len(items)]
     if len(beside) == 1:
-        return _apart(nodes[k], nodes[beside[0]]) / abs(items[beside[0]][0] - frame) / chain.length
+        return _mean_distance(nodes[k], nodes[beside[0]]) / abs(items[beside[0]][0] - frame) / chain.length
     first, last = (items[n][0] for n in beside)
     share = (frame - first) / (last - first)
-    return _apart(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1]) / chain.length
+    return _mean_distance(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1]) / chain.length
 
 
-def _apart(first: Floats, second: Floats) -> float:
+def _mean_distance(first: Floats, second: Floats) -> float:
     """Return the mean distance of points (K, 3) from others of the same number."""
     return float(np.linalg.norm(first - second, axis=1).mean())
 

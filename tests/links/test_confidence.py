@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from builders.contexts import context_of
 from builders.drawn_masks import frame_of, line, wave
-from doo3d.geometry.assembly import Assembly
 
 import doo3d
 from doo3d.chains.fill import fill
 from doo3d.config import MergeConfig
+from doo3d.geometry.assembly import Assembly
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit

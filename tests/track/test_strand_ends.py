@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doo3d.track.observations import _strands
-from doo3d.track.tips import CUT_OFF, TIP, UNKNOWN, _in_view
+from doo3d.track.strand_ends import CUT_OFF, TIP, UNKNOWN, _in_view
 from doo3d.types import Camera, Chain
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=80.0, cy=60.0, width=160, height=120)

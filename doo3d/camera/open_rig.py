@@ -20,7 +20,7 @@ from ..inputs.rig.stereo_pair import StereoPair
 from ..types import Floats
 from ..types.arguments import file_path, refused
 from .depth_cameras import open_depth_cameras
-from .pair_frame import triangulate
+from .stereo_depth import triangulate
 
 PAIR = "stereo pair"
 """Format of the capture of a stereo pair."""

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doo3d.track.cutting import cut_misjoined
 from doo3d.track.observations import ObservedStrand
-from doo3d.track.tips import CUT_OFF, TIP
+from doo3d.track.strand_cutting import cut_misjoined
+from doo3d.track.strand_ends import CUT_OFF, TIP
 
 SEGMENT = 0.01
 

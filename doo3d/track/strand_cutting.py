@@ -15,10 +15,10 @@ from ..geometry.polyline import arc_length, resample
 from ..kernels import strand_cuts
 from ..types import Bools, Floats
 from .observations import LENGTH_ERROR, ObservedStrand, part_of
-from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, as_seen
-from .tips import CUT_OFF
+from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, on_unit_sphere
+from .strand_ends import CUT_OFF
 
-MISJOINED = 0.0013
+MISJOIN_RATE = 0.0013
 """Share of neighboring points of a strand that a frame joined wrongly without bridging anything: 254 of 195 thousand in sequences
 by D435 and stereo cameras."""
 
@@ -51,7 +51,7 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
     if strands and all(strand.is_flat for strand in strands):
-        expected = as_seen(expected, strands[0])
+        expected = on_unit_sphere(expected, strands[0])
         angle = float(arc_length(expected)[-1])
         if not angle > 0:  # seen end on
             return list(strands)
@@ -83,7 +83,7 @@ def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, lea
     points, arcs = strand.points[measured], strand.arcs[measured]
     joined = np.ones(len(strand.points)) if strand.joined is None else strand.joined
     least_joined = np.minimum.reduceat(joined[: measured[-1] + 1], np.append(0, measured[:-1] + 1))
-    costs = -2 * np.log(np.maximum(1 - least_joined, MISJOINED))
+    costs = -2 * np.log(np.maximum(1 - least_joined, MISJOIN_RATE))
     error = LENGTH_ERROR * length
     cuts, skipped = strand_cuts(points, arcs, strand.length, places, step, error, MISSING_COST, SHIFT_TOLERANCES, costs)
     cuts = cuts[_are_apart(skipped, least_joined[cuts], SHIFT_TOLERANCES * error)]

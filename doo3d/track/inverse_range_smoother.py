@@ -35,7 +35,7 @@ LEAST_INVERSE = 0.2
 
 
 @dataclass(frozen=True)
-class AcrossSight:
+class TransverseMotion:
     """How an object moves and bends across the line of sight, in T frames at K places.
 
     Attributes
@@ -50,24 +50,22 @@ class AcrossSight:
 
     rays: Floats
     moved: float
-    bends_moved: float
+    bend_changed: float
     stiffness: Floats
 
     @staticmethod
-    def of(rays: Floats) -> AcrossSight:
+    def of(rays: Floats) -> TransverseMotion:
         """Return what rays (T, K, 3), T >= 3 and K >= 3, tell."""
         across = np.cross(rays, np.gradient(rays, axis=1))
         across /= np.maximum(np.linalg.norm(across, axis=2, keepdims=True), LEAST_VARIANCE)
         over_time, along = np.diff(rays, 2, axis=0), np.diff(rays, 2, axis=1)
         moved = variance((over_time * across[1:-1]).sum(axis=2))
         bent = variance((along * across[:, 1:-1]).sum(axis=2))
-        bends_moved = variance((np.diff(along, 2, axis=0) * across[1:-1, 1:-1]).sum(axis=2))
-        stiffness = _stiffness(rays.shape[:2], 1 / bends_moved, BEND_SHARE / bent, BEND_SHARE / moved)
-        return AcrossSight(rays, moved, bends_moved, stiffness)
+        bend_changed = variance((np.diff(along, 2, axis=0) * across[1:-1, 1:-1]).sum(axis=2))
+        stiffness = _stiffness(rays.shape[:2], 1 / bend_changed, BEND_SHARE / bent, BEND_SHARE / moved)
+        return TransverseMotion(rays, moved, bend_changed, stiffness)
 
-    def smoothed(
-        self, values: Floats, weight: Floats, noise: float, last: Floats | None = None, longest: float = np.inf
-    ) -> Floats:
+    def smooth(self, values: Floats, weight: Floats, noise: float, last: Floats | None = None, longest: float = np.inf) -> Floats:
         """Return the smooth values (T, K) of relative inverse range.
 
         values, weight : (T, K). noise : variance of values of weight 1. last, longest : (T, K), an earlier result; where an
@@ -101,7 +99,7 @@ class AcrossSight:
         return np.asarray((weight * wanted)[:, None] * gradient)
 
 
-def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float = np.inf) -> Floats:
+def smooth_inverse_range(inverse: Floats, weight: Floats, rays: Floats, longest: float = np.inf) -> Floats:
     """Smooth the inverse range of places along an object over time.
 
     Parameters
@@ -132,22 +130,24 @@ def smooth_in_time(inverse: Floats, weight: Floats, rays: Floats, longest: float
     known = weight > 0
     scale = float(np.median(inverse[known]))
     values = np.where(known, inverse / scale, np.nan)
-    across = AcrossSight.of(rays)
+    across = TransverseMotion.of(rays)
     changed = variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
-    if changed <= across.bends_moved:
+    if changed <= across.bend_changed:
         return inverse
     # second differences vary 6 times as much
     noise = max(changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6)
     values = np.where(known, values, 0.0)
-    across, smooth = _loosened((across, across.smoothed(values, weight, noise)), values, weight, noise)
+    across, smooth = _relax_stiffness((across, across.smooth(values, weight, noise)), values, weight, noise)
     for _ in range(1, ROUNDS):
         off = values - smooth
         limit = OUTLIER_DEVIATIONS * float(np.sqrt(max(noise, variance(off[known]))))
-        smooth = across.smoothed(values, weight * agreement(off, limit), noise, smooth, longest * scale)
+        smooth = across.smooth(values, weight * geman_mcclure(off, limit), noise, smooth, longest * scale)
     return np.asarray(smooth * scale)
 
 
-def _loosened(fit: tuple[AcrossSight, Floats], values: Floats, weight: Floats, noise: float) -> tuple[AcrossSight, Floats]:
+def _relax_stiffness(
+    fit: tuple[TransverseMotion, Floats], values: Floats, weight: Floats, noise: float
+) -> tuple[TransverseMotion, Floats]:
     """Return a fit to values, as of `AcrossSight.smoothed`, with stiffness lowered until it misses them by no more than noise.
 
     fit : how the object moves and bends across the line of sight, and the smooth values that this gives.
@@ -158,11 +158,11 @@ def _loosened(fit: tuple[AcrossSight, Floats], values: Floats, weight: Floats, n
         if left <= noise:
             break
         across = replace(across, stiffness=noise / left * across.stiffness)
-        smooth = across.smoothed(values, weight, noise)
+        smooth = across.smooth(values, weight, noise)
     return across, smooth
 
 
-def agreement(off: Floats, limit: float) -> Floats:
+def geman_mcclure(off: Floats, limit: float) -> Floats:
     """Return how much readings count that are off by so much, 0 to 1: a quarter at the limit (Geman and McClure's estimator)."""
     return np.asarray(1 / (1 + (off / limit) ** 2) ** 2)
 

@@ -25,7 +25,7 @@ def in_world(observations: Sequence[Observation]) -> list[Observation]:
     result, pose = [], known[0]
     for observation in observations:
         pose = pose if observation.pose is None else observation.pose
-        result.append(_moved(observation, pose))
+        result.append(_to_world(observation, pose))
     return result
 
 
@@ -33,7 +33,7 @@ def _lacks_pose(observation: Observation) -> bool:
     return observation.pose is None and bool(observation.detection.chains or observation.strands)
 
 
-def _moved(observation: Observation, pose: Floats) -> Observation:
+def _to_world(observation: Observation, pose: Floats) -> Observation:
     strands = (
         replace(
             strand,
@@ -52,6 +52,6 @@ def poses_of(observations: Sequence[Observation]) -> Floats | None:
     return np.array([observation.pose for observation in observations])
 
 
-def seen_from(pose: Floats, points: Floats) -> Floats:
+def in_camera(pose: Floats, points: Floats) -> Floats:
     """Return points (N, 3) m of the world in the frame of a camera of a pose (4, 4), camera to world."""
     return np.ascontiguousarray((points - pose[:3, 3]) @ pose[:3, :3])

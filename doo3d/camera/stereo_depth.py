@@ -21,7 +21,7 @@ MIN_SEEN = 0.5
 EDGE_PX = 1.0
 """px beyond the radius of a strand that pixels of the mask still belong to it: masks are drawn wider than strands."""
 
-TOLD = {"method", "ranges", "onnx", "min_component", "equal_widths", "hues"}
+SHARED_SETTINGS = {"method", "ranges", "onnx", "min_component", "equal_widths", "hues"}
 """Settings of the segmentation that mean the same in an image: they are in no unit of length, or in pixels."""
 
 NEIGHBORS, APART_RADII = 16, 4.0
@@ -52,7 +52,7 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     """
     left, right = pair.images(images.left, images.right)
     masks = [None if mask is None else pair.mask(mask, side) for side, mask in enumerate((images.left_mask, images.right_mask))]
-    flat = _flat_config(config)
+    flat = _image_config(config)
     stages = run_stages(Image(left, images.name), flat, masks[0] if config.segment.method in ("auto", "mask") else None)
     if not stages.chains:
         reason = " ".join(stages.segmentation.foreground.notes) or "give masks, or color ranges (segment.ranges)"
@@ -76,12 +76,14 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     return FrameData(Frame(left, depth, pair.camera, images.name), mask)
 
 
-def _flat_config(config: Config) -> Config:
+def _image_config(config: Config) -> Config:
     """Return the preset `image` with what the settings of the 3-D method say about the object."""
     if config.segment.method in ("background", "plane"):
         sentence = f"segment.method={config.segment.method} needs depth, or the view of one camera"
         raise InputError(f"{sentence}: give masks of a stereo pair, or a method for images", code="method-needs-depth")
-    told = {f"segment.{key}": value for key, value in config.segment.model_dump(include=TOLD, exclude_unset=True).items()}
+    told = {
+        f"segment.{key}": value for key, value in config.segment.model_dump(include=SHARED_SETTINGS, exclude_unset=True).items()
+    }
     return load_config("image", {**told, "merge.chains": config.merge.chains, "seed": config.seed})
 
 

@@ -20,26 +20,28 @@ from scipy.interpolate import interp1d
 from ..config import TrackingConfig
 from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
-from .depth_in_time import UNSEEN_WEIGHT, smooth_in_time
-from .image_tracks import image_tracks, is_of_camera, laid, turned_by
-from .lengths import track_length
+from .depth_readings import NODES, PER_NODE, TORN_SHARE, torn_share
+from .image_tracks import angles_along, image_tracks, is_of_camera, resampled
+from .inverse_range_smoother import UNSEEN_WEIGHT, smooth_inverse_range
+from .junction_vote import vote_pattern
+from .object_length import track_length
 from .observations import Observation, ObservedStrand, bounds
-from .readings import NODES, PER_NODE, TORN_SHARE, torn_share
-from .topology import vote_pattern
 from .torn_depth import WINDOW_FRAMES, correct_torn_depth
 from .tracking import reversed_chain
 from .tracks import MIN_FRAMES, WINDOW, Track
 
-ALIKE = 0.1
+MAX_LENGTH_CHANGE = 0.1
 """Share by which the length of an object in the image may change from one frame to the next that shows it: if it changes more, an
 occluder came or went. Within stretches without such changes, equal shares of the length are the same places of the object."""
 
-SEEN_ERROR = 0.03
+WHOLE_TOLERANCE = 0.03
 """Share by which the length of an object in the image may differ from its median over WINDOW_FRAMES on either side: the image
 tells better than depth whether an end is hidden."""
 
 
-def steadied(observations: Sequence[Observation], tracking: TrackingConfig, length: float | None = None) -> list[Observation]:
+def smooth_depth_over_time(
+    observations: Sequence[Observation], tracking: TrackingConfig, length: float | None = None
+) -> list[Observation]:
     """Return observations whose chains and strands have their depth smoothed over time, where frames show as much of an object.
 
     Chains are tracked in the image, where what depth says of their lengths is of no matter.
@@ -58,11 +60,11 @@ def steadied(observations: Sequence[Observation], tracking: TrackingConfig, leng
         return result
     for track in image_tracks(observations, tracking).values():
         stretches = [_Stretch.of(items, track, observations) for items in _stretches(track.items)]
-        steady = [steady_chains(stretch.frames, stretch.chains) for stretch in stretches]
+        steady = [smooth_chains(stretch.frames, stretch.chains) for stretch in stretches]
         torn = [k for k, stretch in enumerate(stretches) if stretch.is_torn]
         longest = _length(track, stretches, steady, length) if torn else np.inf
         for k in torn:
-            steady[k] = steady_chains(stretches[k].frames, stretches[k].chains, stretches[k].readings, longest)
+            steady[k] = smooth_chains(stretches[k].frames, stretches[k].chains, stretches[k].readings, longest)
         for stretch, chains in zip(stretches, steady, strict=True):
             for frame, number, chain in zip(stretch.frames, stretch.numbers, chains, strict=True):
                 own = reversed_chain(chain, track.backwards[frame])[0]
@@ -111,7 +113,7 @@ def _stretches(items: Sequence[tuple[int, int, Chain]]) -> list[Sequence[tuple[i
     starts = [
         number
         for number, (last, item) in enumerate(pairwise(items), 1)
-        if item[0] // WINDOW != last[0] // WINDOW or abs(item[2].length - last[2].length) > ALIKE * last[2].length
+        if item[0] // WINDOW != last[0] // WINDOW or abs(item[2].length - last[2].length) > MAX_LENGTH_CHANGE * last[2].length
     ]
     return [items[first:end] for first, end in pairwise([0, *starts, len(items)])]
 
@@ -121,11 +123,11 @@ def _with_chain(observation: Observation, number: int, chain: Chain) -> Observat
     detection = observation.detection
     before = detection.chains[number]
     chains = (*detection.chains[:number], chain, *detection.chains[number + 1 :])
-    strands = (_moved(each, before, chain) if each.chain == number else each for each in observation.strands)
+    strands = (_move_strand(each, before, chain) if each.chain == number else each for each in observation.strands)
     return replace(observation, detection=replace(detection, chains=chains), strands=tuple(strands))
 
 
-def _moved(strand: ObservedStrand, before: Chain, chain: Chain) -> ObservedStrand:
+def _move_strand(strand: ObservedStrand, before: Chain, chain: Chain) -> ObservedStrand:
     """Return a strand on the same joints of another chain of as many segments."""
     start = int(np.argmin(np.linalg.norm(before.joints - strand.points[0], axis=1)))
     at = start + np.rint((strand.arcs - strand.arcs[0]) / before.segment_length).astype(np.int64)
@@ -133,7 +135,7 @@ def _moved(strand: ObservedStrand, before: Chain, chain: Chain) -> ObservedStran
     return replace(strand, points=chain.joints[at], arcs=strand.arcs * share, length=strand.length * share)
 
 
-def steady_chains(
+def smooth_chains(
     frames: Sequence[int],
     chains: Sequence[Chain],
     readings: Sequence[Floats | None] | None = None,
@@ -157,20 +159,20 @@ def steady_chains(
     -------
     Chains of as many segments each, of equal length again.
     """
-    turned = [turned_by(chain.joints) for chain in chains]
+    turned = [angles_along(chain.joints) for chain in chains]
     angle = np.array([angles[-1] for angles in turned])
     usual = np.array([np.median(angle[max(0, k - WINDOW_FRAMES) : k + WINDOW_FRAMES + 1]) for k in range(len(chains))])
-    whole = np.flatnonzero(np.abs(angle - usual) <= SEEN_ERROR * usual).tolist()
+    whole = np.flatnonzero(np.abs(angle - usual) <= WHOLE_TOLERANCE * usual).tolist()
     if len(whole) < MIN_FRAMES:
         return list(chains)
     at = np.array([frames[k] for k in whole]) - frames[whole[0]]
     given = [chains[k] for k in whole]
     in_image = [turned[k] for k in whole]
     read = None if readings is None else _at_frames(at, [readings[k] for k in whole])
-    lines = _steady_lines(at, given, in_image, read, longest)
+    lines = _smooth_lines(at, given, in_image, read, longest)
     result = list(chains)
     for k, line in zip(whole, lines, strict=True):
-        result[k] = laid(chains[k], line, chains[k].radius)
+        result[k] = resampled(chains[k], line, chains[k].radius)
     return result
 
 
@@ -183,7 +185,7 @@ def _at_frames(at: Ints, readings: Sequence[Floats | None]) -> Floats:
     return result
 
 
-def _steady_lines(
+def _smooth_lines(
     at: Ints, chains: Sequence[Chain], arcs: Sequence[Floats], readings: Floats | None, longest: float
 ) -> list[Floats]:
     """Return the joints of chains with their depth smoothed over time at evenly spaced places along them.
@@ -200,7 +202,7 @@ def _steady_lines(
     if readings is not None:
         radius = float(np.median([chain.radius for chain in chains]))
         right, weight = correct_torn_depth(inverse, weight, rays, readings, radius, longest)
-    smooth = smooth_in_time(right, weight, rays, longest)
+    smooth = smooth_inverse_range(right, weight, rays, longest)
     places, lines = np.linspace(0.0, 1.0, NODES), []
     for row, arc, distance, chain in zip(at.tolist(), arcs, distances, chains, strict=True):
         share = arc / arc[-1]
@@ -223,7 +225,7 @@ def _at_places(at: Ints, arcs: Sequence[Floats], values: Sequence[Floats]) -> Fl
     return result
 
 
-def steady_shapes(joints: Floats, seen: Bools) -> Floats:
+def smooth_joint_depth(joints: Floats, seen: Bools) -> Floats:
     """Return the joints (T, M + 1, 3) m of an object in successive frames with their depth smoothed over time.
 
     seen : (T, M + 1) bool, which joints the frames show.
@@ -234,6 +236,6 @@ def steady_shapes(joints: Floats, seen: Bools) -> Floats:
     places, at = np.linspace(0.0, 1.0, NODES), np.linspace(0.0, 1.0, joints.shape[1])
     values = np.dstack((1 / distance, np.where(seen, 1.0, UNSEEN_WEIGHT), joints / distance[:, :, None]))
     inverse, weight, *rays = np.moveaxis(interp1d(at, values, axis=1)(places), 2, 0)
-    change = smooth_in_time(inverse, weight, np.stack(rays, axis=2)) - inverse
+    change = smooth_inverse_range(inverse, weight, np.stack(rays, axis=2)) - inverse
     nearer = distance * interp1d(places, change, axis=1)(at)
     return np.asarray(joints / (1 + nearer)[:, :, None])

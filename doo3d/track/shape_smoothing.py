@@ -14,18 +14,18 @@ from ..geometry.polyline import whittaker_smooth
 from ..kernels import carry_hidden
 from ..types import Bools, Floats
 from ..types.pose import in_frame_of
-from .moving_camera import seen_from
+from .depth_smoothing import smooth_joint_depth
 from .objects import SequenceObject
-from .registration import TURN_WEIGHT, to_lengths
+from .registration import TURN_WEIGHT, relax_lengths
 from .shape import Shape
-from .steady_depth import steady_shapes
+from .world_frame import in_camera
 
 TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
 """Weights of the second differences over time, and of a position that nothing seen is near, relative to 1 for one beside what was
 seen; one that was seen weighs as much more. With more stiffness, positions of a shape that turns are drawn together."""
 
 
-def smoothed(item: SequenceObject, shapes: list[Shape | None], poses: Floats | None) -> list[Shape | None]:
+def smooth_shapes(item: SequenceObject, shapes: list[Shape | None], poses: Floats | None) -> list[Shape | None]:
     """Smooth over time what was not seen, and the depth that a camera measured; what was seen stays in its place in the image.
 
     poses : (T, 4, 4) m, camera to the frame of the shapes; None if no camera saw them.
@@ -57,11 +57,11 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | N
         closed = [close_ring(line[:-1], item.segment_length) for line in smooth]
         return [replace(shape, joints=ring) for shape, ring in zip(shapes, closed, strict=True)]
     if poses is not None:
-        in_view = np.array([seen_from(pose, line) for pose, line in zip(poses, smooth, strict=True)])
-        steady = steady_shapes(in_view, measured)
+        in_view = np.array([in_camera(pose, line) for pose, line in zip(poses, smooth, strict=True)])
+        steady = smooth_joint_depth(in_view, measured)
         smooth = np.array([in_frame_of(pose, line) for pose, line in zip(poses, steady, strict=True)])
     return [
-        replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
+        replace(shape, joints=relax_lengths(line, item.segment_length, shape.seen))
         for line, shape in zip(smooth, shapes, strict=True)
     ]
 

@@ -21,14 +21,14 @@ import numpy as np
 from ..geometry.curves import runs
 from ..geometry.equal_segments import close_ring
 from ..types import Chain, Floats
-from .cutting import cut_misjoined
 from .objects import Anchor, SequenceObject
 from .observations import LENGTH_ERROR, Observation, ObservedStrand, cut_strands, visible_joints
-from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, bend, place_strands, to_lengths
-from .rings import bend_ring, place_on_ring, ring_joints
+from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, fit_joints, place_strands, relax_lengths
+from .rings import fit_ring, place_on_ring, ring_joints
 from .shape import Shape
-from .smoothing import smoothed
-from .tips import MIN_STRAND_RADII
+from .shape_smoothing import smooth_shapes
+from .strand_cutting import cut_misjoined
+from .strand_ends import MIN_STRAND_RADII
 from .tracking import MIN_MOTION_RADII
 from .tracks import FILLED_ERROR
 
@@ -40,7 +40,7 @@ NEVER = 10**6
 
 
 @dataclass(frozen=True)
-class _Clues:
+class _Evidence:
     """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without; and its camera."""
 
     own: tuple[Placed, ...] | None
@@ -80,14 +80,14 @@ def follow(
     -------
     For each object and each frame its shape; None if the object is not in the frame.
     """
-    located = [_located(item, observations, first, own, poses, past_only) for item, own in zip(items, claimed, strict=True)]
-    located = _without_long_gaps(located, max_gap)
+    located = [_follow_object(item, observations, first, own, poses, past_only) for item, own in zip(items, claimed, strict=True)]
+    located = _drop_long_gaps(located, max_gap)
     if past_only:
         return located
-    return [smoothed(item, shapes, poses) for item, shapes in zip(items, located, strict=True)]
+    return [smooth_shapes(item, shapes, poses) for item, shapes in zip(items, located, strict=True)]
 
 
-def _located(
+def _follow_object(
     item: SequenceObject,
     observations: Sequence[Observation],
     first: int,
@@ -96,22 +96,22 @@ def _located(
     past_only: bool,
 ) -> list[Shape | None]:
     """Return an object in every frame, filled in however long it is hidden."""
-    clues = _clues(item, observations, first, claimed, poses)
-    forward = _pass(item, observations, clues, range(len(observations)))
+    clues = _gather_evidence(item, observations, first, claimed, poses)
+    forward = _follow_in_order(item, observations, clues, range(len(observations)))
     if past_only:
         return forward
-    backward = _pass(item, observations, clues, range(len(observations) - 1, -1, -1))
-    earlier = _earlier_counts(clues, forward, backward)
-    return [_decided(item, *each) for each in zip(observations, clues, forward, backward, earlier, strict=True)]
+    backward = _follow_in_order(item, observations, clues, range(len(observations) - 1, -1, -1))
+    earlier = _prefer_forward(clues, forward, backward)
+    return [_merge_passes(item, *each) for each in zip(observations, clues, forward, backward, earlier, strict=True)]
 
 
-def _earlier_counts(clues: Sequence[_Clues], forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
+def _prefer_forward(clues: Sequence[_Evidence], forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
     """Tell for each frame whether the shape from earlier frames counts if that from later ones disagrees.
 
     Once a pass has laid a strand wrongly, its later frames fit: what tells is its cost at the frame in which that happened. So
     between two anchors there is one frame up to which the forward pass counts: that for which the sum of all costs is the least.
     """
-    gains = [0.0 if a is None or b is None else _gain(a, b) for a, b in zip(forward, backward, strict=True)]
+    gains = [0.0 if a is None or b is None else _forward_advantage(a, b) for a, b in zip(forward, backward, strict=True)]
     result = [False] * len(clues)
     anchors = [-1, *(k for k, clue in enumerate(clues) if clue.own is not None), len(clues)]
     for first, end in pairwise(anchors):
@@ -121,7 +121,7 @@ def _earlier_counts(clues: Sequence[_Clues], forward: Sequence[Shape | None], ba
     return result
 
 
-def _gain(before: Shape, after: Shape) -> float:
+def _forward_advantage(before: Shape, after: Shape) -> float:
     """Return how much better the earlier shape of a frame is than the later one, in squared standard deviations.
 
     Costs that differ by less than 1 tell nothing: then the one counts whose joints were seen more recently.
@@ -130,13 +130,13 @@ def _gain(before: Shape, after: Shape) -> float:
     return after.cost - before.cost + (later - earlier) / max(later + earlier, 1.0)
 
 
-def _clues(
+def _gather_evidence(
     item: SequenceObject,
     observations: Sequence[Observation],
     first: int,
     claimed: Sequence[set[int]],
     poses: Floats | None,
-) -> list[_Clues]:
+) -> list[_Evidence]:
     anchors = {anchor.frame - first: anchor for anchor in item.anchors}
     result = []
     for frame, observation in enumerate(observations):
@@ -145,14 +145,14 @@ def _clues(
         center = None if poses is None else poses[frame, :3, 3]
         if anchor is not None:
             chain = observation.detection.chains[anchor.chain]
-            own = (_own_place(chain, anchor, item, center),)
-            whole = _resampled(chain, anchor, item)
+            own = (_place_anchor(chain, anchor, item, center),)
+            whole = _resample_anchor(chain, anchor, item)
         free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
-        result.append(_Clues(own, whole, free))
+        result.append(_Evidence(own, whole, free))
     return result
 
 
-def _own_place(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats | None) -> Placed:
+def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats | None) -> Placed:
     """Return the seen parts of a whole chain at their places along the object.
 
     What its length misses is shared among its segments by the variances of their lengths: that of a filled gap is known less.
@@ -168,14 +168,16 @@ def _own_place(chain: Chain, anchor: Anchor, item: SequenceObject, center: Float
     return Placed(arcs, chain.joints[shown], (0.0, item.length), 0.0, sight)
 
 
-def _resampled(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floats:
+def _resample_anchor(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floats:
     if item.closed:
         return close_ring(ring_joints(chain, anchor.backwards, anchor.start, item.segments)[:-1], item.segment_length)
     joints, backwards = chain.nodes(item.segments + 1), anchor.backwards
-    return to_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
+    return relax_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
 
 
-def _pass(item: SequenceObject, observations: Sequence[Observation], clues: Sequence[_Clues], order: range) -> list[Shape | None]:
+def _follow_in_order(
+    item: SequenceObject, observations: Sequence[Observation], clues: Sequence[_Evidence], order: range
+) -> list[Shape | None]:
     """Follow the object frame by frame in one direction of time, from the first anchor on."""
     shapes: list[Shape | None] = [None] * len(observations)
     last: Shape | None = None
@@ -185,7 +187,7 @@ def _pass(item: SequenceObject, observations: Sequence[Observation], clues: Sequ
         expected = clue.whole if last is None else last.joints + SPEED_SHARE * motion
         if expected is None:
             continue
-        shape = _fitted(item, observations[frame], clue, expected, last)
+        shape = _fit_object(item, observations[frame], clue, expected, last)
         motion = np.zeros(3) if last is None else _motion(last, shape)
         shapes[frame] = last = shape
     return shapes
@@ -201,10 +203,12 @@ def _motion(last: Shape, shape: Shape) -> Floats:
     return np.column_stack([np.interp(at, known, column[known]) for column in moved.T])
 
 
-def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expected: Floats, last: Shape | None = None) -> Shape:
+def _fit_object(
+    item: SequenceObject, observation: Observation, clue: _Evidence, expected: Floats, last: Shape | None = None
+) -> Shape:
     """Return the object bent from where it is expected to what a frame shows."""
     cost = 0.0
-    place, fit = (place_on_ring, bend_ring) if item.closed else (place_strands, bend)
+    place, fit = (place_on_ring, fit_ring) if item.closed else (place_strands, fit_joints)
     if clue.own is not None:
         placed: Sequence[Placed] = clue.own
     else:
@@ -217,7 +221,7 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
         if not item.closed:
             strands = cut_misjoined(strands, expected, item.length, least)
         placed = place(strands, expected, item.length, tolerance)
-        cost = _total_cost(strands, placed)
+        cost = _mean_cost(strands, placed)
         if placed:
             nearer, *_ = fit(expected, placed, item.length)
             placed = place(strands, nearer, item.length, tolerance) or placed
@@ -226,20 +230,20 @@ def _fitted(item: SequenceObject, observation: Observation, clue: _Clues, expect
     return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen), measured)
 
 
-def _total_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
+def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
     """Return how badly strands fit where they were laid, a mean over their lengths; a strand that fits nowhere costs much."""
     total = sum(strand.length for strand in strands)
     if not total:
         return 0.0
-    laid = sum(item.span[1] - item.span[0] for item in placed)
+    placed_length = sum(item.span[1] - item.span[0] for item in placed)
     costs = sum(item.cost * (item.span[1] - item.span[0]) for item in placed)
-    return (costs + MISSING_COST * max(0.0, total - laid)) / total
+    return (costs + MISSING_COST * max(0.0, total - placed_length)) / total
 
 
-def _decided(
+def _merge_passes(
     item: SequenceObject,
     observation: Observation,
-    clue: _Clues,
+    clue: _Evidence,
     before: Shape | None,
     after: Shape | None,
     earlier_counts: bool,
@@ -247,10 +251,10 @@ def _decided(
     """Return the object in a frame, from what comes from earlier and from later frames: blended where the two agree."""
     if before is None or after is None:
         known = before or after
-        return None if known is None else _fitted(item, observation, clue, known.joints)
+        return None if known is None else _fit_object(item, observation, clue, known.joints)
     if clue.own is None and not _agree(before, after, item.length):
         return before if earlier_counts else after
-    return _fitted(item, observation, clue, _blended(before, after))
+    return _fit_object(item, observation, clue, _blend(before, after))
 
 
 def _agree(before: Shape, after: Shape, length: float) -> bool:
@@ -259,14 +263,14 @@ def _agree(before: Shape, after: Shape, length: float) -> bool:
     return bool(apart.max() <= TOLERANCE_SHARE * length and (apart[before.seen & after.seen] <= LENGTH_ERROR * length).all())
 
 
-def _blended(before: Shape, after: Shape) -> Floats:
+def _blend(before: Shape, after: Shape) -> Floats:
     """Return the joints (M + 1, 3) between those from earlier and from later frames, by how recently each was seen."""
     total = before.age + after.age
     share = np.where(total > 0, before.age / np.maximum(total, 1), 0.5)[:, None]
     return np.asarray(before.joints * (1 - share) + after.joints * share)
 
 
-def _without_long_gaps(shapes: Sequence[list[Shape | None]], max_gap: int) -> list[list[Shape | None]]:
+def _drop_long_gaps(shapes: Sequence[list[Shape | None]], max_gap: int) -> list[list[Shape | None]]:
     """Drop the objects of a tree from frames in a row without any strand of them, if there are more than `max_gap`."""
     result = [list(each) for each in shapes]
     unseen = [all(shape is None or not shape.seen.any() for shape in frame) for frame in zip(*shapes, strict=True)]

@@ -10,8 +10,8 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..types import Chain
+from .junction_vote import OPEN
 from .observations import LENGTH_ERROR
-from .topology import OPEN
 from .tracking import reversed_chain
 from .tracks import CONTEXT, LEAP_NODES, Track
 
@@ -38,14 +38,14 @@ class Candidate:
         return tuple((frame, n) for frame, n, chain in self.track.items if chain.length <= longest and (frame, n) not in whole)
 
 
-def linked(candidates: list[Candidate]) -> list[Candidate]:
+def link_candidates(candidates: list[Candidate]) -> list[Candidate]:
     """Return the candidates, one for those of the same length that may be one object, which moved while it was hidden.
 
     Of several that were lost, such as branches of one length, the nearest is taken.
     """
     result: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda candidate: candidate.whole[0][0]):
-        alike = [former for former in result if _may_be_one(former, candidate)]
+        alike = [former for former in result if _same_object(former, candidate)]
         if alike and candidate.track.pattern == OPEN:
             _append(alike[0], candidate)
         elif alike:
@@ -55,7 +55,7 @@ def linked(candidates: list[Candidate]) -> list[Candidate]:
     return result
 
 
-def _may_be_one(former: Candidate, later: Candidate) -> bool:
+def _same_object(former: Candidate, later: Candidate) -> bool:
     """Tell whether two candidates of one length follow each other, or in no frame show more of a cable together than its length.
 
     Tracking gives the two parts of a cable that a hand divides one id each, and later the whole either of them.
@@ -71,7 +71,7 @@ def _may_be_one(former: Candidate, later: Candidate) -> bool:
     return all(seen.get(frame, 0.0) + chain.length <= longest for frame, _, chain in later.track.items if frame in seen)
 
 
-def without_shortened(candidates: list[Candidate], tracking: TrackingConfig) -> list[Candidate]:
+def drop_shortened(candidates: list[Candidate], tracking: TrackingConfig) -> list[Candidate]:
     """Return the candidates without those that show another one shortened, as where an occluder hides a loop of it.
 
     Tracking loses a chain whose joints leap along the object, and so gives the same cable another id there.
@@ -102,7 +102,7 @@ def _is_shortened(shorter: Candidate, longer: Candidate, tracking: TrackingConfi
     return frames <= CONTEXT and float(away) <= frames * tracking.max_motion_lengths * longer.length
 
 
-def _turned(items: list[tuple[int, int, Chain]]) -> list[tuple[int, int, Chain]]:
+def _reverse_items(items: list[tuple[int, int, Chain]]) -> list[tuple[int, int, Chain]]:
     """Return the chains of frames in the opposite direction."""
     return [(frame, number, reversed_chain(chain, True)[0]) for frame, number, chain in items]
 
@@ -125,7 +125,7 @@ def _append(former: Candidate, later: Candidate) -> None:
     if is_nearer_backwards if pattern[0] == pattern[1] else pattern != former.track.pattern:
         later.track.backwards = {frame: not value for frame, value in later.track.backwards.items()}
         later.track.patterns = {frame: value[::-1] for frame, value in later.track.patterns.items()}
-        later.track.items, later.whole = _turned(later.track.items), _turned(later.whole)
+        later.track.items, later.whole = _reverse_items(later.track.items), _reverse_items(later.whole)
     kept = {item[0]: (item, former.track) for item in former.track.items}
     for item in later.track.items:
         if item[0] not in kept or item[2].length > kept[item[0]][0][2].length:

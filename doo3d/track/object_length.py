@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..types import Floats
+from .junction_vote import OPEN
 from .observations import LENGTH_ERROR
-from .topology import OPEN
 from .tracks import FILLED_ERROR, MIN_FRAMES, Track
 
 MIN_LENGTH_SHARE = 0.1

@@ -63,9 +63,9 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     along = np.gradient(camera.project(resample(rays, np.linspace(0.0, turned[-1], len(at)))), axis=0)
     across = unit(along)[:, ::-1] * (-1.0, 1.0)
     half_width = chain.radius * camera.fx / float(np.median(chain.joints[:, 2]))
-    own = _read(pixels, across, ACROSS_RADII * half_width, depth, mask, True, NEARER_SHARE)
+    own = _read_image(pixels, across, ACROSS_RADII * half_width, depth, mask, True, NEARER_SHARE)
     beyond = half_width + BESIDE_PX
-    beside = _read(pixels, across, np.concatenate((-beyond, beyond)), depth, mask, False, BEHIND_SHARE)
+    beside = _read_image(pixels, across, np.concatenate((-beyond, beyond)), depth, mask, False, BEHIND_SHARE)
     segment = np.clip(turned.searchsorted(at) - 1, 0, len(chain.occluded) - 1)
     own[_beside_hidden(chain.occluded[segment], tips, arc_length(pixels)[-1])] = np.nan
     stretch = np.linalg.norm(line, axis=1) / line[:, 2]
@@ -73,7 +73,9 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
     return inverse.reshape(2, NODES, PER_NODE).astype(np.float32)
 
 
-def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float) -> Floats:
+def _read_image(
+    pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float
+) -> Floats:
     """Return a quantile of the readings across a line in the image, from the nearest on: (N,) m, NaN for none.
 
     on_object : True to read pixels of the mask, False for the others. share : the quantile, 0 to 1.
