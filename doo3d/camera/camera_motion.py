@@ -76,7 +76,7 @@ class CameraMotion:
     """
 
     poses: Floats | None = None
-    note: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 def estimate_motion(view_of: Callable[[int], BackgroundView | None], count: int, max_gap: int) -> CameraMotion:
@@ -103,8 +103,8 @@ def estimate_motion(view_of: Callable[[int], BackgroundView | None], count: int,
     given = np.array([pose for pose in tracker.poses if pose is not None])
     lost = max((end - first for first, end in runs(~known)), default=0)
     if lost > max_gap or not camera_moves(given):
-        return CameraMotion(note=UNTRUSTED_NOTE)
-    return CameraMotion(_interpolate(given, known), MOTION_NOTE)
+        return CameraMotion(notes=(UNTRUSTED_NOTE,))
+    return CameraMotion(_interpolate(given, known), (MOTION_NOTE,))
 
 
 class _Tracker:

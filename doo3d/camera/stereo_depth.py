@@ -13,7 +13,8 @@ from ..inputs.rig.stereo_pair import RectifiedPair
 from ..pipeline import Stages, run_stages
 from ..segment.working_picture import enlarged_chain, enlarged_mask
 from ..types import Array, Bools, Floats, Frame, Image
-from .strand_matching import SPACING_PX, MatchedStrand, match_strands
+from .strand_matching import MatchedStrand, match_strands
+from .strand_profiles import SPACING_PX
 
 MIN_SEEN = 0.5
 """Share of all samples whose profile the right image shows: below, nothing was matched."""

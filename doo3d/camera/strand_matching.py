@@ -16,25 +16,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import binary_closing
 
 from ..geometry.mask import dilate
-from ..geometry.polyline import arc_length, densify, unit, whittaker_smooth
+from ..geometry.polyline import whittaker_smooth
 from ..types import Array, Bools, Floats
-
-SPACING_PX = 2.0
-"""px between the samples of a strand: finer ones see the same pixels."""
-
-PROFILE_SAMPLES = 11
-"""Positions of a profile across a strand, evenly spaced."""
-
-SURROUND_PX = 3.0
-"""px of the profile beyond either edge of the strand: the contrast to its surroundings is the evidence."""
-
-NOISE_LEVELS = 6.0
-"""Grey levels of 255, root mean square over a profile: fainter contrasts are noise and tell nothing."""
+from .strand_profiles import SPACING_PX, SURROUND_PX, StrandSamples, TargetImage, sample_strand
 
 STEP_COST, MAX_STEP_PX = 0.08, 2
 """Cost of a change of the disparity by a pixel from sample to sample, where a profile that differs wholly costs 1; px that it
@@ -110,34 +99,6 @@ class MatchedStrand:
         return np.asarray(shown | binary_closing(shown, np.ones(max(samples, 1))))
 
 
-@dataclass
-class _Samples:
-    """Samples along a strand: positions (S, 2) px, normals (S, 2), half-widths (S,) px, and the profiles of the left image."""
-
-    points: Floats
-    normals: Floats
-    radius: Floats
-    offsets: Floats
-    profiles: Floats
-
-
-@dataclass(frozen=True)
-class _RightImage:
-    """The right image (H, W, C) float32, and where in it the object may be (H, W) bool; None: everywhere."""
-
-    image: Array
-    near: Bools | None
-
-    def contains(self, places: Floats) -> Bools:
-        """Return whether places (..., 2) px lie in the image, where the object may be."""
-        column, row = np.rint(places[..., 0]).astype(int), np.rint(places[..., 1]).astype(int)
-        height, width = self.image.shape[:2]
-        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        if self.near is not None:
-            inside[inside] = self.near[row[inside], column[inside]]
-        return np.asarray(inside)
-
-
 def match_strands(
     lines: Sequence[Floats], radii: Sequence[Floats], left: Array, right: Array, focal: float, mask: Bools | None = None
 ) -> tuple[list[MatchedStrand], float]:
@@ -156,77 +117,39 @@ def match_strands(
     mask
         (H, W) bool, the object in the right image, beside which no strand is looked for; None if unknown.
     """
-    right_image = _RightImage(right, None if mask is None else dilate(mask, SURROUND_PX))
-    samples = [_sample_strand(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
-    disparities = [_match_disparities(each, right_image) for each in samples]
+    target = TargetImage(right, None if mask is None else dilate(mask, SURROUND_PX))
+    samples = [sample_strand(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
+    disparities = [_match_disparities(each, target) for each in samples]
     row = 0.0
     for _ in range(REFINEMENTS):
-        disparities, row = _refine(samples, disparities, row, right_image, focal)
+        disparities, row = _refine(samples, disparities, row, target, focal)
     matched = []
     for each, disparity in zip(samples, disparities, strict=True):
-        misfit = _misfits(each, disparity[:, None], row, right_image)[:, 0]
+        misfit = _misfits(each, disparity[:, None], row, target)[:, 0]
         matched.append(MatchedStrand(each.points, each.normals, each.radius, disparity, misfit))
     return matched, row
 
 
-def _sample_strand(line: Floats, radius: Floats, left: Array) -> _Samples:
-    points = densify(line, SPACING_PX)
-    at = np.linspace(0.0, float(arc_length(line)[-1]), len(points))
-    width = np.interp(at, arc_length(line), radius)
-    tangents = unit(np.gradient(points, axis=0))
-    normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
-    offsets = np.linspace(-1.0, 1.0, PROFILE_SAMPLES) * (np.median(width) + SURROUND_PX)
-    places = points[:, None] + offsets[:, None] * normals[:, None]
-    return _Samples(points, normals, width, offsets, _subtract_mean(_read_image(left, places)))
-
-
-def _read_image(image: Array, places: Floats) -> Floats:
-    """Return the values (..., C) of an image at places (..., 2) px, interpolated; the nearest border's outside."""
-    flat = places.reshape(-1, places.shape[-2], 2).astype(np.float32)
-    parts = [
-        cv2.remap(image, part[..., 0], part[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        for part in np.array_split(flat, len(flat) // 16384 + 1)
-    ]
-    return np.concatenate(parts).reshape(*places.shape[:-1], -1)
-
-
-def _subtract_mean(profiles: Floats) -> Floats:
-    """Return profiles (..., K, C) less the mean of each channel."""
-    return np.asarray(profiles - profiles.mean(axis=-2, keepdims=True))
-
-
-def _difference(first: Floats, second: Floats) -> Floats:
-    """Return how much profiles (..., K, C) differ: 0 for equal ones, 1 for one without the other, at most 1."""
-    energy = np.square(first).sum(axis=(-1, -2)) + np.square(second).sum(axis=(-1, -2))
-    noise = first.shape[-2] * first.shape[-1] * NOISE_LEVELS**2
-    return np.asarray(np.minimum(np.square(first - second).sum(axis=(-1, -2)) / (energy + noise), 1.0))
-
-
-def _misfits(samples: _Samples, disparity: Floats, row: float, right_image: _RightImage) -> Floats:
+def _misfits(samples: StrandSamples, disparity: Floats, row: float, target: TargetImage) -> Floats:
     """Return the difference (S, Q) of each sample's profiles at Q disparities (S, Q) px."""
     centers = samples.points[:, None] + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, :, None] + samples.offsets[:, None] * samples.normals[:, None, None]
-    cost = _difference(samples.profiles[:, None], _subtract_mean(_read_image(right_image.image, places)))
-    return np.where(right_image.contains(centers), cost, 1.0)
+    return np.where(target.contains(centers), target.difference(samples, places), 1.0)
 
 
-def _match_disparities(samples: _Samples, right_image: _RightImage) -> Floats:
+def _match_disparities(samples: StrandSamples, target: TargetImage) -> Floats:
     """Return the disparities (S,) px, whole ones, at the least sum of misfits and of changes along the strand."""
-    states = np.arange(1.0, right_image.image.shape[1] // 2)
-    cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, right_image) for part in _parts(samples)])
+    states = np.arange(1.0, target.image.shape[1] // 2)
+    cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, target) for part in _parts(samples)])
     cost[samples.points[:, :1] < states] = OUTSIDE_COST
     total, origin = cost[0].copy(), np.zeros(cost.shape, dtype=np.int32)
     numbers = np.arange(len(states))
+    offsets = np.array(sorted(range(MAX_STEP_PX, -MAX_STEP_PX - 1, -1), key=abs))  # of equal costs the smallest change
     for i in range(1, len(cost)):
-        best, source = total.copy(), numbers.copy()
-        for step in range(1, MAX_STEP_PX + 1):
-            for sign in (-1, 1):
-                to, origin_of = (slice(step, None), slice(None, -step))[::sign]
-                moved = np.full_like(total, np.inf)
-                moved[to] = total[origin_of] + step * STEP_COST
-                better = moved < best
-                best[better], source[better] = moved[better], numbers[better] - sign * step
-        total, origin[i] = best + cost[i], source
+        around = sliding_window_view(np.pad(total, MAX_STEP_PX, constant_values=np.inf), len(states))
+        moved = around[MAX_STEP_PX + offsets] + STEP_COST * np.abs(offsets)[:, None]
+        best = moved.argmin(axis=0)
+        total, origin[i] = moved[best, numbers] + cost[i], numbers + offsets[best]
     path = np.zeros(len(cost), dtype=int)
     path[-1] = total.argmin()
     for i in range(len(cost) - 1, 0, -1):
@@ -234,18 +157,18 @@ def _match_disparities(samples: _Samples, right_image: _RightImage) -> Floats:
     return states[path]
 
 
-def _parts(samples: _Samples, size: int = 64) -> list[_Samples]:
+def _parts(samples: StrandSamples, size: int = 64) -> list[StrandSamples]:
     """Return the samples in parts, so that their profiles at all disparities fit into memory."""
     cuts = range(size, len(samples.points), size)
     parts = zip(*(np.split(getattr(samples, name), cuts) for name in ("points", "normals", "radius", "profiles")), strict=True)
-    return [_Samples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
+    return [StrandSamples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
 
 
 def _refine(
-    samples: Sequence[_Samples], disparities: Sequence[Floats], row: float, right_image: _RightImage, focal: float
+    samples: Sequence[StrandSamples], disparities: Sequence[Floats], row: float, target: TargetImage, focal: float
 ) -> tuple[list[Floats], float]:
     """Return the disparities and the offset of the rows, corrected by the shifts of the profiles across the strands."""
-    shifts = [_measure_shifts(each, disparity, row, right_image) for each, disparity in zip(samples, disparities, strict=True)]
+    shifts = [_measure_shifts(each, disparity, row, target) for each, disparity in zip(samples, disparities, strict=True)]
     planes, plane_weight = _fit_plane(samples, disparities, [weight for _, weight in shifts])
     along, constant, total = [], [], np.array([0.0, 1 / ROW_DEVIATION_PX**2])
     for each, disparity, plane, (shift, sure) in zip(samples, disparities, planes, shifts, strict=True):
@@ -255,10 +178,10 @@ def _refine(
         bend = nearness * SPACING_PX**2 / (BEND_RADII * float(np.median(each.radius)))
         # the disparity is a linear function of the offset of the rows: without offset, and per pixel of it
         parts = []
-        for target, prior in ((disparity - shift / across, plane), (each.normals[:, 1] / across, 0 * plane)):
-            pulled = (weight * target + plane_weight * prior) / (weight + plane_weight)
+        for wanted, prior in ((disparity - shift / across, plane), (each.normals[:, 1] / across, 0 * plane)):
+            pulled = (weight * wanted + plane_weight * prior) / (weight + plane_weight)
             solved = whittaker_smooth(pulled[:, None], (weight + plane_weight)[:, None, None], 1 / bend**2)[:, 0]
-            left = [np.sqrt(weight) * (solved - target), np.sqrt(plane_weight) * (solved - prior), np.diff(solved, 2) / bend]
+            left = [np.sqrt(weight) * (solved - wanted), np.sqrt(plane_weight) * (solved - prior), np.diff(solved, 2) / bend]
             parts.append((solved, np.concatenate(left)))
         constant.append(parts[0][0])
         along.append(parts[1][0])
@@ -268,7 +191,7 @@ def _refine(
 
 
 def _fit_plane(
-    samples: Sequence[_Samples], disparities: Sequence[Floats], weights: Sequence[Floats]
+    samples: Sequence[StrandSamples], disparities: Sequence[Floats], weights: Sequence[Floats]
 ) -> tuple[list[Floats], float]:
     """Return the disparity of the plane nearest to all strands, at the samples of each, and the weight of a sample's pull to it.
 
@@ -287,17 +210,17 @@ def _fit_plane(
     return list(np.split(values, cuts)), 1 / (variance * PLANE_SAMPLES)
 
 
-def _measure_shifts(samples: _Samples, disparity: Floats, row: float, right_image: _RightImage) -> tuple[Floats, Floats]:
+def _measure_shifts(samples: StrandSamples, disparity: Floats, row: float, target: TargetImage) -> tuple[Floats, Floats]:
     """Return by how much each profile of the right image lies off across the strand (S,) px, and its weight (S,) 0 to 1."""
     steps = np.arange(-MAX_SHIFT_PX, MAX_SHIFT_PX + SHIFT_STEP_PX / 2, SHIFT_STEP_PX)
     centers = samples.points + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, None, None] + (steps[:, None] + samples.offsets)[..., None] * samples.normals[:, None, None]
-    cost = _difference(samples.profiles[:, None], _subtract_mean(_read_image(right_image.image, places)))
+    cost = target.difference(samples, places)
     best = np.clip(cost.argmin(axis=1), 1, len(steps) - 2)
     rows = np.arange(len(cost))
     before, at, after = cost[rows, best - 1], cost[rows, best], cost[rows, best + 1]
     curvature = before - 2 * at + after
     offset = np.where(curvature > 0, (before - after) / (2 * np.where(curvature > 0, curvature, 1.0)), 0.0)
     shift = steps[best] + SHIFT_STEP_PX * np.clip(offset, -1.0, 1.0)
-    inside = (np.abs(shift) < MAX_SHIFT_PX - SHIFT_STEP_PX) & (curvature > 0) & right_image.contains(centers)
+    inside = (np.abs(shift) < MAX_SHIFT_PX - SHIFT_STEP_PX) & (curvature > 0) & target.contains(centers)
     return shift, np.where(inside, np.clip(1 - at / MAX_MISFIT, 0.0, 1.0) ** 2, 0.0)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
+from ..geometry.cells import distinct
 from ..geometry.disjoint_set import group_sums
 from ..types import Floats, Ints
 
@@ -71,7 +72,7 @@ class VoxelSums:
         InputError : a point is more than 2^20 voxels from the origin along an axis.
         """
         keys = self.keys_of(points)
-        merged = _sorted_unique(np.concatenate((self.keys, keys)))
+        merged = distinct(self.keys, keys)
         old, new = np.searchsorted(merged, self.keys), np.searchsorted(merged, keys)
         sums: Floats = group_sums(values, new, len(merged))
         frames: Ints = (np.bincount(new, minlength=len(merged)) > 0).astype(np.int64)
@@ -79,9 +80,3 @@ class VoxelSums:
             sums[old] += self.sums
             frames[old] += self.frames
         self.keys, self.sums, self.frames = merged, sums, frames
-
-
-def _sorted_unique(keys: Ints) -> Ints:
-    """Return the distinct values (K,) of keys (M,) in ascending order: np.unique takes 20 times as long for 50,000."""
-    keys = np.sort(keys)
-    return keys[np.concatenate(([True], keys[1:] != keys[:-1]))] if len(keys) else keys

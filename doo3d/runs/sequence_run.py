@@ -83,7 +83,7 @@ def run_sequence(
     known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
-    notes = (*(() if motion.note is None else (motion.note,)), *length_notes(observations, config))
+    notes = (*motion.notes, *length_notes(observations, config))
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN

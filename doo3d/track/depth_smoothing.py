@@ -20,6 +20,7 @@ from scipy.interpolate import interp1d
 from ..config import TrackingConfig
 from ..geometry.polyline import unit
 from ..types import Bools, Chain, Floats, Ints
+from .chain_direction import reversed_chain
 from .depth_readings import NODES, PER_NODE, TORN_SHARE, torn_share
 from .image_tracks import angles_along, image_tracks, is_of_camera, resampled
 from .inverse_range_smoother import UNSEEN_WEIGHT, smooth_inverse_range
@@ -27,7 +28,6 @@ from .junction_vote import vote_pattern
 from .object_length import track_length
 from .observations import Observation, ObservedStrand, bounds
 from .torn_depth import WINDOW_FRAMES, correct_torn_depth
-from .tracking import reversed_chain
 from .tracks import MIN_FRAMES, WINDOW, Track
 
 MAX_LENGTH_CHANGE = 0.1

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +25,7 @@ from ..types.arguments import refused
 from .depth_smoothing import smooth_depth_over_time
 from .deviations import with_deviations
 from .first_pass import check_mode, observe_frame
-from .follow import follow
+from .follow import Period, follow
 from .frame_result import frame_result
 from .image_tracks import is_of_camera
 from .junction_vote import trees_of
@@ -78,8 +79,7 @@ def detect_sequence(
     observations = with_poses(observations, motion)
     detections = list(combine(observations, config))
     if detections:
-        found = () if motion.note is None else (motion.note,)
-        notes = (*found, *length_notes(observations, config), *detections[0].notes)
+        notes = (*motion.notes, *length_notes(observations, config), *detections[0].notes)
         detections[0] = replace(detections[0], notes=notes)
     return detections
 
@@ -153,8 +153,8 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        steady = whole if len(window) == len(whole) else smooth_depth_over_time(window, config.tracking, config.sequence.length)
-        yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
+        smoothed = whole if len(window) == len(whole) else smooth_depth_over_time(window, config.tracking, config.sequence.length)
+        yield from combine_window(Window(start, window, smoothed), objects, max_gap, config.output.min_confidence, past_only)
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
@@ -165,57 +165,52 @@ def window_bounds(start: int, count: int) -> tuple[int, int]:
     return max(0, start - CONTEXT), min(count, start + WINDOW + CONTEXT)
 
 
-def combine_window(
-    observations: Sequence[Observation],
-    steady: Sequence[Observation],
-    objects: Sequence[SequenceObject],
-    start: int,
-    first: int,
-    max_gap: int,
-    min_confidence: float,
-    past_only: bool = False,
-) -> list[Detection]:
-    """Return the detections of the WINDOW (300) frames from `start` on.
+class Window(NamedTuple):
+    """W.
 
-    Parameters
+    Attributes
     ----------
-    observations
-        the observations of the frames of `window_bounds`.
-    steady
-        the same with their depth smoothed over time, from `steadied`.
-    objects
-        the objects of the whole capture.
     start
-        index in the capture of the first frame of the window.
-    first
-        index in the capture of the first of the observations.
-    max_gap
-        largest number of successive frames without any strand of an object that are filled in.
-    min_confidence
-        smallest confidence of chains that the sequence does not confirm: rings, and all chains if no object was found.
-    past_only
-        as for `combine`.
+        index in the capture of its first frame.
+    observations
+        the frames of `window_bounds`.
+    smoothed
+        the same frames.
     """
-    placed = in_world(observations if past_only else steady)
-    cameras = None
-    if is_of_camera(observations):
-        moving = poses_of(placed)
-        cameras = np.tile(np.eye(4), (len(placed), 1, 1)) if moving is None else moving
-    claimed = [_claimed(objects, first + k) for k in range(len(observations))]
+
+    start: int
+    observations: Sequence[Observation]
+    smoothed: Sequence[Observation]
+
+    @property
+    def first(self) -> int:
+        """F."""
+        return max(0, self.start - CONTEXT)
+
+
+def combine_window(
+    window: Window, objects: Sequence[SequenceObject], max_gap: int, min_confidence: float, past_only: bool = False
+) -> list[Detection]:
+    """R."""
+    start, observations, smoothed = window
+    frames = range(window.first, window.first + len(observations))
+    placed = in_world(observations if past_only else smoothed)
+    poses = poses_of(placed) if is_of_camera(observations) else np.zeros((0, 4, 4))
+    if is_of_camera(placed):
+        poses = np.tile(np.eye(4), (len(placed), 1, 1))
+    claimed = [_claimed(objects, frame) for frame in frames]
     shapes: list[list[Shape | None]] = []
     for tree in trees_of([item.nodes for item in objects]):
         items = [objects[k] for k in tree]
-        of_others = [
-            [chains - mine for chains, mine in zip(claimed, _own(item, first, len(observations)), strict=True)] for item in items
-        ]
-        followed = follow(items, placed, first, of_others, max_gap, cameras, past_only)
+        owned = [_owned(item, frames) for item in items]
+        of_others = [[chains - own for chains, own in zip(claimed, each, strict=True)] for each in owned]
+        followed = follow(items, Period(frames.start, placed, poses), of_others, max_gap, past_only)
         known = [with_deviations(item, each, placed, past_only) for item, each in zip(items, followed, strict=True)]
         shapes += [_in_camera(each, placed) for each in known]
-    frames = range(start - first, min(start - first + WINDOW, len(observations)))
     is_branched = any(observation.detection.objects for observation in observations)
     return [
         frame_result(observations[k], objects, [shape[k] for shape in shapes], claimed[k], is_branched, min_confidence)
-        for k in frames
+        for k in range(start - frames.start, min(start - frames.start + WINDOW, len(frames)))
     ]
 
 
@@ -225,7 +220,7 @@ def _in_camera(shapes: Sequence[Shape | None], observations: Sequence[Observatio
     shapes, observations : of the same frames, in the world if `in_world` has brought them there.
     """
     poses = poses_of(observations)
-    if poses is None:
+    if not len(poses):
         return list(shapes)
     return [shape and replace(shape, joints=in_camera(pose, shape.joints)) for shape, pose in zip(shapes, poses, strict=True)]
 
@@ -238,8 +233,7 @@ def gap_frames(observations: Sequence[Observation], config: Config) -> int:
 def frame_seconds(observations: Sequence[Observation]) -> float:
     """Return the median time from frame to frame, s; 1/30 s if the frames have no times."""
     times = [observation.detection.timestamp for observation in observations]
-    known = np.array([time for time in times if time is not None])
-    steps = np.diff(known)
+    steps = np.diff([time for time in times if time is not None])
     steps = steps[steps > 0]
     return float(np.median(steps)) if len(steps) else 1 / FRAME_RATE
 
@@ -250,7 +244,7 @@ def _claimed(objects: Sequence[SequenceObject], frame: int) -> set[int]:
     return whole | {chain for item in objects for at, chain in item.parts if at == frame}
 
 
-def _own(item: SequenceObject, first: int, count: int) -> list[set[int]]:
-    """Return for each of `count` frames from `first` on the chain that is the whole object or a part of it, if there is one."""
-    anchors = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
-    return [{anchors[first + k]} if first + k in anchors else set() for k in range(count)]
+def _owned(item: SequenceObject, frames: range) -> list[set[int]]:
+    """R."""
+    chains = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
+    return [{chains[frame]} if frame in chains else set() for frame in frames]

@@ -37,15 +37,15 @@ def with_deviations(
         whether a hidden joint is known from earlier frames only.
     """
     terms = deviation_terms(item, shapes, observations, past_only)
-    if terms is None:
+    if not len(terms):
         return list(shapes)
     deviations = np.sqrt(((terms * WEIGHTS) ** 2).sum(axis=2))
-    return [None if shape is None else replace(shape, deviations=each) for shape, each in zip(shapes, deviations, strict=True)]
+    return [shape and replace(shape, deviations=each) for shape, each in zip(shapes, deviations, strict=True)]
 
 
 def deviation_terms(
     item: SequenceObject, shapes: Sequence[Shape | None], observations: Sequence[Observation], past_only: bool
-) -> Floats | None:
+) -> Floats:
     """Return the terms (T, M + 1, 2, 2) m of T frames and M + 1 joints; None if no chain of the frames has deviations.
 
     The first is the pair of deviations that the frame gives to its own chain nearest to the joint, or to the seen joints on
@@ -55,14 +55,14 @@ def deviation_terms(
     """
     seen = np.array([np.zeros(item.segments + 1, dtype=bool) if shape is None else shape.seen for shape in shapes])
     own = [_own(shape, observation) for shape, observation in zip(shapes, observations, strict=True)]
-    known = [each for each in own if each is not None]
-    if not known:
-        return None
-    usual = np.median(np.concatenate(known), axis=0)
+    known = np.concatenate([np.zeros((0, 2)), *own])
+    if not len(known):
+        return known
+    usual = np.median(known, axis=0)
     at = np.arange(item.segments + 1)
     base = np.empty((*seen.shape, 2))
     for k, values in enumerate(own):
-        base[k] = usual if values is None else np.column_stack([np.interp(at, at[seen[k]], column) for column in values.T])
+        base[k] = np.column_stack([np.interp(at, at[seen[k]], column) for column in values.T]) if len(values) else usual
     radius = item.radius if np.isfinite(item.radius) else item.segment_length
     speed, away = _speed(shapes), np.empty_like(base)
     has_depth = np.array([shape is not None and shape.measured.any() for shape in shapes], dtype=bool)
@@ -73,11 +73,11 @@ def deviation_terms(
     return np.stack((base, away), axis=2)
 
 
-def _own(shape: Shape | None, observation: Observation) -> Floats | None:
+def _own(shape: Shape | None, observation: Observation) -> Floats:
     """Return for the seen joints of a shape the deviations that the frame itself gives to the nearest joint; None without any."""
     chains = [chain for chain in observation.detection.chains if chain.deviations is not None]
     if shape is None or not chains or not shape.seen.any():
-        return None
+        return np.zeros((0, 2))
     points = np.concatenate([chain.joints for chain in chains])
     index = nearest(shape.joints[shape.seen], points, math.inf)[1]
     return np.asarray(np.concatenate([chain.deviations for chain in chains])[index])

@@ -15,21 +15,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from ..geometry.curves import runs
 from ..geometry.equal_segments import close_ring
 from ..types import Chain, Floats
+from .chain_matching import MIN_MOTION_RADII
 from .objects import Anchor, SequenceObject
-from .observations import LENGTH_ERROR, Observation, ObservedStrand, cut_strands, visible_joints
+from .observations import LENGTH_ERROR, Observation, ObservedStrand, visible_joints
 from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, fit_joints, place_strands, relax_lengths
 from .rings import fit_ring, place_on_ring, ring_joints
 from .shape import Shape
 from .shape_smoothing import smooth_shapes
-from .strand_cutting import cut_misjoined
+from .strand_cutting import cut_misjoined, cut_strands
 from .strand_ends import MIN_STRAND_RADII
-from .tracking import MIN_MOTION_RADII
 from .tracks import FILLED_ERROR
 
 SPEED_SHARE = 0.7
@@ -43,77 +44,57 @@ NEVER = 10**6
 class _Evidence:
     """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without; and its camera."""
 
-    own: tuple[Placed, ...] | None
-    whole: Floats | None
+    own: Sequence[Placed]
+    whole: Floats
     strands: tuple[int, ...]
+
+
+class Period(NamedTuple):
+    """P."""
+
+    first: int
+    observations: Sequence[Observation]
+    poses: Floats
 
 
 def follow(
     items: Sequence[SequenceObject],
-    observations: Sequence[Observation],
-    first: int,
+    period: Period,
     claimed: Sequence[Sequence[set[int]]],
     max_gap: int,
-    poses: Floats | None,
     past_only: bool = False,
 ) -> list[list[Shape | None]]:
-    """Find the objects of one tree in every frame of a period; a single cable is a tree of one object.
-
-    Parameters
-    ----------
-    items
-        the objects of the tree; only their anchors in the period are used.
-    observations
-        the observations of all frames of the period.
-    first
-        index in the capture of the first observation.
-    claimed
-        for each object and each frame, the indices of the chains that belong to other objects.
-    max_gap
-        largest number of successive frames without any strand of the tree that are filled in.
-    poses
-        (T, 4, 4) m, camera to the frame of the observations, of each frame; None if no camera saw them, or several did.
-    past_only
-        True to use earlier frames only, as while recording: no shape before the first anchor, and no smoothing over time.
-
-    Returns
-    -------
-    For each object and each frame its shape; None if the object is not in the frame.
-    """
-    located = [_follow_object(item, observations, first, own, poses, past_only) for item, own in zip(items, claimed, strict=True)]
-    located = _drop_long_gaps(located, max_gap)
+    """F."""
+    followed = [_follow_object(item, period, own, past_only) for item, own in zip(items, claimed, strict=True)]
+    followed = _drop_long_gaps(followed, max_gap)
     if past_only:
-        return located
-    return [smooth_shapes(item, shapes, poses) for item, shapes in zip(items, located, strict=True)]
+        return followed
+    return [smooth_shapes(item, shapes, period.poses) for item, shapes in zip(items, followed, strict=True)]
 
 
-def _follow_object(
-    item: SequenceObject,
-    observations: Sequence[Observation],
-    first: int,
-    claimed: Sequence[set[int]],
-    poses: Floats | None,
-    past_only: bool,
-) -> list[Shape | None]:
-    """Return an object in every frame, filled in however long it is hidden."""
-    clues = _gather_evidence(item, observations, first, claimed, poses)
-    forward = _follow_in_order(item, observations, clues, range(len(observations)))
+def _follow_object(item: SequenceObject, period: Period, claimed: Sequence[set[int]], past_only: bool) -> list[Shape | None]:
+    """F."""
+    found = _gather_evidence(item, period, claimed)
+    order = range(len(found))
+    forward = _follow_in_order(item, period.observations, found, order)
     if past_only:
         return forward
-    backward = _follow_in_order(item, observations, clues, range(len(observations) - 1, -1, -1))
-    earlier = _prefer_forward(clues, forward, backward)
-    return [_merge_passes(item, *each) for each in zip(observations, clues, forward, backward, earlier, strict=True)]
+    backward = _follow_in_order(item, period.observations, found, order[::-1])
+    is_earlier = _prefer_forward(found, forward, backward)
+    return [_merge_passes(item, *each) for each in zip(period.observations, found, forward, backward, is_earlier, strict=True)]
 
 
-def _prefer_forward(clues: Sequence[_Evidence], forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
+def _prefer_forward(
+    evidence: Sequence[_Evidence], forward: Sequence[Shape | None], backward: Sequence[Shape | None]
+) -> list[bool]:
     """Tell for each frame whether the shape from earlier frames counts if that from later ones disagrees.
 
     Once a pass has laid a strand wrongly, its later frames fit: what tells is its cost at the frame in which that happened. So
     between two anchors there is one frame up to which the forward pass counts: that for which the sum of all costs is the least.
     """
     gains = [0.0 if a is None or b is None else _forward_advantage(a, b) for a, b in zip(forward, backward, strict=True)]
-    result = [False] * len(clues)
-    anchors = [-1, *(k for k, clue in enumerate(clues) if clue.own is not None), len(clues)]
+    result = [False] * len(evidence)
+    anchors = [-1, *(k for k, found in enumerate(evidence) if found.own), len(evidence)]
     for first, end in pairwise(anchors):
         total = np.cumsum([0.0, *gains[first + 1 : end]])
         for frame in range(first + 1, first + 1 + int(np.argmax(total))):
@@ -130,29 +111,22 @@ def _forward_advantage(before: Shape, after: Shape) -> float:
     return after.cost - before.cost + (later - earlier) / max(later + earlier, 1.0)
 
 
-def _gather_evidence(
-    item: SequenceObject,
-    observations: Sequence[Observation],
-    first: int,
-    claimed: Sequence[set[int]],
-    poses: Floats | None,
-) -> list[_Evidence]:
-    anchors = {anchor.frame - first: anchor for anchor in item.anchors}
+def _gather_evidence(item: SequenceObject, period: Period, claimed: Sequence[set[int]]) -> list[_Evidence]:
+    """G."""
+    anchors = {anchor.frame - period.first: anchor for anchor in item.anchors}
     result = []
-    for frame, observation in enumerate(observations):
-        anchor = anchors.get(frame)
-        own, whole = None, None
-        center = None if poses is None else poses[frame, :3, 3]
-        if anchor is not None:
-            chain = observation.detection.chains[anchor.chain]
-            own = (_place_anchor(chain, anchor, item, center),)
-            whole = _resample_anchor(chain, anchor, item)
+    for frame, observation in enumerate(period.observations):
         free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
-        result.append(_Evidence(own, whole, free))
+        result.append(_Evidence((), np.zeros((0, 3)), free))
+        if frame in anchors:
+            anchor = anchors[frame]
+            chain = observation.detection.chains[anchor.chain]
+            placed = _place_anchor(chain, anchor, item, period.poses[frame : frame + 1, :3, 3])
+            result[-1] = _Evidence((placed,), _resample_anchor(chain, anchor, item), free)
     return result
 
 
-def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats | None) -> Placed:
+def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats) -> Placed:
     """Return the seen parts of a whole chain at their places along the object.
 
     What its length misses is shared among its segments by the variances of their lengths: that of a filled gap is known less.
@@ -176,18 +150,18 @@ def _resample_anchor(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floa
 
 
 def _follow_in_order(
-    item: SequenceObject, observations: Sequence[Observation], clues: Sequence[_Evidence], order: range
+    item: SequenceObject, observations: Sequence[Observation], evidence: Sequence[_Evidence], order: range
 ) -> list[Shape | None]:
     """Follow the object frame by frame in one direction of time, from the first anchor on."""
     shapes: list[Shape | None] = [None] * len(observations)
     last: Shape | None = None
     motion: Floats = np.zeros(3)
     for frame in order:
-        clue = clues[frame]
-        expected = clue.whole if last is None else last.joints + SPEED_SHARE * motion
-        if expected is None:
+        found = evidence[frame]
+        expected = found.whole if last is None else last.joints + SPEED_SHARE * motion
+        if not len(expected):
             continue
-        shape = _fit_object(item, observations[frame], clue, expected, last)
+        shape = _fit_object(item, observations[frame], found, expected, last)
         motion = np.zeros(3) if last is None else _motion(last, shape)
         shapes[frame] = last = shape
     return shapes
@@ -204,17 +178,16 @@ def _motion(last: Shape, shape: Shape) -> Floats:
 
 
 def _fit_object(
-    item: SequenceObject, observation: Observation, clue: _Evidence, expected: Floats, last: Shape | None = None
+    item: SequenceObject, observation: Observation, found: _Evidence, expected: Floats, last: Shape | None = None
 ) -> Shape:
     """Return the object bent from where it is expected to what a frame shows."""
     cost = 0.0
     place, fit = (place_on_ring, fit_ring) if item.closed else (place_strands, fit_joints)
-    if clue.own is not None:
-        placed: Sequence[Placed] = clue.own
-    else:
-        strands = [observation.strands[k] for k in clue.strands]
-        tolerance = max(TOLERANCE_SHARE * item.length, MIN_MOTION_RADII * (item.radius if np.isfinite(item.radius) else 0.0))
-        least = MIN_STRAND_RADII * (item.radius if np.isfinite(item.radius) else 0.0)
+    placed = found.own
+    if not placed:
+        strands = [observation.strands[k] for k in found.strands]
+        radius = float(np.nan_to_num(item.radius))
+        tolerance, least = max(TOLERANCE_SHARE * item.length, MIN_MOTION_RADII * radius), MIN_STRAND_RADII * radius
         for side, node in enumerate(item.nodes):
             if node is not None:
                 strands = cut_strands(strands, expected[-side], least, tolerance)
@@ -227,7 +200,7 @@ def _fit_object(
             placed = place(strands, nearer, item.length, tolerance) or placed
     joints, seen, measured = fit(expected, placed, item.length)
     age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
-    return Shape(joints, seen, age, cost, ~seen if clue.own is None else np.zeros_like(seen), measured)
+    return Shape(joints, seen, age, cost, np.zeros_like(seen) if found.own else ~seen, measured)
 
 
 def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
@@ -243,18 +216,18 @@ def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> f
 def _merge_passes(
     item: SequenceObject,
     observation: Observation,
-    clue: _Evidence,
+    found: _Evidence,
     before: Shape | None,
     after: Shape | None,
-    earlier_counts: bool,
+    prefer_forward: bool,
 ) -> Shape | None:
     """Return the object in a frame, from what comes from earlier and from later frames: blended where the two agree."""
     if before is None or after is None:
         known = before or after
-        return None if known is None else _fit_object(item, observation, clue, known.joints)
-    if clue.own is None and not _agree(before, after, item.length):
-        return before if earlier_counts else after
-    return _fit_object(item, observation, clue, _blend(before, after))
+        return None if known is None else _fit_object(item, observation, found, known.joints)
+    if not found.own and not _agree(before, after, item.length):
+        return before if prefer_forward else after
+    return _fit_object(item, observation, found, _blend(before, after))
 
 
 def _agree(before: Shape, after: Shape, length: float) -> bool:

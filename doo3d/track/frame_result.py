@@ -52,11 +52,8 @@ def frame_result(
     if not objects:
         return single.confident(least)
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    rings = [
-        replace(chain, id=None)
-        for number, chain in enumerate(single.chains)
-        if chain.closed and chain.confidence >= least and number not in followed
-    ]
+    others = [chain for number, chain in enumerate(single.chains) if chain.closed and number not in followed]
+    rings = [replace(chain, id=None) for chain in others if chain.confidence >= least]
     shapes = join_shapes(objects, shapes)
     known = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
     if is_branched:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -49,18 +49,21 @@ def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None
     """
     result = list(shapes)
     for number in range(ROUNDS + FREE_ROUNDS):
-        places = _junction_points(objects, result)
-        if not places:
+        points = _junction_points(objects, result)
+        if not points:
             break
-        for k, (item, shape) in enumerate(zip(objects, result, strict=True)):
-            targets = [None if node is None else places.get(node.junction) for node in item.nodes]
-            if shape is None or all(target is None for target in targets):
-                continue
-            if number < ROUNDS:
-                result[k] = _move_ends(item, shape, targets, shape.seen)
-            elif _gap(shape, targets) > MAX_GAP_SEGMENTS * item.segment_length:
-                result[k] = _move_ends(item, shape, targets, np.zeros_like(shape.seen))
+        pairs = zip(objects, result, strict=True)
+        result = [shape and _pull_to_junctions(item, shape, points, number >= ROUNDS) for item, shape in pairs]
     return result
+
+
+def _pull_to_junctions(item: SequenceObject, shape: Shape, points: Mapping[int, Floats], is_free: bool) -> Shape:
+    """Return."""
+    targets = [node and points.get(node.junction) for node in item.nodes]
+    gaps = [np.linalg.norm(shape.joints[-side] - target) for side, target in enumerate(targets) if target is not None]
+    if not gaps or (is_free and max(gaps) <= MAX_GAP_SEGMENTS * item.segment_length):
+        return shape
+    return _move_ends(item, shape, targets, np.zeros_like(shape.seen) if is_free else shape.seen)
 
 
 def _junction_points(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
@@ -75,11 +78,6 @@ def _junction_points(objects: Sequence[SequenceObject], shapes: Sequence[Shape |
         for junction, known in ends.items()
         if len(known) > 1
     }
-
-
-def _gap(shape: Shape, targets: Sequence[Floats | None]) -> float:
-    """Return the larger distance of the two ends from their targets, m."""
-    return max(float(np.linalg.norm(shape.joints[-k] - target)) for k, target in enumerate(targets) if target is not None)
 
 
 def _move_ends(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
@@ -97,7 +95,7 @@ def _move_ends(item: SequenceObject, shape: Shape, targets: Sequence[Floats | No
         (M + 1,) bool, the joints that stay, except near these ends.
     """
     count = len(shape.joints)
-    radius = item.radius if np.isfinite(item.radius) else 0.0
+    radius = float(np.nan_to_num(item.radius))
     blend = max(MIN_BLEND_SEGMENTS, int(np.ceil(BLEND_RADII * radius / item.segment_length)))
     at = np.arange(count)
     from_ends = np.minimum(count if targets[0] is None else at, count if targets[1] is None else at[::-1])

@@ -10,9 +10,9 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..types import Chain
+from .chain_direction import reversed_chain
 from .junction_vote import OPEN
 from .observations import LENGTH_ERROR
-from .tracking import reversed_chain
 from .tracks import CONTEXT, LEAP_NODES, Track
 
 

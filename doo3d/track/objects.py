@@ -146,11 +146,7 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
         whole = _whole(cable.track, length, config)
         if len(whole) >= least:
             cable.length, cable.whole = length, whole
-    found = [
-        ring
-        for id, track in of_rings.items()
-        if (ring := _ring(rings[-1 - id], observations, ring_lengths[id], least)) is not None
-    ]
+    found = [ring for id in of_rings for ring in _ring(rings[-1 - id], observations, ring_lengths[id], least)]
     return _numbered(cables, found, observations, config.sequence.chains, least)
 
 
@@ -167,18 +163,18 @@ def _most_show(track: Track, frames: int) -> bool:
     return 2 * len(track.items) > frames
 
 
-def _ring(track: RingTrack, observations: Sequence[Observation], length: float, least: int) -> SequenceObject | None:
+def _ring(track: RingTrack, observations: Sequence[Observation], length: float, least: int) -> list[SequenceObject]:
     """Return a ring as an object without a number; None if too few frames show it whole."""
     whole = [item for item in track.items if track.is_whole(item[2], length)]
     if len(whole) < least:
-        return None
+        return []
     segment = float(np.median([chain.segment_length for _, _, chain in whole]))
     segments = max(MIN_FRAMES, round(length / segment))
     alignments = align_rings(track, observations, length, segments, TOLERANCE_SHARE * length)
     anchors = tuple(Anchor(frame, chain, *each) for (frame, chain, _), each in zip(whole, alignments, strict=True))
     radius = float(np.nanmedian([chain.radius for _, _, chain in whole]))
     others = {(frame, number) for frame, number, _ in track.items} - {(anchor.frame, anchor.chain) for anchor in anchors}
-    return SequenceObject(0, length, radius, segments, anchors, parts=tuple(sorted(others)), closed=True)
+    return [SequenceObject(0, length, radius, segments, anchors, parts=tuple(sorted(others)), closed=True)]
 
 
 def _numbered(
@@ -197,10 +193,11 @@ def _numbered(
     nodes = vote_nodes(tracked, detections, least)
     lengths = {number: candidate.length for number, candidate in enumerate(candidates)}
     trees = [tree for tree in trees_of(nodes) if len(tree) > 1 or not candidates[tree[0]].is_part]
-    trees.sort(key=lambda tree: -sum(len(candidates[number].track.items) * lengths[number] for number in tree))
+    seen = [len(candidate.track.items) * candidate.length for candidate in candidates]
+    trees.sort(key=lambda tree: -sum(seen[number] for number in tree))
     objects: list[SequenceObject] = []
     if count is not None and rings:
-        weights = [sum(len(candidates[number].track.items) * lengths[number] for number in tree) for tree in trees]
+        weights = [sum(seen[number] for number in tree) for tree in trees]
         weights += [len(ring.anchors) * ring.length for ring in rings]
         kept = sorted(range(len(weights)), key=lambda k: -weights[k])[:count]
         rings = [ring for k, ring in enumerate(rings) if len(trees) + k in kept]
@@ -218,16 +215,12 @@ def _numbered(
 
 def _is_part(id: int, tracks: dict[int, Track], lengths: dict[int, float]) -> bool:
     """Tell whether in most frames of an id another object is too short by about the length of this one."""
-    own = {frame: chain.length for frame, _, chain in tracks[id].items}
-    count = 0
-    for frame, length in own.items():
-        for other, track in tracks.items():
-            if other == id or lengths[other] <= length:
-                continue
-            there = [chain.length for at, _, chain in track.items if at == frame]
-            if there and lengths[other] - there[0] >= 0.7 * length:
-                count += 1
-                break
+    chains = {other: {frame: chain.length for frame, _, chain in track.items} for other, track in tracks.items()}
+    own = chains.pop(id)
+    count = sum(
+        any(lengths[k] > length and lengths[k] - each.get(frame, np.inf) >= 0.7 * length for k, each in chains.items())
+        for frame, length in own.items()
+    )
     return count > MAX_PART_SHARE * len(own)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from ..chains.refine import estimate_centerline, lay_chains
 from ..config import Config
 from ..geometry.assembly import Assembly
 from ..geometry.curves import runs
+from ..geometry.polyline import unit
 from ..pipeline import Stages, object_given
 from ..scene.context import FrameContext
 from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
 from .depth_readings import readings_along
-from .strand_ends import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
+from .strand_ends import MIN_STRAND_RADII, TIP, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
 """Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less
@@ -30,6 +31,11 @@ given length may differ as much, a strand may overhang as much, and a tip lies h
 
 JUNCTION_SEGMENTS = 1
 """Segments next to a junction that may be unseen in a strand that ends at the junction."""
+
+
+def no_sights() -> Floats:
+    """Return no sights, (0, 3)."""
+    return np.zeros((0, 3))
 
 
 @dataclass(frozen=True)
@@ -61,16 +67,14 @@ class ObservedStrand:
     length: float
     tips: tuple[float, float]
     chain: int
-    sight: Floats | None = None
-    joined: Floats | None = None
+    sight: Floats = field(default_factory=no_sights)
+    joined: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def is_flat(self) -> bool:
         """Whether it was seen in a frame without any depth: its points are at a distance of 1 from a camera."""
-        if self.sight is None:
-            return False
-        camera = self.points - self.sight
-        return bool((np.abs(camera - camera[0]) <= 1e-6).all())
+        camera = self.points - self.sight if len(self.sight) else self.points
+        return len(self.sight) > 0 and bool((np.abs(camera - camera[0]) <= 1e-6).all())
 
 
 @dataclass(frozen=True)
@@ -168,7 +172,7 @@ def _strands(
         length = (high - low) * chain.segment_length
         if length < MIN_STRAND_RADII * context.radius:
             continue
-        center = None if context.foreground.camera is None else np.zeros(3)
+        center = np.zeros((0 if context.foreground.camera is None else 1, 3))
         shown, sight = visible_joints(chain, first, end, low, high, center)
         line = chain.joints[low : high + 1]
         foreground, radius = context.foreground, context.radius
@@ -180,17 +184,17 @@ def _strands(
         yield ObservedStrand(chain.joints[shown], arcs, length, tips, number, sight, _joined(chain, shown))
 
 
-def _joined(chain: Chain, shown: Ints) -> Floats | None:
+def _joined(chain: Chain, shown: Ints) -> Floats:
     """Return how surely each of some joints (K,) of a chain follows the one before, as of `ObservedStrand`."""
     result = np.ones(len(shown))
     for connection in chain.connections:
         after = int(np.searchsorted(shown, connection.segment, side="right"))
         if 0 < after < len(shown):
             result[after] = min(result[after], connection.confidence)
-    return None if (result == 1).all() else result
+    return result if (result < 1).any() else np.zeros(0)
 
 
-def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats | None) -> tuple[Ints, Floats | None]:
+def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats) -> tuple[Ints, Floats]:
     """Return the joints of a chain that bound a visible segment, and their sights, as of `ObservedStrand`.
 
     Parameters
@@ -205,13 +209,11 @@ def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, cent
         (3,) m, place of the camera; None if no camera saw the chain, or several did: only measured joints are visible then.
     """
     measured, visible = bounds(~chain.depth_filled, first, end), bounds(~chain.occluded, first, end)
-    at = np.flatnonzero(measured if center is None else measured | visible)
+    at = np.flatnonzero(measured | visible if len(center) else measured)
     at = at[(at >= low) & (at <= high)]
-    if center is None or measured[at].all():
-        return at, None
-    rays = chain.joints[at] - center
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    return at, np.where(measured[at, None], 0.0, rays)
+    if measured[at].all():
+        return at, no_sights()
+    return at, np.where(measured[at, None], 0.0, unit(chain.joints[at] - center))
 
 
 def bounds(chosen: Bools, first: int = 0, end: int | None = None) -> Bools:
@@ -220,50 +222,6 @@ def bounds(chosen: Bools, first: int = 0, end: int | None = None) -> Bools:
     segments = first + np.flatnonzero(chosen[first:end])
     joints[segments] = joints[segments + 1] = True
     return joints
-
-
-def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:
-    """Cut strands in two where they pass a junction, since one frame may join two branches through a junction that is hidden.
-
-    Parameters
-    ----------
-    strands
-        the strands of a frame.
-    place
-        (3,) m, position of the junction.
-    least
-        m, smallest length on both sides of the junction for a strand to be cut.
-    tolerance
-        m, largest distance of a strand from the junction for it to be cut.
-
-    Returns
-    -------
-    The strands in the same order; the two parts of a strand take its place.
-    """
-    result = []
-    for strand in strands:
-        distance = np.linalg.norm(strand.points - place, axis=1)
-        k = int(np.argmin(distance))
-        arc = float(strand.arcs[k])
-        if distance[k] > tolerance or min(arc, strand.length - arc) <= least or not 0 < k < len(strand.points) - 1:
-            result.append(strand)
-            continue
-        first, last = strand.tips
-        result.append(part_of(strand, slice(0, k + 1), 0.0, arc, (first, UNKNOWN)))
-        result.append(part_of(strand, slice(k, None), arc, strand.length - arc, (UNKNOWN, last)))
-    return result
-
-
-def part_of(strand: ObservedStrand, part: slice, start: float, length: float, tips: tuple[float, float]) -> ObservedStrand:
-    """Return a part of a strand as a strand of its own.
-
-    part : range of its points. start, length : m, arc length of the strand at which the part starts, and its length. tips : as of
-    `ObservedStrand`.
-    """
-    sight, joined = (None if values is None else values[part] for values in (strand.sight, strand.joined))
-    return replace(
-        strand, points=strand.points[part], arcs=strand.arcs[part] - start, length=length, tips=tips, sight=sight, joined=joined
-    )
 
 
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:

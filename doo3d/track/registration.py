@@ -8,7 +8,7 @@ strands, or beyond the last one, move with their neighbors and keep the expected
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import accumulate, combinations_with_replacement
 from operator import itemgetter
@@ -19,7 +19,7 @@ from scipy.linalg.lapack import dpbsv
 from ..geometry.polyline import arc_length, resample, unit
 from ..kernels import equalize_lengths, strand_places
 from ..types import Bools, Floats
-from .observations import LENGTH_ERROR, ObservedStrand
+from .observations import LENGTH_ERROR, ObservedStrand, no_sights
 
 STEPS_PER_SEGMENT = 3
 """Positions per segment that are tried for the start of a strand."""
@@ -67,12 +67,12 @@ class Placed:
     points: Floats
     span: tuple[float, float]
     cost: float
-    sight: Floats | None = None
+    sight: Floats = field(default_factory=no_sights)
 
     @property
     def measured(self) -> Placed:
         """The samples whose depth was measured."""
-        if self.sight is None:
+        if not len(self.sight):
             return self
         known = ~self.sight.any(axis=1)
         return Placed(self.arcs[known], self.points[known], self.span, self.cost)
@@ -106,13 +106,12 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     """
     if not strands or not all(strand.is_flat for strand in strands):
         return _place(strands, expected, length, tolerance)
-    assert strands[0].sight is not None
     center = strands[0].points[0] - strands[0].sight[0]
     seen = on_unit_sphere(expected, strands[0])
     along = arc_length(seen)
     if not along[-1] > 0:  # seen end on
         return []
-    on_sphere = [replace(strand, sight=None) for strand in strands]
+    on_sphere = [replace(strand, sight=strand.sight[:0]) for strand in strands]
     placed = _place(on_sphere, seen, along[-1], tolerance * along[-1] / length)
     arcs = np.linspace(0.0, length, len(expected))
     result = []
@@ -125,7 +124,6 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
 
 def on_unit_sphere(joints: Floats, strand: ObservedStrand) -> Floats:
     """Return joints (M + 1, 3) m on the unit sphere around the camera that saw a strand without any depth."""
-    assert strand.sight is not None
     center = strand.points[0] - strand.sight[0]
     return np.asarray(center + unit(joints - center))
 
@@ -157,7 +155,7 @@ def _place(strands: Sequence[ObservedStrand], expected: Floats, length: float, t
 
 def _joined(items: Sequence[ObservedStrand | Placed]) -> tuple[Floats, Floats, Floats]:
     """Return points (N, 3) m, arc lengths (N,) m and sights (N, 3), 0 where measured, of strands, one strand after the other."""
-    sights = [np.zeros_like(item.points) if item.sight is None else item.sight for item in items]
+    sights = [item.sight if len(item.sight) else np.zeros_like(item.points) for item in items]
     points, arcs = [item.points for item in items], [item.arcs for item in items]
     return np.concatenate(points), np.concatenate(arcs), np.concatenate(sights)
 

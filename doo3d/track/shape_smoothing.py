@@ -25,7 +25,7 @@ TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
 seen; one that was seen weighs as much more. With more stiffness, positions of a shape that turns are drawn together."""
 
 
-def smooth_shapes(item: SequenceObject, shapes: list[Shape | None], poses: Floats | None) -> list[Shape | None]:
+def smooth_shapes(item: SequenceObject, shapes: list[Shape | None], poses: Floats) -> list[Shape | None]:
     """Smooth over time what was not seen, and the depth that a camera measured; what was seen stays in its place in the image.
 
     poses : (T, 4, 4) m, camera to the frame of the shapes; None if no camera saw them.
@@ -33,11 +33,11 @@ def smooth_shapes(item: SequenceObject, shapes: list[Shape | None], poses: Float
     result = list(shapes)
     for first, end in runs(np.array([shape is not None for shape in shapes], dtype=bool)):
         shown = [shape for shape in shapes[first:end] if shape is not None]
-        result[first:end] = _smooth_run(item, shown, None if poses is None else poses[first:end])
+        result[first:end] = _smooth_run(item, shown, poses[first:end])
     return result
 
 
-def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | None) -> list[Shape]:
+def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) -> list[Shape]:
     """Smooth frames in a row over time.
 
     A joint that is seen without depth takes its depth from the frames around, and keeps its place in the image.
@@ -56,7 +56,7 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | N
     if item.closed:
         closed = [close_ring(line[:-1], item.segment_length) for line in smooth]
         return [replace(shape, joints=ring) for shape, ring in zip(shapes, closed, strict=True)]
-    if poses is not None:
+    if len(poses):
         in_view = np.array([in_camera(pose, line) for pose, line in zip(poses, smooth, strict=True)])
         steady = smooth_joint_depth(in_view, measured)
         smooth = np.array([in_frame_of(pose, line) for pose, line in zip(poses, steady, strict=True)])

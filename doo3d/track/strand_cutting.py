@@ -8,19 +8,52 @@ part that lies elsewhere on the object, or runs the other way, becomes a strand 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..geometry.polyline import arc_length, resample
 from ..kernels import strand_cuts
 from ..types import Bools, Floats
-from .observations import LENGTH_ERROR, ObservedStrand, part_of
+from .observations import LENGTH_ERROR, ObservedStrand
 from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, on_unit_sphere
-from .strand_ends import CUT_OFF
+from .strand_ends import CUT_OFF, UNKNOWN
 
 MISJOIN_RATE = 0.0013
 """Share of neighboring points of a strand that a frame joined wrongly without bridging anything: 254 of 195 thousand in sequences
 by D435 and stereo cameras."""
+
+
+def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:
+    """Cut strands in two where they pass a junction, since one frame may join two branches through a junction that is hidden.
+
+    Parameters
+    ----------
+    strands
+        the strands of a frame.
+    place
+        (3,) m, position of the junction.
+    least
+        m, smallest length on both sides of the junction for a strand to be cut.
+    tolerance
+        m, largest distance of a strand from the junction for it to be cut.
+
+    Returns
+    -------
+    The strands in the same order; the two parts of a strand take its place.
+    """
+    result = []
+    for strand in strands:
+        distance = np.linalg.norm(strand.points - place, axis=1)
+        k = int(np.argmin(distance))
+        arc = float(strand.arcs[k])
+        if distance[k] > tolerance or min(arc, strand.length - arc) <= least or not 0 < k < len(strand.points) - 1:
+            result.append(strand)
+            continue
+        first, last = strand.tips
+        result.append(_part_of(strand, slice(0, k + 1), 0.0, arc, (first, UNKNOWN)))
+        result.append(_part_of(strand, slice(k, None), arc, strand.length - arc, (UNKNOWN, last)))
+    return result
 
 
 def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: float, least: float) -> list[ObservedStrand]:
@@ -75,13 +108,13 @@ def _are_apart(skipped: Floats, joined: Floats, error: float) -> Bools:
 def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, least: float) -> Iterator[ObservedStrand]:
     """Yield the parts of a strand, of at least `least` m; points without depth beside a cut are in no part."""
     measured = np.arange(len(strand.points))
-    if strand.sight is not None and not strand.is_flat:
+    if len(strand.sight) and not strand.is_flat:
         measured = np.flatnonzero(~strand.sight.any(axis=1))
     if not len(measured):
         yield strand
         return
     points, arcs = strand.points[measured], strand.arcs[measured]
-    joined = np.ones(len(strand.points)) if strand.joined is None else strand.joined
+    joined = strand.joined if len(strand.joined) else np.ones(len(strand.points))
     least_joined = np.minimum.reduceat(joined[: measured[-1] + 1], np.append(0, measured[:-1] + 1))
     costs = -2 * np.log(np.maximum(1 - least_joined, MISJOIN_RATE))
     error = LENGTH_ERROR * length
@@ -94,4 +127,14 @@ def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, lea
         high = float(strand.arcs[last]) if last < end else strand.length
         if last > first and high - low >= least:
             tips = CUT_OFF if first else strand.tips[0], CUT_OFF if last < end else strand.tips[1]
-            yield part_of(strand, slice(first, last + 1), low, high - low, tips)
+            yield _part_of(strand, slice(first, last + 1), low, high - low, tips)
+
+
+def _part_of(strand: ObservedStrand, part: slice, start: float, length: float, tips: tuple[float, float]) -> ObservedStrand:
+    """Return a part of a strand as a strand of its own.
+
+    part : range of its points. start, length : m, arc length of the strand at which the part starts, and its length. tips : as of
+    `ObservedStrand`.
+    """
+    points, arcs, sight, joined = (values[part] for values in (strand.points, strand.arcs, strand.sight, strand.joined))
+    return replace(strand, points=points, arcs=arcs - start, length=length, tips=tips, sight=sight, joined=joined)

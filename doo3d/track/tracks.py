@@ -10,11 +10,12 @@ import numpy as np
 from ..config import TrackingConfig
 from ..geometry.limits import FRAME_RATE, MAX_AGE
 from ..types import Chain, Floats
+from .chain_direction import reversed_chain
+from .chain_matching import pair_chains
 from .depth_readings import torn_share
 from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .strand_ends import CUT_OFF
-from .tracking import pair_chains, reversed_chain
 
 JUNCTION_SLACK_RADII = 1.5
 """Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""

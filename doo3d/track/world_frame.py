@@ -35,20 +35,16 @@ def _lacks_pose(observation: Observation) -> bool:
 
 def _to_world(observation: Observation, pose: Floats) -> Observation:
     strands = (
-        replace(
-            strand,
-            points=in_frame_of(pose, strand.points),
-            sight=None if strand.sight is None else strand.sight @ pose[:3, :3].T,
-        )
+        replace(strand, points=in_frame_of(pose, strand.points), sight=strand.sight @ pose[:3, :3].T)
         for strand in observation.strands
     )
     return replace(observation, detection=observation.detection.transformed(pose), strands=tuple(strands), pose=pose)
 
 
-def poses_of(observations: Sequence[Observation]) -> Floats | None:
+def poses_of(observations: Sequence[Observation]) -> Floats:
     """Return the poses (T, 4, 4) m of the camera if `in_world` has brought the observations into the world, else None."""
     if not observations or observations[0].detection.coordinates != "world" or observations[0].pose is None:
-        return None
+        return np.zeros((0, 4, 4))
     return np.array([observation.pose for observation in observations])
 
 

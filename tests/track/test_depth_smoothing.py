@@ -5,11 +5,11 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
+from doo3d.track.chain_direction import reversed_chain
 from doo3d.track.depth_smoothing import MIN_FRAMES, smooth_chains, smooth_depth_over_time
 from doo3d.track.inverse_range_smoother import _stiffness, smooth_inverse_range
 from doo3d.track.observations import Observation
 from doo3d.track.registration import exact_lengths
-from doo3d.track.tracking import reversed_chain
 from doo3d.types import Chain, Detection
 
 SEGMENTS = 50

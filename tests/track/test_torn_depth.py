@@ -9,13 +9,13 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample, unit
+from doo3d.track.chain_direction import reversed_chain
 from doo3d.track.depth_readings import NODES, PER_NODE
 from doo3d.track.depth_smoothing import smooth_depth_over_time
 from doo3d.track.inverse_range_smoother import smooth_inverse_range
 from doo3d.track.observations import Observation
 from doo3d.track.registration import exact_lengths
 from doo3d.track.torn_depth import correct_torn_depth
-from doo3d.track.tracking import reversed_chain
 from doo3d.types import Chain, Detection
 
 FRAMES, RADIUS, BEHIND = 24, 0.003, 1.4
