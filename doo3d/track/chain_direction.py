@@ -1,4 +1,4 @@
-"""Reverse the direction of chains, and of the crossings and junctions that refer to them."""
+"""Reverse chains, and update the crossings and junctions that refer to them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from ..types import Chain, ChainEnd, Connection, Crossing, Ints, Junction, Segme
 
 
 def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple[Chain, Ints]:
-    """Return a chain in the opposite direction, or a closed chain from another joint on.
+    """Return a chain in the opposite direction, or a ring started at another joint.
 
     Parameters
     ----------
     chain
-        the chain, of N segments.
+        a chain of N segments.
     backwards
-        True reverses the direction.
+        True reverses the order of the joints.
     first_joint
-        index of the joint of a closed chain to begin with, counted after reversing; 0 for open chains.
+        for a ring, the index of the joint to start with, counted after reversing; 0 for an open chain.
 
     Returns
     -------
-    chain : with joints, radii, deviations, occluded and depth-filled segments and connections in the new order.
+    chain : with joints, radii, deviations, flags of segments and connections in the new order.
     segments : (N,) int64; segments[i] is the new index of segment i of the given chain.
     """
     count = len(chain.occluded)
@@ -52,15 +52,18 @@ def reversed_chain(chain: Chain, backwards: bool, first_joint: int = 0) -> tuple
 
 
 def turn_junction(junction: Junction, backwards: Sequence[bool]) -> Junction:
-    """Return a junction after some of the chains were reversed."""
+    """Return a junction with the ends of reversed chains exchanged.
+
+    backwards : for each chain of the frame, True if it was reversed.
+    """
     ends = tuple(ChainEnd(end.chain, 1 - end.end if backwards[end.chain] else end.end) for end in junction.ends)
     return replace(junction, ends=ends)
 
 
 def renumber_crossings(crossings: Sequence[Crossing], segment_maps: Sequence[Ints]) -> tuple[Crossing, ...]:
-    """Return the crossings with the new numbers of their segments, in the order of the chains and along them.
+    """Return crossings with the new segment numbers, sorted by chain and segment.
 
-    segment_maps : for each chain, (N,), the new number of each segment, as of `reversed_chain`.
+    segment_maps : for each chain of N segments, (N,) int, the new number of each segment, as `reversed_chain` returns it.
     """
 
     def renumber(segment: SegmentRef) -> SegmentRef:

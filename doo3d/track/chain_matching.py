@@ -1,4 +1,7 @@
-"""Match the chains of one frame with those of earlier frames."""
+"""Match the chains of a frame with those of earlier frames.
+
+The cost is the mean distance of two chains; pairs are chosen by maximum-weight matching.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ from ..config import TrackingConfig
 from ..types import Chain, Floats
 
 COMPARED_STEPS = 60
-"""Number of positions along the longer of two chains at which their distance is measured."""
+"""Number of intervals along the longer of two chains at whose ends their distance is measured."""
 
 MIN_MOTION_RADII = 10.0
-"""Motion between frames, in radii, that is allowed for a chain of any length."""
+"""Motion between two frames, in radii, that is allowed for a chain of any length."""
 
 
 class Match(NamedTuple):
@@ -24,13 +27,13 @@ class Match(NamedTuple):
     Attributes
     ----------
     cost
-        mean distance between the two chains, as a fraction of the largest motion allowed: 0 if they coincide, 1 at the limit,
+        mean distance between the two chains as a fraction of the largest motion allowed: 0 if they coincide, 1 at the limit,
         infinite beyond it.
     backwards
         True if the new chain runs in the opposite direction.
     first_joint
-        for two closed chains, index of the joint of the new chain that corresponds to the first joint of the earlier one, counted
-        after reversing the new chain if `backwards`. 0 if a chain is open.
+        for two rings, the index of the joint of the new one that corresponds to the first joint of the earlier one, counted
+        after reversing the new ring if `backwards`. 0 if a chain is open.
     """
 
     cost: float
@@ -42,11 +45,22 @@ NO_MATCH = Match(np.inf)
 
 
 def pair_chains(known: Sequence[Chain], chains: Sequence[Chain], config: TrackingConfig) -> list[tuple[int | None, Match]]:
-    """Return for each chain of a frame which of the known chains it is, and how it matches that; None for one without any.
+    """Pair the chains of a frame with known chains by maximum-weight matching.
 
-    The total of (1 - cost) over all pairs is largest (Hungarian method); `match_chains` gives the cost.
+    The weight of a pair is 1 - cost, with the cost of `match_chains`; pairs beyond the limit of motion are excluded.
 
-    known : the chains of earlier frames. chains : those of the frame. config : the section `tracking` of a Config.
+    Parameters
+    ----------
+    known
+        the chains of earlier frames.
+    chains
+        the chains of the frame, in the same coordinate frame.
+    config
+        the section `tracking` of a Config.
+
+    Returns
+    -------
+    For each chain of the frame the index of its known chain, None if it is new, and the match of the two.
     """
     matches = [[match_chains(old, chain, config) for chain in chains] for old in known]
     gain = np.array([[max(0.0, 1 - match.cost) for match in row] for row in matches]).reshape(len(known), len(chains))
@@ -55,7 +69,7 @@ def pair_chains(known: Sequence[Chain], chains: Sequence[Chain], config: Trackin
 
 
 def _best_pairs(gain: Floats) -> list[tuple[int, int]]:
-    """Return the (row, column) pairs of largest total gain, each row and column at most once (Hungarian method)."""
+    """Return the (row, column) pairs of the maximum-weight matching of gains (R, C)."""
     is_gain = gain > 0
     if (is_gain.sum(axis=0) <= 1).all() and (is_gain.sum(axis=1) <= 1).all():
         return [(int(row), int(column)) for row, column in np.argwhere(is_gain)]
@@ -65,11 +79,10 @@ def _best_pairs(gain: Floats) -> list[tuple[int, int]]:
 
 
 def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
-    """Compare a chain with one of an earlier frame, in both directions.
+    """Compare a chain with a chain of an earlier frame, in both directions.
 
-    The mean distance between the chains is measured at the best shift of one along the other (at the best rotation, if both are
-    closed). The chains match if it is at most 10 radii, or `max_motion_lengths` times the length of the shorter chain if that is
-    more.
+    The chains are shifted along each other (rings are rotated) to the smallest mean distance. They match if this distance is
+    below 10 radii, or below `max_motion_lengths` times the length of the shorter chain if that is more.
 
     Parameters
     ----------
@@ -80,7 +93,7 @@ def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
 
     Returns
     -------
-    The match in the direction of the lower cost; NO_MATCH, of infinite cost, if the distance is too large.
+    The match in the direction of lower cost; NO_MATCH, of infinite cost, if the distance is too large.
     """
     radius = max(chain.radius if chain.radius > 0 else 0.0 for chain in (old, new))  # NaN if unknown
     max_motion = max(MIN_MOTION_RADII * radius, config.max_motion_lengths * min(old.length, new.length))
@@ -97,10 +110,10 @@ def match_chains(old: Chain, new: Chain, config: TrackingConfig) -> Match:
 
 
 def _match_open(old: Chain, new: Chain, max_motion: float) -> list[Match]:
-    """Match two open chains by their mean distance at the best relative shift, in both directions.
+    """Match two open chains in both directions, each at the best relative shift.
 
-    The chains overlap by at least half of the shorter. Parts without a counterpart cost the maximum distance, so that a
-    newly hidden end does not shift the match.
+    The best shift has the smallest mean distance; the overlap is at least half of the shorter chain. Parts beyond the overlap
+    cost the largest distance allowed, `max_motion`, so that an end that becomes hidden does not shift the match.
     """
     step = max(old.length, new.length) / COMPARED_STEPS
     distances = cdist(_sample(old, step), _sample(new, step))
@@ -110,7 +123,10 @@ def _match_open(old: Chain, new: Chain, max_motion: float) -> list[Match]:
 
 
 def _shift_cost(distances: Floats, limit: float) -> float:
-    """Return the cost at the best shift along each other of two polylines, whose points are at distances (R, C)."""
+    """Return the lowest cost over all shifts of two polylines along each other.
+
+    distances : (R, C), from each point of one to each point of the other, both at one spacing. limit : distance of cost 1.
+    """
     rows, columns = distances.shape
     min_overlap = (min(rows, columns) + 1) // 2
     shifts = np.arange(min_overlap - rows, columns - min_overlap + 1)
@@ -121,9 +137,9 @@ def _shift_cost(distances: Floats, limit: float) -> float:
 
 
 def _match_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
-    """Match two closed chains by their mean distance at the best rotation of the new one, in one direction.
+    """Match two rings at the rotation of smallest mean distance, in one direction.
 
-    Rotations are by whole joints, so that the first joint ends up within half a segment of its old position.
+    The new ring is rotated by whole joints, so its first joint is within half a segment of the earlier first joint.
     """
     count = len(new.joints) - 1
     joints = new.joints[:: -1 if backwards else 1][:-1]
@@ -134,7 +150,7 @@ def _match_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) ->
 
 
 def _match_open_with_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) -> Match:
-    """Match a closed chain with one that is open in the other frame, at the best shift along the closed one."""
+    """Match a ring with a chain that is open in the other frame, at the best shift."""
     closed, open_chain = (old, new) if old.closed else (new, old)
     step = max(old.length, new.length) / COMPARED_STEPS
     once, part = _sample(closed, step), _sample(open_chain, step)[:: -1 if backwards else 1]

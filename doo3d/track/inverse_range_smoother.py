@@ -1,7 +1,7 @@
-"""Smooth the inverse range of places along an object over time and along the object together.
+"""Smooth the inverse range along an object over time, by weighted least squares.
 
-How fast an object moves and bends across the line of sight, where the image measures well, tells how much of the change in depth
-is noise.
+Across the line of sight the image measures the motion and the bending of an object well. Their variance there gives the
+smoothness along the line of sight, where depth is noisy.
 """
 
 from __future__ import annotations
@@ -17,35 +17,38 @@ from ..types import Floats
 from .observations import LENGTH_ERROR
 
 BEND_SHARE = 0.04
-"""Weight of the bends and of the acceleration of an object, beside 1 for the change over time of its bends: both are large where
-it is bent away from the camera, or pushed. Of 1,320 frames before stereo cameras 792 are right, 1,198 in the image; with 0.01 778
-and 1,184, with 0.16 783 and 1,196."""
+"""Weight of the bends and of the acceleration of an object, relative to 1 for the change of its bends over time: both are
+large where it bends away from the camera or is pushed. Of 1,320 frames of stereo cameras 792 are right in space and 1,198
+in the image with 0.04, 778 and 1,184 with 0.01, 783 and 1,196 with 0.16."""
 
 ROUNDS = 5
-"""Rounds of weighing the readings."""
+"""Rounds of reweighting the readings, and of lowering the stiffness."""
 
 UNSEEN_WEIGHT = 0.02
-"""Weight of depth that no reading supports, beside 1."""
+"""Weight of depth without a supporting reading, relative to 1."""
 
 LEAST_VARIANCE = 1e-10
-"""Least variance of relative inverse range and of its changes: depth of rendered scenes can be without noise."""
+"""Smallest variance of relative inverse range and of its changes: the depth of rendered scenes may have no noise."""
 
 LEAST_INVERSE = 0.2
-"""Least inverse range, beside 1 for its median, of which a length is computed: noise can be negative."""
+"""Smallest inverse range, relative to the median, for the computation of lengths: noise may make it negative."""
 
 
 @dataclass(frozen=True)
 class TransverseMotion:
-    """How an object moves and bends across the line of sight, in T frames at K places.
+    """Motion and bending of an object across the line of sight.
 
     Attributes
     ----------
     rays
-        (T, K, 3) unit, direction from the camera to each place; NaN where it is not known.
-    moved, bends_moved
-        robust variances of second differences across the line of sight: over time, and over time of those along the object.
+        (T, K, 3) unit, in T frames and at K places, direction from the camera to each place; NaN where unknown.
+    moved
+        robust variance of the second differences over time across the line of sight.
+    bend_changed
+        robust variance of the second differences over time of the second differences along the object, across the line of
+        sight.
     stiffness
-        lower bands of the penalties on second differences, for noise of variance 1.
+        lower bands of the penalties on second differences, for noise of variance 1, as `solveh_banded` takes them.
     """
 
     rays: Floats
@@ -55,7 +58,7 @@ class TransverseMotion:
 
     @staticmethod
     def of(rays: Floats) -> TransverseMotion:
-        """Return what rays (T, K, 3), T >= 3 and K >= 3, tell."""
+        """Return the motion of an object from its rays (T, K, 3), T >= 3 and K >= 3."""
         across = np.cross(rays, np.gradient(rays, axis=1))
         across /= np.maximum(np.linalg.norm(across, axis=2, keepdims=True), LEAST_VARIANCE)
         over_time, along = np.diff(rays, 2, axis=0), np.diff(rays, 2, axis=1)
@@ -66,10 +69,19 @@ class TransverseMotion:
         return TransverseMotion(rays, moved, bend_changed, stiffness)
 
     def smooth(self, values: Floats, weight: Floats, noise: float, last: Floats | None = None, longest: float = np.inf) -> Floats:
-        """Return the smooth values (T, K) of relative inverse range.
+        """Return the smoothed relative inverse range, (T, K).
 
-        values, weight : (T, K). noise : variance of values of weight 1. last, longest : (T, K), an earlier result; where an
-        object is longer in it than `longest`, in the unit of 1 / last, it is drawn towards that length, which is known to 1 %.
+        Parameters
+        ----------
+        values, weight
+            (T, K), relative inverse range and its weight.
+        noise
+            variance of values of weight 1.
+        last
+            (T, K), result of an earlier round, from which lengths are computed; None without a limit of the length.
+        longest
+            length of the object in the unit of 1 / last. Frames in which it is longer are pulled towards this length, with a
+            standard deviation of 1 %.
         """
         bands = noise * self.stiffness
         bands[0] += weight.ravel() + LEAST_VARIANCE
@@ -81,7 +93,7 @@ class TransverseMotion:
         )
 
     def _shortened(self, bands: Floats, noise: float, last: Floats, longest: float) -> Floats:
-        """Add to bands the weight of the lengths of frames that are too long; return their pull (T, K)."""
+        """Add the weights of frames that are too long to bands; return their pull."""
         at = np.maximum(last, LEAST_INVERSE)
         points = self.rays / at[:, :, None]
         step = np.diff(points, axis=1)
@@ -100,32 +112,30 @@ class TransverseMotion:
 
 
 def smooth_inverse_range(inverse: Floats, weight: Floats, rays: Floats, longest: float = np.inf) -> Floats:
-    """Smooth the inverse range of places along an object over time.
+    """Smooth the inverse range along an object over time.
 
     Parameters
     ----------
     inverse
         (T, K) 1/m, inverse range of K >= 3 evenly spaced places in T >= 3 frames.
     weight
-        (T, K), 0 where it is not known.
+        (T, K), 0 where unknown.
     rays
-        (T, K, 3) unit, direction from the camera to each place; NaN where it is not known.
+        (T, K, 3) unit, direction from the camera to each place; NaN where unknown.
     longest
-        m, length of the object: a frame in which it would be longer is pulled towards it.
+        m, length of the object: frames in which it would be longer are pulled towards it.
 
     Returns
     -------
-    (T, K) 1/m, known everywhere; the given values where bends change no more along the line of sight than across it.
+    (T, K) 1/m, known everywhere; the given values if bends change no more along the line of sight than across it.
 
-    Notes
-    -----
-    The result x minimizes the sum of w (x - y)^2 over y, the given values, in shares of their median, plus
-    n |D_t D_k x|^2 / b^2 + BEND_SHARE (n |D_k x|^2 / k^2 + n |D_t x|^2 / t^2), where D_k and D_t are second differences along
-    the object and over time, b, k and t the robust standard deviations of these differences across the line of sight, and n the
-    variance of the noise, from how much more D_t D_k y and D_t y vary. Weights w fall with the misfit (Geman and McClure).
-    Where x misses y by more than the noise, the object moves or bends mainly along the line of sight, which b, k and t do not
-    tell: the terms with n are lowered until x fits, before any y counts less (discrepancy principle; Morozov, Soviet Math.
-    Dokl. 1966).
+    Notes ----- The result x minimizes the sum of w (x - y)^2 over the given values y, relative to their median, plus n |D_t
+    D_k x|^2 / b^2 + BEND_SHARE (n |D_k x|^2 / k^2 + n |D_t x|^2 / t^2). D_k and D_t are second differences along the object
+    and over time; b, k and t are robust standard deviations of these differences across the line of sight; n is the variance
+    of the noise, from the excess variance of D_t D_k y and D_t y. The weights w are Geman-McClure weights of the residuals
+    (iteratively reweighted least squares). If the residuals exceed the noise, the object moves or bends mainly along the line
+    of sight, which b, k and t do not measure: the terms with n are lowered until x fits, before any y is down-weighted
+    (discrepancy principle; Morozov, Soviet Math. Dokl. 1966).
     """
     known = weight > 0
     scale = float(np.median(inverse[known]))
@@ -148,9 +158,10 @@ def smooth_inverse_range(inverse: Floats, weight: Floats, rays: Floats, longest:
 def _relax_stiffness(
     fit: tuple[TransverseMotion, Floats], values: Floats, weight: Floats, noise: float
 ) -> tuple[TransverseMotion, Floats]:
-    """Return a fit to values, as of `AcrossSight.smoothed`, with stiffness lowered until it misses them by no more than noise.
+    """Lower the stiffness of a fit until its residuals are no larger than noise.
 
-    fit : how the object moves and bends across the line of sight, and the smooth values that this gives.
+    fit : the transverse motion, and the smoothed values (T, K) with its stiffness. values, weight, noise : as for
+    `TransverseMotion.smooth`. Returns a fit of the same form.
     """
     across, smooth = fit
     for _ in range(ROUNDS):
@@ -163,21 +174,28 @@ def _relax_stiffness(
 
 
 def geman_mcclure(off: Floats, limit: float) -> Floats:
-    """Return how much readings count that are off by so much, 0 to 1: a quarter at the limit (Geman and McClure's estimator)."""
+    """Return the Geman-McClure weight of each residual: 1 at zero, 0.25 at `limit`."""
     return np.asarray(1 / (1 + (off / limit) ** 2) ** 2)
 
 
 def variance(values: Floats) -> float:
-    """Return the robust variance of values, those that are NaN left out."""
+    """Return the robust variance of the finite values, from their median size."""
     known = values[np.isfinite(values)]
     return max(float(MAD_TO_DEVIATION * np.median(np.abs(known))) ** 2 if len(known) else 0.0, LEAST_VARIANCE)
 
 
 def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: float) -> Floats:
-    """Return the lower bands of the penalties on second differences for `solveh_banded`: (2 K + 3, T K), diagonal first.
+    """Return the lower bands of the penalties on second differences: (2 K + 3, T K).
 
-    shape : (T, K) frames and places. both, along, over_time : weights of the differences over time of those along the object, of
-    those along it, and of those over time.
+    The diagonal comes first, as `solveh_banded` takes it.
+
+    Parameters
+    ----------
+    shape
+        (T, K), numbers of frames and places.
+    both, along, over_time
+        weights of the second differences over time of those along the object, of those along the object, and of those over
+        time.
     """
     frames, nodes = shape
     bands = np.zeros((frames, nodes, 2 * nodes + 3))
@@ -195,9 +213,9 @@ def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: flo
 
 
 def _squared_differences(count: int) -> Floats:
-    """Return the diagonals of the matrix whose quadratic form is the sum of squared second differences of N values: (3, N).
+    """Return the diagonals (3, N) of the squared second differences of N values.
 
-    Row k holds for each column the entry k rows below the main diagonal, 0 outside.
+    Row k holds for each column the entry k rows below the main diagonal, 0 outside the matrix.
     """
     diagonals = np.zeros((3, count))
     for row, entries in enumerate(((1, 4, 1), (-2, -2), (1,))):

@@ -1,4 +1,4 @@
-"""Compare the given length of the objects of a sequence with the length measured in the frames."""
+"""Compare the given length of the objects of a sequence with the measured length."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .tracks import MIN_FRAMES
 
 
 def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
-    """Return a note if the frames show objects of another length than the given `sequence.length`.
+    """Return a note if an object's measured length differs from `sequence.length`.
 
     Parameters
     ----------

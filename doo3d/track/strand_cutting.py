@@ -1,8 +1,8 @@
-"""Cut strands where one frame joined parts that do not follow each other on the object.
+"""Cut strands whose parts do not follow each other on the object.
 
-Where a hand hides a crossing, a frame by itself joins the strands that meet at the edge of the hand, often without a gap and with
-confidence. The frames around know the object. So each strand is compared point by point with where the object is expected, and a
-part that lies elsewhere on the object, or runs the other way, becomes a strand of its own.
+Where a hand hides a crossing, a single frame joins the strands at the edge of the hand, often without a gap and with high
+confidence. The neighboring frames give the expected shape of the object. Each strand is compared with it point by point, and a
+part that fits elsewhere on the object, or in the other direction, becomes a strand of its own.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, on_
 from .strand_ends import CUT_OFF, UNKNOWN
 
 MISJOIN_RATE = 0.0013
-"""Share of neighboring points of a strand that a frame joined wrongly without bridging anything: 254 of 195 thousand in sequences
-by D435 and stereo cameras."""
+"""Fraction of neighboring points of a strand that a frame joins wrongly without a gap in between: 254 of 195 thousand in
+sequences of D435 and stereo cameras."""
 
 
 def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:
-    """Cut strands in two where they pass a junction, since one frame may join two branches through a junction that is hidden.
+    """Cut strands in two at a junction.
+
+    A frame in which the junction is hidden may join two branches through it.
 
     Parameters
     ----------
@@ -40,7 +42,7 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
 
     Returns
     -------
-    The strands in the same order; the two parts of a strand take its place.
+    The strands in the same order, with the two parts of a strand in its place.
     """
     result = []
     for strand in strands:
@@ -57,12 +59,12 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
 
 
 def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: float, least: float) -> list[ObservedStrand]:
-    """Cut strands where their parts do not follow each other on the object as it is expected.
+    """Cut strands whose parts do not follow each other on the expected object.
 
     Parameters
     ----------
     strands
-        the strands of a frame; those without any depth are compared with the object as the camera sees it.
+        the strands of a frame; strands without depth are compared with the object as seen by the camera.
     expected
         (M + 1, 3) m, expected joints of the object.
     length
@@ -72,15 +74,14 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
 
     Returns
     -------
-    The strands in the same order; the parts of a strand take its place.
+    The strands in the same order, with the parts of a strand in its place.
 
-    Notes
-    -----
-    A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR, and at most
-    MISSING_COST. A cut costs -2 ln of how likely the frame joined the points on both sides wrongly: its own confidence says so
-    where it bridged a hidden part, and MISJOINED elsewhere. A displacement of the whole strand counts less, by SHIFT_TOLERANCES,
-    since the object may have moved on. Where nothing is bridged, a part that lies no farther along than that is not cut off:
-    there the strand was measured too short or too long.
+    Notes ----- A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR,
+    and at most MISSING_COST. A cut costs -2 ln p, with the probability p that the frame joined the points on both sides
+    wrongly: one minus the confidence of the connection where a hidden part was bridged, MISJOIN_RATE elsewhere. The mean
+    displacement of the strand has a tolerance of SHIFT_TOLERANCES times that error, since the object may have moved. Where
+    nothing was bridged, a part is cut off only if it is farther along the object than this tolerance: otherwise the strand was
+    measured too short or too long.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
     if strands and all(strand.is_flat for strand in strands):
@@ -97,16 +98,19 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
 
 
 def _are_apart(skipped: Floats, joined: Floats, error: float) -> Bools:
-    """Tell at which of K cuts the parts do not follow each other: at others, the strand was measured too short or too long.
+    """Return at which of K cuts the two parts are not contiguous on the object.
 
-    skipped : (K,) m, how much farther along the object the next part lies. joined : (K,) confidence that it follows; 1 where
-    nothing was bridged, and then the length is known up to `error`, m.
+    skipped : (K,) m, length of object between the two parts. joined : (K,) confidence that they are contiguous; 1 where
+    nothing was bridged, so that the length in between is known to within `error`, m.
     """
     return np.asarray((skipped > error) | (joined < 1))
 
 
 def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, least: float) -> Iterator[ObservedStrand]:
-    """Yield the parts of a strand, of at least `least` m; points without depth beside a cut are in no part."""
+    """Yield the parts of a strand that are at least `least` m long.
+
+    places : positions on the object, `step` m apart. length : of the object, m. Points without depth at a cut are in no part.
+    """
     measured = np.arange(len(strand.points))
     if len(strand.sight) and not strand.is_flat:
         measured = np.flatnonzero(~strand.sight.any(axis=1))
@@ -133,8 +137,16 @@ def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, lea
 def _part_of(strand: ObservedStrand, part: slice, start: float, length: float, tips: tuple[float, float]) -> ObservedStrand:
     """Return a part of a strand as a strand of its own.
 
-    part : range of its points. start, length : m, arc length of the strand at which the part starts, and its length. tips : as of
-    `ObservedStrand`.
+    Parameters
+    ----------
+    strand
+        the strand.
+    part
+        range of its points.
+    start, length
+        m, arc length at which the part starts, and length of the part.
+    tips
+        classes of the two ends, as in `ObservedStrand`.
     """
     points, arcs, sight, joined = (values[part] for values in (strand.points, strand.arcs, strand.sight, strand.joined))
     return replace(strand, points=points, arcs=arcs - start, length=length, tips=tips, sight=sight, joined=joined)

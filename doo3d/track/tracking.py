@@ -1,4 +1,4 @@
-"""Tracking: each chain keeps its id and its direction from frame to frame."""
+"""Track chains from frame to frame: each object keeps its id and its direction."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class TrackedChain:
-    """A chain that tracking remembers, to compare the chains of the next frame with.
+    """A chain of an earlier frame, for comparison with the chains of the next frame.
 
     Attributes
     ----------
     chain
-        the chain as it was found last, with its id.
+        the chain at its last detection, with its id.
     age
-        number of frames since the chain was found last: 0 if it was found in the latest frame.
+        number of frames since that detection; 0 if it was in the latest frame.
     """
 
     chain: Chain
@@ -39,14 +39,14 @@ class TrackedChain:
 
 @dataclass(frozen=True)
 class TrackingState:
-    """What tracking remembers between frames.
+    """The state of a tracker between two frames.
 
     Attributes
     ----------
     tracked
         the remembered chains, by ascending id.
     next_id
-        the smallest id not used so far.
+        the smallest unused id.
     """
 
     tracked: tuple[TrackedChain, ...] = ()
@@ -54,17 +54,17 @@ class TrackingState:
 
 
 class Tracker:
-    """Tracker of chains: the same object keeps its id and its direction from frame to frame.
+    """Tracker of chains: an object keeps its id and its direction from frame to frame.
 
-    Call `update` with each frame's detection, in order. Leave out frames that failed: the next frame is then compared with the
-    last one that was given. A chain that is not found is remembered for 30 frames.
+    Call `update` with the detection of each frame, in order. Skip frames that failed: the next frame is then compared with the
+    last one given. A chain that is not found is remembered for 30 frames.
 
     Parameters
     ----------
     config
         the section `tracking` of a Config; None for the defaults.
     state
-        chains to begin with; None begins without any.
+        chains to start with; None starts without chains.
 
     Examples
     --------
@@ -82,12 +82,16 @@ class Tracker:
         return self._state
 
     def update(self, detection: Detection) -> Detection:
-        """Return the detection of the next frame with ids, its chains running in the same direction as in the frames before.
+        """Return the next frame's detection with ids and consistent chain directions.
 
-        The order of the chains does not change; chains not seen before get new ids. Segment indices in crossings and connections
-        are adapted to the directions.
+        The order of the chains does not change, and new chains get new ids. Segment indices in crossings and connections
+        follow the directions.
 
         detection : the detection of the frame after the one given last.
+
+        Raises
+        ------
+        ArgumentError : the argument is not a Detection.
         """
         if not isinstance(detection, Detection):
             raise refused(detection, "detection", "a doo3d.Detection, as detect returns it")
@@ -101,8 +105,8 @@ class Tracker:
         Parameters
         ----------
         documents
-            the stored JSON results (`Detection.to_dict`) of all frames so far, in order. All are needed to know which ids are
-            used; positions are taken from the last 31. Chains without an id are ignored.
+            the stored JSON results (`Detection.to_dict`) of all frames so far, in order. All of them are needed for the used
+            ids; positions come from the last 31. Chains without an id are ignored.
         config
             the section `tracking` of a Config; None for the defaults.
 
@@ -132,9 +136,9 @@ class Tracker:
 def assign_ids(
     state: TrackingState, detection: Detection, config: TrackingConfig | None = None
 ) -> tuple[Detection, TrackingState]:
-    """Match the chains of the next frame with the remembered chains, and give them their ids and directions.
+    """Match the chains of the next frame with known chains; set ids and directions.
 
-    `paired` says which are the same. Chains without a counterpart get new ids.
+    Chains are paired by `pair_chains`; an unpaired chain gets a new id.
 
     Parameters
     ----------
@@ -148,7 +152,7 @@ def assign_ids(
     Returns
     -------
     detection : the given detection with ids; matched chains run in the direction of their counterparts.
-    state : what to remember for the frame after it. A chain not found in 30 frames is forgotten.
+    state : the state after this frame. A chain that is not found in 30 frames is removed.
     """
     known = [tracked.chain for tracked in state.tracked]
     new_ids = itertools.count(state.next_id)
@@ -167,21 +171,24 @@ def assign_ids(
 
 
 def _after_frame(state: TrackingState, chains: Iterable[Chain]) -> TrackingState:
-    """Return the state after a frame that shows these chains; chains not found for `MAX_AGE` frames are forgotten."""
+    """Return the state after a frame, without chains missing for MAX_AGE frames.
+
+    chains : the chains of the frame, with their ids.
+    """
     tracked = {item.chain.id: TrackedChain(item.chain, item.age + 1) for item in state.tracked if item.age < MAX_AGE}
     tracked |= {chain.id: TrackedChain(chain) for chain in chains if chain.id is not None}
     return TrackingState(tuple(tracked[id] for id in sorted(id for id in tracked if id is not None)), state.next_id)
 
 
 def _parse_chain(values: Mapping[str, Any]) -> Chain:
-    """Return a chain of a JSON result, without the parts that tracking does not need."""
+    """Return the chain of a JSON result with the fields that tracking needs."""
     radius = float("nan") if values["radius"] is None else float(values["radius"])
     joints, segment_length = np.array(values["joints"], dtype=float), float(values["segment_length"])
     return Chain(joints, segment_length, radius, closed=bool(values["closed"]), id=values.get("id"))
 
 
 def _checked(value: T | None, kind: type[T], what: str) -> T | None:
-    """Return an optional argument after a check of its type."""
+    """Return an optional argument; raise ArgumentError if it has another type."""
     if not isinstance(value, kind | None):
         raise refused(value, what, f"a {kind.__name__}, or None")
     return value
