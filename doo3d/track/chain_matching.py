@@ -73,7 +73,7 @@ def _best_pairs(gain: Floats) -> list[tuple[int, int]]:
     is_gain = gain > 0
     if (is_gain.sum(axis=0) <= 1).all() and (is_gain.sum(axis=1) <= 1).all():
         return [(int(row), int(column)) for row, column in np.argwhere(is_gain)]
-    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, for nothing where no chain is near two others
+    from scipy.optimize import linear_sum_assignment  # 0.2 s to import, rarely needed
 
     return [(int(row), int(column)) for row, column in zip(*linear_sum_assignment(-gain), strict=True)]
 
@@ -145,7 +145,7 @@ def _match_closed(old: Chain, new: Chain, backwards: bool, max_motion: float) ->
     joints = new.joints[:: -1 if backwards else 1][:-1]
     distances = cdist(old.nodes(count + 1)[:-1], joints)
     index = np.arange(count)
-    mean = distances[index, (index + index[:, None]) % count].mean(axis=1)  # (count,), of each rotation
+    mean = distances[index, (index + index[:, None]) % count].mean(axis=1)  # (count,), one per rotation
     return Match(float(mean.min()) / max_motion, backwards, int(mean.argmin()))
 
 

@@ -1,7 +1,7 @@
 """Read the depth along the chains of a frame as the sensor measured it.
 
-One frame has to decide which readings belong to the strand, and decides wrongly where most belong to the background. A sequence
-decides better, since right readings agree with other frames: so a frame with torn depth leaves all its readings to it.
+A single frame has to decide which readings belong to the strand, and fails where most belong to the background. A sequence
+decides better, since right readings agree with other frames: so a frame with torn depth passes all of its readings on.
 """
 
 from __future__ import annotations
@@ -16,40 +16,40 @@ from ..scene.support import BESIDE_PX
 from ..types import Array, Bools, Chain, Floats, Foreground
 
 NODES, PER_NODE = 40, 6
-"""Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds; and
-readings at each: together 2 for each of about 100 segments."""
+"""Number of places along an object at which depth is smoothed, about one per wavelength of a stereo camera's depth waves; and
+readings at each place: 240 in all, about 2 for each of 100 segments."""
 
 NEARER_SHARE, BEHIND_SHARE = 0.35, 0.75
-"""Quantiles, from the nearest on: of the readings across a strand, since wrong ones mostly lie behind; and of those beside it for
-the background, since a stereo camera measures the strand there, too."""
+"""Quantiles of depth, from the nearest reading on: across the strand, where wrong readings are mostly behind it; and next to
+it for the background, where a stereo camera measures the strand, too."""
 
 TORN_SHARE = 0.1
-"""Share of visible segments without measured depth above which depth is torn, and the rest may be wrong, too."""
+"""Fraction of segments that are visible without measured depth above which the depth of a chain is torn: the rest may be
+wrong, too."""
 
 
 def torn_share(chain: Chain) -> float:
-    """Return the share of the segments of a chain that are visible without measured depth."""
+    """Return the fraction of the segments of a chain that are visible without depth."""
     return np.count_nonzero(chain.depth_filled & ~chain.occluded) / len(chain.occluded)
 
 
 def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]) -> Array | None:
-    """Return the inverse range along an open chain and of the background beside it, evenly spaced in the image.
+    """Return the inverse range along an open chain and of the background next to it.
 
-    A stereo camera measures an occluder up to 14 px beyond its edges: such readings are left out.
+    The places are evenly spaced in the image. A stereo camera measures an occluder up to 14 px beyond its edges: such readings
+    are left out.
 
     Parameters
     ----------
     chain
-        the chain, in the frame of the camera.
+        the chain, in the camera frame.
     foreground
         the mask, the depth and the camera of the frame.
     tips
-        whether the first and the last end are tips of the object; an end that is no tip is hidden.
+        whether the first and the last end are tips of the object; other ends are hidden.
 
-    Returns
-    -------
-    (2, NODES, PER_NODE) float32 1/m, of the axis and of the background; NaN without a reading. None if no camera saw the chain,
-    or its depth is not torn.
+    Returns ------- (2, NODES, PER_NODE) float32 1/m, of the axis and of the background; NaN without a reading. None if no
+    camera saw the chain, or its depth is not torn.
     """
     camera, depth, mask = foreground.camera, foreground.depth, foreground.mask
     if camera is None or depth is None or mask is None or chain.closed or torn_share(chain) <= TORN_SHARE:
@@ -76,9 +76,20 @@ def readings_along(chain: Chain, foreground: Foreground, tips: tuple[bool, bool]
 def _read_image(
     pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float
 ) -> Floats:
-    """Return a quantile of the readings across a line in the image, from the nearest on: (N,) m, NaN for none.
+    """Return a quantile of the depth readings across a line in the image, (N,) m.
 
-    on_object : True to read pixels of the mask, False for the others. share : the quantile, 0 to 1.
+    Parameters
+    ----------
+    pixels, across
+        (N, 2) px, places on the line, and unit directions across it.
+    offsets
+        (K,) px, distances across the line at which depth is read.
+    depth, mask
+        (H, W) m and bool, the depth image and the pixels of the object.
+    on_object
+        True to read pixels of the mask, False for the others.
+    share
+        the quantile, 0 to 1, from the nearest reading on; NaN where there is no reading.
     """
     height, width = depth.shape
     u, v = np.moveaxis(np.rint(pixels[:, None] + across[:, None] * offsets[:, None]).astype(np.int64), 2, 0)
@@ -91,9 +102,16 @@ def _read_image(
 
 
 def _beside_hidden(hidden: Bools, tips: tuple[bool, bool], length: float) -> Bools:
-    """Tell which of N places are hidden, or so near to a hidden one that the occluder is measured there.
+    """Return which of N places are hidden, or near enough to measure the occluder.
 
-    hidden : (N,). tips : whether the ends are tips. length : of the chain, px.
+    Parameters
+    ----------
+    hidden
+        (N,) bool, along the chain.
+    tips
+        whether the ends are tips; beyond an end that is none, the object is hidden.
+    length
+        px, of the chain in the image.
     """
     reach = int(np.ceil(BESIDE_PX[-1] / max(length, 1.0) * len(hidden)))
     flags = np.concatenate(([not tips[0]], hidden, [not tips[1]])).astype(np.uint8)

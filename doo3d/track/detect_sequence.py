@@ -1,8 +1,9 @@
 """Detect objects in all frames of a capture together, in two passes.
 
-The first pass detects in each frame by itself. Then the number of objects and their lengths are voted over all frames. The second
-pass finds every object in every frame, starting from the frames in which that object is seen whole. It works in windows with
-fixed borders, and reads some frames before and after each window: memory stays small, and windows are independent of each other.
+The first pass detects in each frame by itself. Then the number of objects and their lengths are voted over all frames. The
+second pass follows every object through all frames, starting from the frames in which it is seen whole. It works in windows
+with fixed borders, and reads some frames before and after each window: memory stays small, and windows are independent of each
+other.
 """
 
 from __future__ import annotations
@@ -54,18 +55,17 @@ def detect_sequence(
     frames
         the frames or clouds of one capture, in order; read once, and not kept.
     config
-        the settings, as for `detect`; section `sequence` is for this.
+        the settings, as for `detect`; section `sequence` applies here only.
     masks
-        for each frame the caller's own segmentation, as for `detect`, or None; None segments all frames as the config says.
+        for each frame the caller's segmentation, as for `detect`, or None; None segments all frames according to the settings.
     poses
-        for each frame the pose of a camera that moves, camera to world: (4, 4) m. The objects are followed in the world; their
-        chains are in the camera's frame all the same. None: the camera stands still, or its motion is estimated from the
-        background of the frames, and a note says so.
+        for each frame the pose of a moving camera, camera to world: (4, 4) m. Objects are then followed in the world; their
+        chains are in the camera frame all the same. None: the motion of the camera is estimated from the background of the
+        frames; a note reports it if the camera moves.
 
-    Returns
-    -------
-    A detection for each frame; the first also has the notes on the whole sequence. Per segment, `occluded` is True where the
-    frame does not show the object, and `from_time` where the segment was filled in from other frames.
+    Returns ------- A detection for each frame; the first one also has the notes on the whole sequence. For each segment,
+    `occluded` is True where the object is hidden in the frame, and `from_time` where the segment was filled in from other
+    frames.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def detect_sequence(
     """
     config = as_config(config)
     check_mode(config)
-    placed = zip(_with_masks(frames, masks), _poses(poses), strict=False)  # poses do not end before frames
+    placed = zip(_with_masks(frames, masks), _poses(poses), strict=False)  # too few poses raise an error
     observations = [observe_frame(frame, config, mask, pose) for (frame, mask), pose in placed]
     motion = motion_of(observations, config, lambda k: observations[k].background)
     observations = with_poses(observations, motion)
@@ -87,7 +87,7 @@ def detect_sequence(
 def _with_masks(
     frames: Iterable[Frame | Cloud], masks: Iterable[Array | None] | None
 ) -> Iterator[tuple[Frame | Cloud, Array | None]]:
-    """Yield each frame and its mask, after a check that they are frames, and masks for all of them."""
+    """Yield each frame with its mask, checked for type and number."""
     for values, what in ((frames, "frames"), (() if masks is None else masks, "masks")):
         if not isinstance(values, Iterable) or isinstance(values, str | Frame | Cloud) or getattr(values, "ndim", 1) == 0:
             raise refused(values, what, "a sequence, such as a list: one for each frame")
@@ -105,7 +105,7 @@ def _with_masks(
 
 
 def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
-    """Yield the pose of each frame, after a check that they are some, and None without end if there are none."""
+    """Yield the pose of each frame, checked for number; None if there are none."""
     if poses is None:
         yield from itertools.repeat(None)
         return
@@ -118,10 +118,16 @@ def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
 def motion_of(
     observations: Sequence[Observation], config: Config, background_of: Callable[[int], BackgroundView | None]
 ) -> CameraMotion:
-    """Return how the camera of a capture moves, as estimated from its frames; nothing if a pose is known.
+    """Return the estimated motion of the camera; no motion if a pose is known.
 
-    observations : all frames, in order. config : its `sequence.max_gap` is the time over which a pose may be interpolated.
-    background_of : function that gives the background of frame 0, 1, ...
+    Parameters
+    ----------
+    observations
+        all frames, in order.
+    config
+        the settings; `sequence.max_gap` is the longest time over which poses are interpolated.
+    background_of
+        function that returns the background of frame 0, 1, ...
     """
     if any(observation.pose is not None for observation in observations):
         return CameraMotion()
@@ -136,7 +142,7 @@ def with_poses(observations: Sequence[Observation], motion: CameraMotion) -> lis
 
 
 def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:
-    """Yield the detection of every frame, given the observations of all frames: the second pass.
+    """Yield the detection of each frame from all observations: the second pass.
 
     Parameters
     ----------
@@ -145,8 +151,8 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     config
         the settings; sections `sequence` and `tracking` are used.
     past_only
-        True to find each object from earlier frames only, for comparison. Number and lengths of the objects still come from all
-        frames.
+        True to find each object from earlier frames only, for comparison. The number and lengths of the objects still come
+        from all frames.
     """
     whole, objects = find_smoothed_objects(observations, config)
     max_gap = gap_frames(observations, config)
@@ -158,24 +164,24 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
-    """Return the range of frames, (first, one after the last), that the window from frame `start` on reads.
+    """Return the first frame that a window reads, and one after the last.
 
-    count : number of frames of the capture.
+    start : first frame of the window itself. count : number of frames of the capture.
     """
     return max(0, start - CONTEXT), min(count, start + WINDOW + CONTEXT)
 
 
 class Window(NamedTuple):
-    """W.
+    """A window of the second pass, with the frames before and after it that it reads.
 
     Attributes
     ----------
     start
-        index in the capture of its first frame.
+        index in the capture of the window's first frame.
     observations
-        the frames of `window_bounds`.
+        the observations of the frames of `window_bounds`.
     smoothed
-        the same frames.
+        the same observations with their depth smoothed over time, from `smooth_depth_over_time`.
     """
 
     start: int
@@ -184,14 +190,28 @@ class Window(NamedTuple):
 
     @property
     def first(self) -> int:
-        """F."""
+        """Index in the capture of the first observation."""
         return max(0, self.start - CONTEXT)
 
 
 def combine_window(
     window: Window, objects: Sequence[SequenceObject], max_gap: int, min_confidence: float, past_only: bool = False
 ) -> list[Detection]:
-    """R."""
+    """Return the detections of the WINDOW (300) frames of a window.
+
+    Parameters
+    ----------
+    window
+        the frames.
+    objects
+        the objects of the whole capture.
+    max_gap
+        largest number of successive frames without any strand of an object that are filled in.
+    min_confidence
+        smallest confidence of chains that the sequence does not confirm: rings, and all chains if no object was found.
+    past_only
+        as for `combine`.
+    """
     start, observations, smoothed = window
     frames = range(window.first, window.first + len(observations))
     placed = in_world(observations if past_only else smoothed)
@@ -215,9 +235,9 @@ def combine_window(
 
 
 def _in_camera(shapes: Sequence[Shape | None], observations: Sequence[Observation]) -> list[Shape | None]:
-    """Return the shapes of an object in the frame of the camera.
+    """Return the shapes of an object in the camera frame.
 
-    shapes, observations : of the same frames, in the world if `in_world` has brought them there.
+    observations : of the same frames, in the world if `in_world` transformed them.
     """
     poses = poses_of(observations)
     if not len(poses):
@@ -231,7 +251,7 @@ def gap_frames(observations: Sequence[Observation], config: Config) -> int:
 
 
 def frame_seconds(observations: Sequence[Observation]) -> float:
-    """Return the median time from frame to frame, s; 1/30 s if the frames have no times."""
+    """Return the median time between frames in s; 1/30 s if they have no times."""
     times = [observation.detection.timestamp for observation in observations]
     steps = np.diff([time for time in times if time is not None])
     steps = steps[steps > 0]
@@ -239,12 +259,12 @@ def frame_seconds(observations: Sequence[Observation]) -> float:
 
 
 def _claimed(objects: Sequence[SequenceObject], frame: int) -> set[int]:
-    """Return the chains of a frame that are whole objects, or parts of those of a tree."""
+    """Return the chains of a frame that are whole objects, or parts of an object."""
     whole = {anchor.chain for item in objects for anchor in item.anchors if anchor.frame == frame}
     return whole | {chain for item in objects for at, chain in item.parts if at == frame}
 
 
 def _owned(item: SequenceObject, frames: range) -> list[set[int]]:
-    """R."""
+    """Return for each frame the chain that is the object or a part of it, as a set."""
     chains = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
     return [{chains[frame]} if frame in chains else set() for frame in frames]

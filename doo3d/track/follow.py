@@ -1,12 +1,12 @@
-"""Find an object in every frame of a period, starting from its anchors, the frames in which it is seen whole.
+"""Follow an object through every frame of a period, starting from its anchors.
 
-1. In an anchor, the seen parts of the chain have known positions along the object.
-2. From each anchor, forward and backward in time, the expected shape in the next frame is the last shape, moved on with its last
-   velocity. The strands of that frame are registered with it, and the object is fitted to them.
-3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was seen. If the two disagree,
-   the shape that fits the strands better is used. The strands are registered once more, with that shape.
-4. Joints that are hidden are carried from where they were seen last and are seen next, behind what hides them. What was not
-   measured is smoothed over time (Whittaker smoother), and so is the depth of all joints; seen joints stay where they are in
+1. In an anchor, a frame that shows the object whole, the visible parts of the chain have known positions along the object.
+2. From each anchor, forward and backward in time, the expected shape in the next frame is the last shape, moved with its last
+   velocity. The strands of that frame are placed along it, and the object is fitted to them.
+3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was visible. If the two
+   disagree, the one that fits the strands better is used. The strands are placed once more, along the blended shape.
+4. Hidden joints are interpolated between their last and next visible positions, behind the occluder. Positions that were not
+   measured are smoothed over time (Whittaker smoother), and so is the depth of all joints; visible joints keep their place in
    the image.
 """
 
@@ -34,15 +34,25 @@ from .strand_ends import MIN_STRAND_RADII
 from .tracks import FILLED_ERROR
 
 SPEED_SHARE = 0.7
-"""Share of the last displacement of an object that is expected again in the next frame."""
+"""Fraction of the last displacement of an object that is expected again in the next frame."""
 
 NEVER = 10**6
-"""Age, in frames, of a joint that was never seen."""
+"""Age, in frames, of a joint that was never visible."""
 
 
 @dataclass(frozen=True)
 class _Evidence:
-    """What a frame holds for one object: its own seen parts with their places (an anchor), or strands without; and its camera."""
+    """The evidence of a frame for one object.
+
+    Attributes
+    ----------
+    own
+        in an anchor, the visible parts of the object's chain with their positions along it; empty in other frames.
+    whole
+        (M + 1, 3) m, in an anchor, the joints of the whole object; (0, 3) in other frames.
+    strands
+        indices of the strands of the frame that may belong to the object.
+    """
 
     own: Sequence[Placed]
     whole: Floats
@@ -50,7 +60,17 @@ class _Evidence:
 
 
 class Period(NamedTuple):
-    """P."""
+    """Successive frames in which objects are followed.
+
+    Attributes
+    ----------
+    first
+        index in the capture of the first frame.
+    observations
+        the observations of the T frames.
+    poses
+        (T, 4, 4) m, camera to the frame of the observations; (0, 4, 4) if no camera saw them, or several did.
+    """
 
     first: int
     observations: Sequence[Observation]
@@ -64,7 +84,27 @@ def follow(
     max_gap: int,
     past_only: bool = False,
 ) -> list[list[Shape | None]]:
-    """F."""
+    """Find the objects of one tree in every frame of a period.
+
+    A single cable is a tree of one object.
+
+    Parameters
+    ----------
+    items
+        the objects of the tree; only their anchors in the period are used.
+    period
+        the frames.
+    claimed
+        for each object and each frame, the indices of the chains that belong to other objects.
+    max_gap
+        largest number of successive frames without any strand of the tree that are filled in.
+    past_only
+        True to use earlier frames only, as while recording: no shape before the first anchor, and no smoothing over time.
+
+    Returns
+    -------
+    For each object and each frame its shape; None if the object is missing.
+    """
     followed = [_follow_object(item, period, own, past_only) for item, own in zip(items, claimed, strict=True)]
     followed = _drop_long_gaps(followed, max_gap)
     if past_only:
@@ -73,7 +113,10 @@ def follow(
 
 
 def _follow_object(item: SequenceObject, period: Period, claimed: Sequence[set[int]], past_only: bool) -> list[Shape | None]:
-    """F."""
+    """Return the shape of an object in every frame, filled in where it is hidden.
+
+    claimed, past_only : as for `follow`, of this object.
+    """
     found = _gather_evidence(item, period, claimed)
     order = range(len(found))
     forward = _follow_in_order(item, period.observations, found, order)
@@ -87,10 +130,10 @@ def _follow_object(item: SequenceObject, period: Period, claimed: Sequence[set[i
 def _prefer_forward(
     evidence: Sequence[_Evidence], forward: Sequence[Shape | None], backward: Sequence[Shape | None]
 ) -> list[bool]:
-    """Tell for each frame whether the shape from earlier frames counts if that from later ones disagrees.
+    """Return for each frame whether the forward shape is used if the two disagree.
 
-    Once a pass has laid a strand wrongly, its later frames fit: what tells is its cost at the frame in which that happened. So
-    between two anchors there is one frame up to which the forward pass counts: that for which the sum of all costs is the least.
+    Once a pass has placed a strand wrongly, its later frames fit again: only the cost of the frame in which that happened
+    reveals it. So between two anchors the forward pass is used up to one frame, chosen for the smallest sum of all costs.
     """
     gains = [0.0 if a is None or b is None else _forward_advantage(a, b) for a, b in zip(forward, backward, strict=True)]
     result = [False] * len(evidence)
@@ -103,16 +146,17 @@ def _prefer_forward(
 
 
 def _forward_advantage(before: Shape, after: Shape) -> float:
-    """Return how much better the earlier shape of a frame is than the later one, in squared standard deviations.
+    """Return the cost of the backward shape minus that of the forward shape.
 
-    Costs that differ by less than 1 tell nothing: then the one counts whose joints were seen more recently.
+    In squared standard deviations; differences below 1 do not count, and then the shape whose joints were visible more
+    recently is preferred.
     """
     earlier, later = float(before.age.sum()), float(after.age.sum())
     return after.cost - before.cost + (later - earlier) / max(later + earlier, 1.0)
 
 
 def _gather_evidence(item: SequenceObject, period: Period, claimed: Sequence[set[int]]) -> list[_Evidence]:
-    """G."""
+    """Return the evidence of each frame of a period for one object."""
     anchors = {anchor.frame - period.first: anchor for anchor in item.anchors}
     result = []
     for frame, observation in enumerate(period.observations):
@@ -127,9 +171,10 @@ def _gather_evidence(item: SequenceObject, period: Period, claimed: Sequence[set
 
 
 def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats) -> Placed:
-    """Return the seen parts of a whole chain at their places along the object.
+    """Return the visible parts of a whole chain at their positions along the object.
 
-    What its length misses is shared among its segments by the variances of their lengths: that of a filled gap is known less.
+    The difference between the lengths of chain and object is distributed over the segments in proportion to the variances of
+    their lengths, which are larger in filled gaps. center : position of the camera, as for `visible_joints`.
     """
     count = len(chain.depth_filled)
     shown, sight = visible_joints(chain, 0, count, 0, count, center)
@@ -143,6 +188,7 @@ def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Fl
 
 
 def _resample_anchor(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floats:
+    """Return the joints of an anchor's chain as those of the object, (M + 1, 3) m."""
     if item.closed:
         return close_ring(ring_joints(chain, anchor.backwards, anchor.start, item.segments)[:-1], item.segment_length)
     joints, backwards = chain.nodes(item.segments + 1), anchor.backwards
@@ -152,7 +198,10 @@ def _resample_anchor(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floa
 def _follow_in_order(
     item: SequenceObject, observations: Sequence[Observation], evidence: Sequence[_Evidence], order: range
 ) -> list[Shape | None]:
-    """Follow the object frame by frame in one direction of time, from the first anchor on."""
+    """Follow an object in one direction of time, from its first anchor.
+
+    order : indices of the frames, ascending or descending.
+    """
     shapes: list[Shape | None] = [None] * len(observations)
     last: Shape | None = None
     motion: Floats = np.zeros(3)
@@ -168,7 +217,10 @@ def _follow_in_order(
 
 
 def _motion(last: Shape, shape: Shape) -> Floats:
-    """Return how far each joint moved from one frame to the next (M + 1, 3); hidden joints move as the seen ones beside them."""
+    """Return the displacement of each joint between two frames, (M + 1, 3) m.
+
+    Joints that are hidden in either frame move as their visible neighbors.
+    """
     moved = shape.joints - last.joints
     known = np.flatnonzero(shape.seen & last.seen)
     if not len(known):
@@ -180,7 +232,19 @@ def _motion(last: Shape, shape: Shape) -> Floats:
 def _fit_object(
     item: SequenceObject, observation: Observation, found: _Evidence, expected: Floats, last: Shape | None = None
 ) -> Shape:
-    """Return the object bent from where it is expected to what a frame shows."""
+    """Fit the expected shape of an object to the strands of a frame.
+
+    Parameters
+    ----------
+    item
+        the object.
+    observation, found
+        the frame, and its evidence for the object.
+    expected
+        (M + 1, 3) m, expected joints.
+    last
+        the shape in the previous frame, for the ages of the joints; None without one.
+    """
     cost = 0.0
     place, fit = (place_on_ring, fit_ring) if item.closed else (place_strands, fit_joints)
     placed = found.own
@@ -204,7 +268,10 @@ def _fit_object(
 
 
 def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
-    """Return how badly strands fit where they were laid, a mean over their lengths; a strand that fits nowhere costs much."""
+    """Return the mean cost of placed strands, weighted by length.
+
+    A strand that was not placed costs MISSING_COST.
+    """
     total = sum(strand.length for strand in strands)
     if not total:
         return 0.0
@@ -221,7 +288,19 @@ def _merge_passes(
     after: Shape | None,
     prefer_forward: bool,
 ) -> Shape | None:
-    """Return the object in a frame, from what comes from earlier and from later frames: blended where the two agree."""
+    """Return the object in a frame from its forward and its backward shape.
+
+    Parameters
+    ----------
+    item
+        the object.
+    observation, found
+        the frame, and its evidence for the object.
+    before, after
+        the shapes of the forward and of the backward pass; None if the pass has not reached the object.
+    prefer_forward
+        the shape to use if the two disagree; they are blended if they agree.
+    """
     if before is None or after is None:
         known = before or after
         return None if known is None else _fit_object(item, observation, found, known.joints)
@@ -231,20 +310,23 @@ def _merge_passes(
 
 
 def _agree(before: Shape, after: Shape, length: float) -> bool:
-    """Tell whether two shapes of a frame have its strands in the same places, and are near each other where it shows none."""
+    """Return whether two shapes agree in visible places, and roughly elsewhere.
+
+    length : of the object, m.
+    """
     apart = np.linalg.norm(before.joints - after.joints, axis=1)
     return bool(apart.max() <= TOLERANCE_SHARE * length and (apart[before.seen & after.seen] <= LENGTH_ERROR * length).all())
 
 
 def _blend(before: Shape, after: Shape) -> Floats:
-    """Return the joints (M + 1, 3) between those from earlier and from later frames, by how recently each was seen."""
+    """Return joints (M + 1, 3) m between two shapes, by the age of each joint."""
     total = before.age + after.age
     share = np.where(total > 0, before.age / np.maximum(total, 1), 0.5)[:, None]
     return np.asarray(before.joints * (1 - share) + after.joints * share)
 
 
 def _drop_long_gaps(shapes: Sequence[list[Shape | None]], max_gap: int) -> list[list[Shape | None]]:
-    """Drop the objects of a tree from frames in a row without any strand of them, if there are more than `max_gap`."""
+    """Remove a tree from gaps of more than `max_gap` frames without its strands."""
     result = [list(each) for each in shapes]
     unseen = [all(shape is None or not shape.seen.any() for shape in frame) for frame in zip(*shapes, strict=True)]
     for first, end in runs(np.array(unseen, dtype=bool)):

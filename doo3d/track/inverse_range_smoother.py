@@ -101,7 +101,7 @@ class TransverseMotion:
         step /= np.maximum(lengths, LEAST_VARIANCE)[:, :, None]
         by_point = -np.diff(step, axis=1, prepend=0.0, append=0.0)
         gradient, length = -(by_point * points).sum(axis=2) / at, lengths.sum(axis=1)
-        weight = np.where(length > longest, noise / (LENGTH_ERROR / 2 * longest) ** 2, 0.0)  # NaN: not known
+        weight = np.where(length > longest, noise / (LENGTH_ERROR / 2 * longest) ** 2, 0.0)  # 0 for NaN: unknown
         gradient = np.where(weight[:, None] > 0, gradient, 0.0)
         nodes = last.shape[1]
         following = sliding_window_view(np.pad(gradient, ((0, 0), (0, nodes - 1))), nodes, axis=1)
@@ -144,7 +144,7 @@ def smooth_inverse_range(inverse: Floats, weight: Floats, rays: Floats, longest:
     changed = variance(np.diff(np.diff(values, 2, axis=1), 2, axis=0))
     if changed <= across.bend_changed:
         return inverse
-    # second differences vary 6 times as much
+    # the variance of a second difference is 6 times that of its values
     noise = max(changed / 36, (variance(np.diff(values, 2, axis=0)) - across.moved) / 6)
     values = np.where(known, values, 0.0)
     across, smooth = _relax_stiffness((across, across.smooth(values, weight, noise)), values, weight, noise)
@@ -209,7 +209,7 @@ def _stiffness(shape: tuple[int, int], both: float, along: float, over_time: flo
             if not farther:
                 weight += over_time * time[later][:, None]
             bands[:, :, later * nodes + farther] = weight
-    return np.asarray(bands.reshape(frames * nodes, 2 * nodes + 3).T)  # columns in one piece, as LAPACK reads them
+    return np.asarray(bands.reshape(frames * nodes, 2 * nodes + 3).T)  # contiguous columns, for LAPACK
 
 
 def _squared_differences(count: int) -> Floats:

@@ -1,4 +1,4 @@
-"""Record the detection of one frame by itself, with all strands seen and how likely their ends are tips."""
+"""Record the detection of one frame with all its visible strands."""
 
 from __future__ import annotations
 
@@ -21,45 +21,46 @@ from .depth_readings import readings_along
 from .strand_ends import MIN_STRAND_RADII, TIP, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
-"""Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less
-certain is no whole object."""
+"""Smallest confidence of a connection within a strand, and of the chain of a whole object. A strand is cut at a connection
+below it."""
 
 LENGTH_ERROR = 0.02
-"""Share of an object's length by which its measured lengths, and with these the positions along it, differ from frame to frame. A
-given length may differ as much, a strand may overhang as much, and a tip lies half as far off: lengths are measured to about
-1 %."""
+"""Fraction of an object's length by which its measured lengths, and positions along it, differ from frame to frame. A given
+length may be off by as much, a strand may overhang by as much, and a tip is off by half of it: lengths are measured to
+about 1 %."""
 
 JUNCTION_SEGMENTS = 1
-"""Segments next to a junction that may be unseen in a strand that ends at the junction."""
+"""Number of segments at a junction that may be hidden in a strand that ends at the junction."""
 
 
 def no_sights() -> Floats:
-    """Return no sights, (0, 3)."""
+    """Return the sights of a strand of measured depth: none, (0, 3)."""
     return np.zeros((0, 3))
 
 
 @dataclass(frozen=True)
 class ObservedStrand:
-    """A stretch of an object seen in one frame, possibly with hidden parts between seen ones.
+    """A stretch of an object in one frame, with hidden parts between visible ones.
 
     Attributes
     ----------
     points
-        (K, 3) m, joints on the seen parts, in order.
+        (K, 3) m, joints of the visible parts, in order.
     arcs
         (K,) m, arc length of each point from the start of the strand.
     length
         m, arc length of the whole strand.
     tips
-        whether the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
+        kind of the start and of the end, TIP, UNKNOWN or CUT_OFF of `strand_ends`.
     chain
-        index in the detection of the chain that the strand is part of; -1 for a strand that is in none.
+        index in the detection of the chain that contains the strand; -1 for a strand of no chain.
     sight
-        (K, 3) direction in which the place of each point is not known: from the camera where the image shows the strand and its
-        depth was not measured, 0 where it was. None: all were measured. Of a strand without any depth the points lie at a
-        distance of 1 along their sights, and lengths are angles, rad.
+        (K, 3) unit, direction from the camera to each point whose depth was not measured, along which its position is unknown;
+        0 for measured points. (0, 3) if all are measured. The points of a strand without any depth are at a distance of 1 from
+        the camera, and lengths are angles, rad.
     joined
-        (K,) confidence that each point follows the one before on the object: that of a connection in between, else 1. None: 1.
+        (K,) confidence that each point follows the one before on the object: that of the connection in between, else 1. (0,)
+        if all are 1.
     """
 
     points: Floats
@@ -72,14 +73,14 @@ class ObservedStrand:
 
     @property
     def is_flat(self) -> bool:
-        """Whether it was seen in a frame without any depth: its points are at a distance of 1 from a camera."""
+        """Whether the frame had no depth: all points are 1 from the camera."""
         camera = self.points - self.sight if len(self.sight) else self.points
         return len(self.sight) > 0 and bool((np.abs(camera - camera[0]) <= 1e-6).all())
 
 
 @dataclass(frozen=True)
 class Observation:
-    """The detection of one frame by itself, with all strands seen.
+    """The detection of one frame by itself, with all visible strands.
 
     Attributes
     ----------
@@ -90,11 +91,11 @@ class Observation:
     pose
         (4, 4) m, camera to world; None if unknown.
     background
-        what surrounds the objects: it tells how the camera moves; None for a cloud.
+        small view of the surroundings of the objects, for the motion of the camera; None for a cloud.
     readings
-        for each chain of the detection the depth along it as it was read, from `readings_along`; empty if unknown.
+        for each chain of the detection the depth along it, from `readings_along`; empty if unknown.
     is_given
-        whether the user said what the object is, or how many there are: no chain is left out for its confidence then.
+        whether the caller specified the object or the number of objects: then no chain is left out for low confidence.
     """
 
     detection: Detection
@@ -106,14 +107,14 @@ class Observation:
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
-    """Return the observation of a frame: its detection, and all strands seen.
+    """Return the observation of a frame: its detection and all visible strands.
 
     Parameters
     ----------
     detection
         the detection of the frame.
     stages
-        the product of every stage for that frame.
+        the results of all stages for the frame.
     config
         the settings of the stages.
     """
@@ -136,7 +137,9 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
 def _strands(
     chain: Chain, number: int, context: FrameContext, at_junctions: tuple[bool, bool] = (False, False)
 ) -> Iterator[ObservedStrand]:
-    """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out.
+    """Yield the strands of an open chain, cut at doubtful connections.
+
+    Strands shorter than MIN_STRAND_RADII are left out.
 
     Parameters
     ----------
@@ -145,7 +148,7 @@ def _strands(
     context
         the data of the frame.
     at_junctions
-        whether its first and its last end are at junctions, where they are as sure as a tip.
+        whether its first and its last end are at junctions, where they are as certain as a tip.
     """
     if chain.closed:
         return
@@ -185,7 +188,10 @@ def _strands(
 
 
 def _joined(chain: Chain, shown: Ints) -> Floats:
-    """Return how surely each of some joints (K,) of a chain follows the one before, as of `ObservedStrand`."""
+    """Return the confidence that each joint follows the one before, (K,).
+
+    shown : (K,) indices of the joints, ascending. Returns (0,) if all are 1.
+    """
     result = np.ones(len(shown))
     for connection in chain.connections:
         after = int(np.searchsorted(shown, connection.segment, side="right"))
@@ -195,7 +201,7 @@ def _joined(chain: Chain, shown: Ints) -> Floats:
 
 
 def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats) -> tuple[Ints, Floats]:
-    """Return the joints of a chain that bound a visible segment, and their sights, as of `ObservedStrand`.
+    """Return the joints at visible segments of a chain, and their sights.
 
     Parameters
     ----------
@@ -204,9 +210,15 @@ def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, cent
     first, end
         range of the segments.
     low, high
-        range of the joints, the last included.
+        range of the joints, the last one included.
     center
-        (3,) m, place of the camera; None if no camera saw the chain, or several did: only measured joints are visible then.
+        (1, 3) m, position of the camera; (0, 3) if no camera saw the chain, or several did: then only measured joints are
+        visible.
+
+    Returns
+    -------
+    indices : (K,) of the joints, ascending.
+    sights : (K, 3), or (0, 3) if all are measured, as in `ObservedStrand`.
     """
     measured, visible = bounds(~chain.depth_filled, first, end), bounds(~chain.occluded, first, end)
     at = np.flatnonzero(measured | visible if len(center) else measured)
@@ -217,7 +229,10 @@ def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, cent
 
 
 def bounds(chosen: Bools, first: int = 0, end: int | None = None) -> Bools:
-    """Tell which joints bound one of the chosen segments (N,) from `first` to before `end`: (N + 1,) bool."""
+    """Return which joints bound a chosen segment, (N + 1,) bool.
+
+    chosen : (N,) bool, of N segments. first, end : range of the segments that count, the last one excluded.
+    """
     joints = np.zeros(len(chosen) + 1, dtype=bool)
     segments = first + np.flatnonzero(chosen[first:end])
     joints[segments] = joints[segments + 1] = True
@@ -225,7 +240,7 @@ def bounds(chosen: Bools, first: int = 0, end: int | None = None) -> Bools:
 
 
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
-    """Return the pieces that merging dropped, laid along their axes as those of the chains are."""
+    """Return the pieces that merging dropped, as chains along their axes."""
     context = stages.context
     least = MIN_STRAND_RADII * context.radius
     dropped = [Assembly((item.joints,)) for item in stages.merged.dropped if item.joints.shape[1] == 3 and item.length >= least]
