@@ -1,14 +1,14 @@
-"""Disparity along strands of the left image, from the right one: a curve is matched as a whole, not block by block.
+"""Match the strands of a rectified stereo pair, with a disparity per sample.
 
-A strand crosses a row of a rectified pair at one place and is told from its neighbors by the strand's course, so each strand
-has one dynamic program over its samples, with the disparity as state (Ohta and Kanade, PAMI 1985, along a curve instead of
-a row). The cost is the difference of the color profiles across the strand. A stretch along the rows has the same profile at
-every disparity, and gets its disparity from the stretches on either side.
+A strand crosses a row of the right image at one place, and its course distinguishes it from its neighbors. So each strand is
+matched as a whole by dynamic programming (Viterbi algorithm) along its samples, with the disparity as state (Ohta and Kanade,
+PAMI 1985, along a curve instead of a row). The cost is the difference of the color profiles across the strand. A stretch along
+the rows has the same profile at every disparity, and gets its disparity from its neighbors.
 
-The disparities found are then refined to a fraction of a pixel. At each sample the profile is shifted across the strand: along
-its normal n the right image is off by m = n . (-dd, dv), with the correction dd of the disparity and the common offset dv of
-the rows, which the calibration missed. All corrections are solved for together, with the second difference of the disparity
-kept small (Whittaker's smoother).
+Then the disparities are refined to a fraction of a pixel. At each sample the profile is shifted across the strand: along its
+normal n the right image is off by m = n . (-dd, dv), with the correction dd of the disparity and the common row offset dv, an
+error of the calibration. All corrections are solved together, with small second differences of the disparity (Whittaker
+smoother).
 """
 
 from __future__ import annotations
@@ -26,42 +26,43 @@ from ..types import Array, Bools, Floats
 from .strand_profiles import SPACING_PX, SURROUND_PX, StrandSamples, TargetImage, sample_strand
 
 STEP_COST, MAX_STEP_PX = 0.08, 2
-"""Cost of a change of the disparity by a pixel from sample to sample, where a profile that differs wholly costs 1; px that it
-changes at most, along a strand seen nearly end on. There are no jumps: a strand is continuous, also where it is hidden."""
+"""Cost of a change of the disparity by 1 px between samples, relative to 1 for a profile that differs entirely; and largest
+change, px, along a strand seen nearly end on. There are no jumps: a strand is continuous, also where it is hidden."""
 
 OUTSIDE_COST = 0.5
-"""Cost of a sample whose place is outside the right image, which says nothing for or against it."""
+"""Cost of a sample outside the right image, neither for nor against a disparity."""
 
 MAX_SHIFT_PX, SHIFT_STEP_PX = 2.0, 0.25
-"""px across the strand over which a profile is searched in the refinement, and its steps."""
+"""Largest shift across the strand at which a profile is searched in the refinement, px, and its step, px."""
 
 REFINEMENTS = 4
-"""Rounds of the refinement: the first mends up to two pixels, the last ones a tenth."""
+"""Number of refinement rounds: the first one corrects up to two pixels, the last ones a tenth."""
 
 SHIFT_DEVIATION_PX = 0.25
-"""px, of the measured shift of one profile: pixel noise and the sampling of thin strands."""
+"""Standard deviation of the measured shift of one profile, px: pixel noise and the sampling of thin strands."""
 
 MAX_MISFIT = 0.5
-"""Cost of a profile beyond which it is not that of the strand, but hidden in the right image."""
+"""Difference of profiles above which the strand is hidden in the right image."""
 
 MAX_BRIDGED_RADII = 12.0
-"""Radii of a strand that may be hidden in the right image: a strand as thick that crosses it aslant hides 4 to 8."""
+"""Length of a strand that may be hidden in the right image, in radii: an oblique crossing of a strand of equal width hides 4
+to 8."""
 
 ROW_DEVIATION_PX = 2.0
-"""px, standard deviation of the rows' offset in calibrations of use: pairs drift by warmth and handling."""
+"""Standard deviation of the row offset of calibrations in use, px: pairs drift by warmth and handling."""
 
 BEND_RADII = 10.0
-"""Radii of a strand that its bends towards and away from the camera have at least, usually."""
+"""Usual smallest bend radius of a strand towards and away from the camera, in radii."""
 
 MIN_ACROSS, MIN_SHARE = 0.01, 1e-6
-"""Least component along the rows of a strand's normal that is divided by; weight of samples that say nothing, if none does."""
+"""Smallest component along the rows of a strand's normal as a divisor; weight of samples without evidence if none has any."""
 
 PLANE_SAMPLES = 50.0
-"""Samples of a strand that leave the plane together: a lifted stretch is 100 px long."""
+"""Number of successive samples of a strand that leave the plane together: a lifted stretch is 100 px long."""
 
 PLANE_SCALE_PX, PLANE_RCOND = 100.0, 0.05
-"""px, extent of strands to which the slopes of their plane are compared; share of the largest singular value below which a slope
-is not determined, as that across a straight strand, and taken to be 0."""
+"""Extent of strands with which the slopes of their plane are compared, px; and relative singular value below which a slope is
+undetermined, such as across a straight strand, and set to 0."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +74,13 @@ class MatchedStrand:
     points
         (S, 2) px in the left image, two pixels apart.
     normals
-        (S, 2), across the strand.
+        (S, 2) unit, across the strand.
     radius
-        (S,) px.
+        (S,) px, half-width.
     disparity
         (S,) px.
     misfit
-        (S,) 0 to 1, difference of the profiles in both images; 1 where the right image does not show the strand.
+        (S,) 0 to 1, difference of the profiles in both images; 1 where the strand is not in the right image.
     """
 
     points: Floats
@@ -90,9 +91,9 @@ class MatchedStrand:
 
     @property
     def known(self) -> Bools:
-        """(S,) bool, where the right image shows the strand, or on either side of the sample within a few radii.
+        """(S,) bool, where the right image shows the strand, with short gaps closed.
 
-        So short a stretch is hidden by another strand that crosses, or its surroundings differ in both views since one does.
+        In a short gap another strand crosses, or the surroundings differ in both views because of a crossing.
         """
         shown = self.misfit < MAX_MISFIT
         samples = int(MAX_BRIDGED_RADII * np.median(self.radius) / SPACING_PX)
@@ -102,20 +103,20 @@ class MatchedStrand:
 def match_strands(
     lines: Sequence[Floats], radii: Sequence[Floats], left: Array, right: Array, focal: float, mask: Bools | None = None
 ) -> tuple[list[MatchedStrand], float]:
-    """Return strands of the left image with their disparities, and the offset of the right image's rows in px.
+    """Return strands of the left image with disparities, and the row offset, px.
 
     Parameters
     ----------
     lines
         the strands, (P, 2) px each.
     radii
-        (P,) half-width of each strand at its points, px.
+        (P,) px, half-width of each strand at its points.
     left, right
         (H, W, C) float32, the rectified images; C channels in grey levels.
     focal
-        focal length of both, px.
+        focal length of both images, px.
     mask
-        (H, W) bool, the object in the right image, beside which no strand is looked for; None if unknown.
+        (H, W) bool, the object in the right image, outside of which no strand is searched; None if unknown.
     """
     target = TargetImage(right, None if mask is None else dilate(mask, SURROUND_PX))
     samples = [sample_strand(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
@@ -131,20 +132,26 @@ def match_strands(
 
 
 def _misfits(samples: StrandSamples, disparity: Floats, row: float, target: TargetImage) -> Floats:
-    """Return the difference (S, Q) of each sample's profiles at Q disparities (S, Q) px."""
+    """Return the profile difference (S, Q) of samples at disparities (S, Q) px.
+
+    row : px, offset of the rows. It is 1 outside the right image.
+    """
     centers = samples.points[:, None] + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, :, None] + samples.offsets[:, None] * samples.normals[:, None, None]
     return np.where(target.contains(centers), target.difference(samples, places), 1.0)
 
 
 def _match_disparities(samples: StrandSamples, target: TargetImage) -> Floats:
-    """Return the disparities (S,) px, whole ones, at the least sum of misfits and of changes along the strand."""
+    """Return the disparities (S,) of least total cost, whole px (Viterbi).
+
+    The cost is the sum of misfits and of the changes between samples.
+    """
     states = np.arange(1.0, target.image.shape[1] // 2)
     cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, target) for part in _parts(samples)])
     cost[samples.points[:, :1] < states] = OUTSIDE_COST
     total, origin = cost[0].copy(), np.zeros(cost.shape, dtype=np.int32)
     numbers = np.arange(len(states))
-    offsets = np.array(sorted(range(MAX_STEP_PX, -MAX_STEP_PX - 1, -1), key=abs))  # of equal costs the smallest change
+    offsets = np.array(sorted(range(MAX_STEP_PX, -MAX_STEP_PX - 1, -1), key=abs))  # smallest change first, for equal costs
     for i in range(1, len(cost)):
         around = sliding_window_view(np.pad(total, MAX_STEP_PX, constant_values=np.inf), len(states))
         moved = around[MAX_STEP_PX + offsets] + STEP_COST * np.abs(offsets)[:, None]
@@ -158,7 +165,7 @@ def _match_disparities(samples: StrandSamples, target: TargetImage) -> Floats:
 
 
 def _parts(samples: StrandSamples, size: int = 64) -> list[StrandSamples]:
-    """Return the samples in parts, so that their profiles at all disparities fit into memory."""
+    """Return the samples in parts, whose profiles at all disparities fit in memory."""
     cuts = range(size, len(samples.points), size)
     parts = zip(*(np.split(getattr(samples, name), cuts) for name in ("points", "normals", "radius", "profiles")), strict=True)
     return [StrandSamples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
@@ -167,7 +174,7 @@ def _parts(samples: StrandSamples, size: int = 64) -> list[StrandSamples]:
 def _refine(
     samples: Sequence[StrandSamples], disparities: Sequence[Floats], row: float, target: TargetImage, focal: float
 ) -> tuple[list[Floats], float]:
-    """Return the disparities and the offset of the rows, corrected by the shifts of the profiles across the strands."""
+    """Return disparities and row offset, corrected by the shifts of the profiles."""
     shifts = [_measure_shifts(each, disparity, row, target) for each, disparity in zip(samples, disparities, strict=True)]
     planes, plane_weight = _fit_plane(samples, disparities, [weight for _, weight in shifts])
     along, constant, total = [], [], np.array([0.0, 1 / ROW_DEVIATION_PX**2])
@@ -176,7 +183,7 @@ def _refine(
         weight = sure * across**2 / SHIFT_DEVIATION_PX**2
         nearness = max(float(np.median(disparity)), 1.0) / focal
         bend = nearness * SPACING_PX**2 / (BEND_RADII * float(np.median(each.radius)))
-        # the disparity is a linear function of the offset of the rows: without offset, and per pixel of it
+        # the disparity is linear in the row offset: value at offset 0, and slope
         parts = []
         for wanted, prior in ((disparity - shift / across, plane), (each.normals[:, 1] / across, 0 * plane)):
             pulled = (weight * wanted + plane_weight * prior) / (weight + plane_weight)
@@ -193,10 +200,14 @@ def _refine(
 def _fit_plane(
     samples: Sequence[StrandSamples], disparities: Sequence[Floats], weights: Sequence[Floats]
 ) -> tuple[list[Floats], float]:
-    """Return the disparity of the plane nearest to all strands, at the samples of each, and the weight of a sample's pull to it.
+    """Fit a plane to the disparities of all strands.
 
-    The disparity on a plane, such as a table, is linear in the image. The more the strands leave it, the less it says on those
-    stretches whose own disparity is unknown: along the rows, and where the right image does not show them.
+    The disparity of a plane, such as a table, is linear in the image. The plane gives the disparity of stretches along the
+    rows or hidden in the right image. Its weight decreases with the variance of the strands around it.
+
+    Returns
+    -------
+    The disparity of the plane at the samples of each strand, px, and the weight of its pull on a sample.
     """
     points, across = (np.concatenate([getattr(each, name) for each in samples]) for name in ("points", "normals"))
     disparity, weight = np.concatenate(disparities), np.concatenate(weights) * across[:, 0] ** 2
@@ -211,7 +222,7 @@ def _fit_plane(
 
 
 def _measure_shifts(samples: StrandSamples, disparity: Floats, row: float, target: TargetImage) -> tuple[Floats, Floats]:
-    """Return by how much each profile of the right image lies off across the strand (S,) px, and its weight (S,) 0 to 1."""
+    """Return the shift (S,) px of each profile across the strand, and its weight."""
     steps = np.arange(-MAX_SHIFT_PX, MAX_SHIFT_PX + SHIFT_STEP_PX / 2, SHIFT_STEP_PX)
     centers = samples.points + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, None, None] + (steps[:, None] + samples.offsets)[..., None] * samples.normals[:, None, None]

@@ -207,8 +207,8 @@ def smooth_chains(
 def _at_frames(at: Ints, readings: Sequence[Floats | None]) -> Floats:
     """Return readings arranged by frame, (2, T, NODES, PER_NODE).
 
-    at : indices of the frames, ascending from 0; T is the last one plus 1. readings : (2, NODES, PER_NODE) each, or None. The result is
-    NaN where there is none.
+    at : indices of the frames, ascending from 0; T is the last one plus 1. readings : (2, NODES, PER_NODE) each, or None.
+    Frames without readings have NaN.
     """
     result = np.full((2, at[-1] + 1, NODES, PER_NODE), np.nan)
     for row, each in zip(at.tolist(), readings, strict=True):

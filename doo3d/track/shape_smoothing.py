@@ -77,8 +77,8 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) ->
 def _certainty(seen: Bools, closed: bool) -> Floats:
     """Return how well each joint is known in each frame, 0.01 to 1: (T, M + 1).
 
-    UNKNOWN_WEIGHT is the lower limit. A strand determines the object for 7 segments beyond its end (see TURN_WEIGHT); farther on the error of a position grows
-    with the square of the distance.
+    The lower limit is UNKNOWN_WEIGHT. A strand determines the object for 7 segments beyond its end (see TURN_WEIGHT); farther on
+    the error of a position grows with the square of the distance.
 
     seen : (T, M + 1) bool, True for visible joints. closed : whether the last joint is the first.
     """
