@@ -72,9 +72,9 @@ def _synchronize(captures: Sequence[Capture], names: Sequence[str], tolerance: f
 
     Frames are matched by timestamps (s, within `tolerance`), else by names, else by order.
 
-    Raises ------ InputError : no frames are near in time; or frames lack times, and names match for some of them only; or
-    names match for none, and the
-        numbers of frames differ.
+    Raises ------ InputError : no frames are near in time; or frames lack times, and only some names match, or no names match
+    and the numbers of
+        frames differ.
     """
     first = captures[0]
     if all(frame.timestamp is not None for capture in captures for frame in capture):

@@ -109,7 +109,7 @@ def _beside_hidden(hidden: Bools, tips: tuple[bool, bool], length: float) -> Boo
     hidden
         (N,) bool, along the chain.
     tips
-        whether the ends are tips; beyond an end that is none, the object is hidden.
+        whether the ends are tips; beyond any other end, the object is hidden.
     length
         px, of the chain in the image.
     """

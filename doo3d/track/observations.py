@@ -34,7 +34,7 @@ JUNCTION_SEGMENTS = 1
 
 
 def no_sights() -> Floats:
-    """Return the sights of a strand of measured depth: none, (0, 3)."""
+    """Return the sights of a strand with measured depth, (0, 3)."""
     return np.zeros((0, 3))
 
 
