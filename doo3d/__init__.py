@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .camera.opening import open_rig
+    from .camera.open_rig import open_rig
     from .config import Config, load_config
     from .errors import ArgumentError, ConfigError, DooError, InputError, MissingDependency
     from .exports import export
@@ -34,7 +34,7 @@ _NAMES = {
     "inputs": ("open_capture",),
     "tools.explain": ("explain",),
     "pipeline": ("detect",),
-    "camera.opening": ("open_rig",),
+    "camera.open_rig": ("open_rig",),
     "runs.detect_capture": ("run",),
     "track.detect_sequence": ("detect_sequence",),
     "track.detector": ("Detector",),

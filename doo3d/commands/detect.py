@@ -106,7 +106,7 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..camera.opening import open_frames
+        from ..camera.open_rig import open_frames
         from ..runs.option_checks import check_use
 
         effective = settings.load()

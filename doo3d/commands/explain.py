@@ -48,7 +48,7 @@ def explain(
       doo3d explain sample_clouds/crossing --frame 0
       doo3d explain photo.jpg -c image --json why.json
     """
-    from ..camera.opening import open_frames
+    from ..camera.open_rig import open_frames
 
     effective = settings.load()
     opened = open_frames(capture, effective, reading.mask, reading.options(cameras))

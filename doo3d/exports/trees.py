@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..track.tracking import reversed_chain
+from ..track.chain_direction import reversed_chain
 from ..types import ChainEnd, Detection, Floats
 
 

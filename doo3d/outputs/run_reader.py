@@ -89,7 +89,7 @@ class Results:
         DooError
             the capture cannot be read now, or is of another format.
         """
-        from ..camera.opening import open_frames
+        from ..camera.open_rig import open_frames
 
         source = self.manifest.get("input", {})
         try:

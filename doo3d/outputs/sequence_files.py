@@ -11,9 +11,9 @@ from pydantic import TypeAdapter
 
 from ..camera.background import BackgroundView
 from ..errors import InputError
+from ..track.depth_readings import NODES, PER_NODE
 from ..track.objects import SequenceObject
 from ..track.observations import Observation, ObservedStrand
-from ..track.readings import NODES, PER_NODE
 from ..types import Array, Detection, Floats
 from . import STRANDS
 from .atomic import write_text
@@ -56,7 +56,7 @@ class SequenceFile:
 def encode_strands(observation: Observation) -> bytes:
     """Encode the strands of a frame as JSON, UTF-8 bytes."""
     strands = [
-        {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(strand).items()}
+        {name: value.tolist() or None if isinstance(value, np.ndarray) else value for name, value in vars(strand).items()}
         for strand in observation.strands
     ]
     pose = None if observation.pose is None else observation.pose.tolist()
@@ -127,8 +127,8 @@ def _strand(values: dict[str, Any]) -> ObservedStrand:
     if points.shape != (len(arcs), 3) or not len(arcs):
         raise ValueError(f"points {points.shape}, arcs {arcs.shape}")
     start, end = values["tips"]
-    sight = None if values.get("sight") is None else np.array(values["sight"], dtype=float).reshape(points.shape)
-    joined = None if values.get("joined") is None else np.array(values["joined"], dtype=float).reshape(arcs.shape)
+    sight, joined = (np.array(values.get(name) or (), dtype=float) for name in ("sight", "joined"))
+    sight, joined = sight.reshape(points.shape if len(sight) else (0, 3)), joined.reshape(arcs.shape if len(joined) else 0)
     return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]), sight, joined)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from os import PathLike
 from typing import Any
 
-from ..camera.opening import open_frames
+from ..camera.open_rig import open_frames
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, options_of_python
 from ..fusion.fused_capture import fused_capture

@@ -85,13 +85,13 @@ def _window(method: SecondPass, start: int, tracking: TrackingConfig, length: fl
     """Return name -> detection for the frames of a window; the result is cached for the following frames."""
     from ..camera.camera_motion import CameraMotion
     from ..outputs.sequence_files import read_objects, read_observation
-    from ..track.detect_sequence import combine_window, window_bounds, with_poses
-    from ..track.steady_depth import steadied
+    from ..track.depth_smoothing import smooth_depth_over_time
+    from ..track.detect_sequence import Window, combine_window, window_bounds, with_poses
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
     observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
-    steady = steadied(observations, tracking, length)
-    detections = combine_window(observations, steady, known.objects, start, first, known.max_gap, known.min_confidence)
+    smoothed = smooth_depth_over_time(observations, tracking, length)
+    detections = combine_window(Window(start, observations, smoothed), known.objects, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

@@ -14,8 +14,8 @@ from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
 from ..track.detect_sequence import gap_frames, motion_of, with_poses
 from ..track.first_pass import check_mode
-from ..track.given_length import length_notes
-from ..track.objects import steady_objects
+from ..track.length_check import length_notes
+from ..track.objects import find_smoothed_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
 from .pictures import NO_PICTURES
@@ -78,12 +78,12 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     motion = motion_of(observations, config, lambda frame: read_background(folder, names[frame]))
     observations = with_poses(observations, motion)
-    _, objects = steady_objects(observations, config)
+    _, objects = find_smoothed_objects(observations, config)
     max_gap = gap_frames(observations, config)
     known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
-    notes = (*(() if motion.note is None else (motion.note,)), *length_notes(observations, config))
+    notes = (*motion.notes, *length_notes(observations, config))
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from builders.contexts import context_of
-from doo3d.geometry.assembly import Assembly
 
 from doo3d.chains.fill import fill
+from doo3d.geometry.assembly import Assembly
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import angle, steps, unit
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from builders.contexts import context_of
 from builders.drawn_masks import frame_of, line, wave
-from doo3d.geometry.assembly import Assembly
+from doo3d.scene.visibility import Visibility
 
 import doo3d
 from doo3d.chains.fill import fill
 from doo3d.config import MergeConfig
+from doo3d.geometry.assembly import Assembly
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
@@ -21,7 +22,6 @@ from doo3d.links.candidates import Candidates, Link, ends_of
 from doo3d.links.confidence import confidences
 from doo3d.links.terms.gap_path import GapPaths
 from doo3d.scene.depth_model import DepthModel
-from doo3d.scene.visibility import Visibility
 from doo3d.types import Camera, Chain, Connection, Detection
 
 MOST = 100.0

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 
 from ...camera.depth_cameras import load_best
-from ...camera.opening import PairLoader, open_rig
-from ...camera.pair_frame import triangulate
+from ...camera.open_rig import PairLoader, open_rig
+from ...camera.stereo_depth import triangulate
 from ...config import Config, load_config
 from ...inputs import FrameData
 from ...inputs.bag.undistortion import Lens

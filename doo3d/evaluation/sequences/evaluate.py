@@ -17,9 +17,9 @@ from ...errors import DooError
 from ...pipeline import detect_with_stages
 from ...track.detect_sequence import combine, motion_of, with_poses
 from ...track.first_pass import check_mode, first_pass_config
-from ...track.objects import steady_objects
+from ...track.image_strands import strands_in_image
+from ...track.objects import find_smoothed_objects
 from ...track.observations import Observation, observe
-from ...track.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
 from ..benchmark.pictures import panels, truth_chain
@@ -162,7 +162,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     for variant, past_only in ORACLES.items():
         truths, measured = [frame.truth for frame in frames], [frame.measured for frame in frames]
         detections[variant], seconds[variant] = oracle_detections(truths, measured, past_only), float("nan")
-    found = max((item.length for item in steady_objects(observations, config)[1]), default=float("nan"))
+    found = max((item.length for item in find_smoothed_objects(observations, config)[1]), default=float("nan"))
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...track.registration import exact_lengths, to_lengths
+from ...track.registration import exact_lengths, relax_lengths
 from ...track.rings import ring_joints
 from ...types import Bools, Chain, Detection, Floats, Ints
 from ..metrics.nodes import axis_points
@@ -134,7 +134,7 @@ def oracle_detections(truths: Sequence[Truth], measured: Sequence[Bools], past_o
     chains = []
     for truth, nodes, fixed, exact in zip(truths, oracle_nodes(true, seen, past_only), seen, true, strict=True):
         segment = float(np.linalg.norm(np.diff(exact, axis=0), axis=1).mean())
-        joints = exact_lengths(to_lengths(nodes, segment, fixed), segment)
+        joints = exact_lengths(relax_lengths(nodes, segment, fixed), segment)
         hidden = ~(fixed[:-1] & fixed[1:])
         chains.append(Chain(joints, segment, truth.radius, occluded=hidden, from_time=hidden, id=0))
     return [Detection((chain,), frame=f"{k:04d}") for k, chain in enumerate(chains)]

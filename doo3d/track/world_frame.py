@@ -1,4 +1,4 @@
-"""Follow objects before a camera that moves: in the frame of the world, by the poses of the camera."""
+"""Transform observations of a moving camera to the world frame, and shapes back."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from .observations import Observation
 
 
 def in_world(observations: Sequence[Observation]) -> list[Observation]:
-    """Return observations with their chains and strands in the world, if the pose of the camera is known and it moves.
+    """Return observations in the world frame if the camera moves, else unchanged.
 
-    Without a pose of each frame that shows anything, known or estimated, the camera is taken to stand still, and they are
-    returned as they are.
+    They also stay unchanged if a frame with chains or strands has no pose, known or estimated.
     """
     known = [observation.pose for observation in observations if observation.pose is not None]
     if not known or any(map(_lacks_pose, observations)) or not camera_moves(np.array(known)):
@@ -25,33 +24,37 @@ def in_world(observations: Sequence[Observation]) -> list[Observation]:
     result, pose = [], known[0]
     for observation in observations:
         pose = pose if observation.pose is None else observation.pose
-        result.append(_moved(observation, pose))
+        result.append(_to_world(observation, pose))
     return result
 
 
 def _lacks_pose(observation: Observation) -> bool:
+    """Return whether an observation has chains or strands but no pose."""
     return observation.pose is None and bool(observation.detection.chains or observation.strands)
 
 
-def _moved(observation: Observation, pose: Floats) -> Observation:
+def _to_world(observation: Observation, pose: Floats) -> Observation:
+    """Return an observation transformed by a pose (4, 4), camera to world, m."""
     strands = (
-        replace(
-            strand,
-            points=in_frame_of(pose, strand.points),
-            sight=None if strand.sight is None else strand.sight @ pose[:3, :3].T,
-        )
+        replace(strand, points=in_frame_of(pose, strand.points), sight=strand.sight @ pose[:3, :3].T)
         for strand in observation.strands
     )
     return replace(observation, detection=observation.detection.transformed(pose), strands=tuple(strands), pose=pose)
 
 
-def poses_of(observations: Sequence[Observation]) -> Floats | None:
-    """Return the poses (T, 4, 4) m of the camera if `in_world` has brought the observations into the world, else None."""
+def poses_of(observations: Sequence[Observation]) -> Floats:
+    """Return the camera poses (T, 4, 4) m of observations transformed by `in_world`.
+
+    (0, 4, 4) for observations in another frame than the world.
+    """
     if not observations or observations[0].detection.coordinates != "world" or observations[0].pose is None:
-        return None
+        return np.zeros((0, 4, 4))
     return np.array([observation.pose for observation in observations])
 
 
-def seen_from(pose: Floats, points: Floats) -> Floats:
-    """Return points (N, 3) m of the world in the frame of a camera of a pose (4, 4), camera to world."""
+def in_camera(pose: Floats, points: Floats) -> Floats:
+    """Return points (N, 3) m of the world in the frame of a camera.
+
+    pose : (4, 4) m, camera to world.
+    """
     return np.ascontiguousarray((points - pose[:3, 3]) @ pose[:3, :3])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import doo3d as package
-from doo3d.camera.camera_motion import MOVES
+from doo3d.camera.camera_motion import MOTION_NOTE
 from doo3d.evaluation.metrics.score import score
 from doo3d.evaluation.sequences.moving_views import moving_view, table
 from doo3d.outputs.run_reader import open_results
@@ -37,8 +37,8 @@ def joints(detections):
 def test_estimated_poses_give_what_true_poses_give():
     view, frames = rendered()
     estimated, true = found(), found(poses=view.poses)
-    assert MOVES in estimated[0].notes
-    assert MOVES not in true[0].notes
+    assert MOTION_NOTE in estimated[0].notes
+    assert MOTION_NOTE not in true[0].notes
     assert np.linalg.norm(joints(estimated) - joints(true), axis=2).max() < 0.001
     assert all(score(each.chains, frame.truths).correct for each, frame in zip(estimated, frames, strict=True))
     assert {each.coordinates for each in estimated} == {"camera"}
@@ -65,7 +65,7 @@ def test_from_the_shell(doo3d, tmp_path, workers):
     options = ("--set", "merge.chains=1", "--set", "sequence.chains=1", "--workers", str(workers))
     code, _, errors = doo3d("detect", tmp_path / "moving.npz", "-o", tmp_path / "out", "--sequence", *options)
     assert code == 0
-    assert errors.count(MOVES) == 1
+    assert errors.count(MOTION_NOTE) == 1
     assert np.abs(joints(list(open_results(tmp_path / "out").detections())) - joints(found())).max() < 1e-9
 
 

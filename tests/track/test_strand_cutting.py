@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doo3d.track.cutting import cut_misjoined
 from doo3d.track.observations import ObservedStrand
-from doo3d.track.tips import CUT_OFF, TIP
+from doo3d.track.strand_cutting import cut_misjoined
+from doo3d.track.strand_ends import CUT_OFF, TIP
 
 SEGMENT = 0.01
 
@@ -24,9 +24,9 @@ def loop():
     return np.column_stack([np.interp(at, along, column) for column in line.T])
 
 
-def strand(points, tips=(TIP, TIP), sight=None):
+def strand(points, tips=(TIP, TIP), sight=()):
     arcs = np.append(0, np.cumsum(np.full(len(points) - 1, SEGMENT)))
-    return ObservedStrand(points, arcs, float(arcs[-1]), tips, 0, sight)
+    return ObservedStrand(points, arcs, float(arcs[-1]), tips, 0, np.reshape(sight, (-1, 3)))
 
 
 def cut(strands, joints):

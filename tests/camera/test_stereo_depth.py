@@ -11,7 +11,7 @@ from builders.pairs import BASELINE, CAMERA, RADIUS, drawn_pair, stereo_pair, wa
 from scipy.spatial import cKDTree
 
 import doo3d
-from doo3d.camera.pair_frame import triangulate
+from doo3d.camera.stereo_depth import triangulate
 
 CONFIG = doo3d.load_config()
 

@@ -1,39 +1,42 @@
-"""Vote the length of an object over the frames that show it."""
+"""Decide the length of an object by a vote over all frames in which it is visible."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..types import Floats
+from .junction_vote import OPEN
 from .observations import LENGTH_ERROR
-from .topology import OPEN
 from .tracks import FILLED_ERROR, MIN_FRAMES, Track
 
 MIN_LENGTH_SHARE = 0.1
-"""Share of the chains that must agree on a length, within LENGTH_ERROR: chains are too short wherever an end is hidden, hardly
-ever too long, so the object's length is the longest that enough chains have."""
+"""Fraction of the chains that must agree on a length, within LENGTH_ERROR. A chain is too short wherever an end is hidden and
+hardly ever too long, so the length of an object is the longest one with enough agreement."""
 
 
 def track_length(track: Track, given: float | None) -> float:
-    """Return the length, m, of the object of a track: the given one, which is that of objects without junctions, or voted."""
+    """Return the length of the object of a track, m.
+
+    given : m, `sequence.length`, which is the length of objects without junctions; None decides by a vote.
+    """
     return given if given is not None and track.pattern == OPEN else vote_length(*track.lengths)
 
 
 def vote_length(lengths: Floats, filled: Floats) -> float:
-    """Return the longest length, m, on which enough of the measured lengths agree, nearest to those with the least filled.
+    """Return the longest length in m that enough measured lengths agree on.
 
     Parameters
     ----------
     lengths
         (K,) m, measured lengths.
     filled
-        (K,) m, how much of each was not measured. Lengths agree within 2 %, and within 5 % of what was not measured; both
-        errors are independent.
+        (K,) m, how much of each length was not measured. Two lengths agree within 2 % of the length and 5 % of the part not
+        measured, added as independent errors.
 
     Returns
     -------
-    The weighted median of the lengths that agree with it. It is moved until it converges (mean shift with the median), since the
-    longest measurements are a little too long.
+    The weighted median of the lengths that agree, moved until it converges (mean shift with the median), since
+    the longest lengths are slightly too long. Lengths with the least filled part are preferred as a start.
     """
     order = np.argsort(filled - lengths, kind="stable")
     ordered, errors = lengths[order], np.hypot(LENGTH_ERROR * lengths[order], FILLED_ERROR * filled[order])
@@ -46,7 +49,7 @@ def vote_length(lengths: Floats, filled: Floats) -> float:
 
 
 def _middle(lengths: Floats, errors: Floats, length: float) -> float:
-    """Return the weighted median of the lengths around a length, moved until it stays."""
+    """Return the weighted median of the lengths around a length, until it converges."""
     for _ in range(len(lengths)):
         near = np.abs(lengths - length) <= errors
         median = _median(lengths[near], errors[near])
@@ -57,7 +60,10 @@ def _middle(lengths: Floats, errors: Floats, length: float) -> float:
 
 
 def _median(values: Floats, errors: Floats) -> float:
-    """Return the median of values, weighted by the inverse squares of their errors; between two of them their mean."""
+    """Return the median of values, weighted by inverse squared errors.
+
+    Between two values it is their mean.
+    """
     order = np.argsort(values, kind="stable")
     share = np.cumsum(errors[order] ** -2.0)
     low, high = np.searchsorted(share, share[-1] / 2 * np.array([1 - 1e-9, 1 + 1e-9]))

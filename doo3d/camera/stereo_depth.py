@@ -1,4 +1,7 @@
-"""A frame with depth on its strands, from a stereo pair: the 3-D method goes on from there as from any RGB-D frame."""
+"""Triangulate the strands of a stereo pair, as a frame with depth on its strands.
+
+The 3-D method continues from there as from any RGB-D frame.
+"""
 
 from __future__ import annotations
 
@@ -13,46 +16,50 @@ from ..inputs.rig.stereo_pair import RectifiedPair
 from ..pipeline import Stages, run_stages
 from ..segment.working_picture import enlarged_chain, enlarged_mask
 from ..types import Array, Bools, Floats, Frame, Image
-from .strand_matching import SPACING_PX, MatchedStrand, match_strands
+from .strand_matching import MatchedStrand, match_strands
+from .strand_profiles import SPACING_PX
 
 MIN_SEEN = 0.5
-"""Share of all samples whose profile the right image shows: below, nothing was matched."""
+"""Smallest fraction of samples whose profile is found in the right image: below it, the images do not match."""
 
 EDGE_PX = 1.0
-"""px beyond the radius of a strand that pixels of the mask still belong to it: masks are drawn wider than strands."""
+"""Distance in px beyond the radius of a strand within which pixels of the mask belong to it: masks are drawn wider than
+strands."""
 
-TOLD = {"method", "ranges", "onnx", "min_component", "equal_widths", "hues"}
-"""Settings of the segmentation that mean the same in an image: they are in no unit of length, or in pixels."""
+SHARED_SETTINGS = {"method", "ranges", "onnx", "min_component", "equal_widths", "hues"}
+"""Settings of the segmentation with the same meaning in an image: they have no unit of length, or are in pixels."""
 
 NEIGHBORS, APART_RADII = 16, 4.0
-"""Nearest samples of a pixel that are looked at, and radii along a strand beyond which a sample is of another stretch."""
+"""Number of nearest samples that are compared for a pixel, and distance along a strand, in radii, beyond which a sample is of
+another stretch."""
 
 
 def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> FrameData:
-    """Return the rectified left image of a stereo pair as a frame with depth on the strands, with the mask of the strands.
+    """Return the rectified left image of a stereo pair with the depth of its strands.
 
-    The strands are found in the left image by the 2-D method (preset `image`, with the segmentation, the number of chains and the
-    branches of the config), followed in the right one, and triangulated. Each pixel of the mask gets the depth of the front of
-    its strand, a cylinder as wide as in the image. Pixels beside the strands have no depth, and neither have stretches that the
-    right image does not show.
+    The strands are found in the left image by the 2-D method (preset `image`, with the segmentation, the number of chains and
+    the branches of the settings), matched with the right one, and triangulated. Each pixel of the mask gets the depth of the
+    front of its strand, a cylinder of the width in the image. Pixels next to the strands have no depth, nor have stretches
+    that are hidden in the right image.
 
     Parameters
     ----------
     images
-        both images as the cameras took them, and their masks.
+        both images as the cameras recorded them, and their masks.
     pair
         the calibration.
     config
-        settings of the 3-D method.
+        the settings of the 3-D method.
 
     Raises
     ------
-    InputError : an image has another size than its camera, the config is for images, no strand is found in the left image, or
-        none of it in the right one.
+    InputError : an image has another size than its camera, the config is for images, no strand is found in the
+    left image, or too
+        little of them in the right one.
     """
     left, right = pair.images(images.left, images.right)
     masks = [None if mask is None else pair.mask(mask, side) for side, mask in enumerate((images.left_mask, images.right_mask))]
-    flat = _flat_config(config)
+    flat = _image_config(config)
     stages = run_stages(Image(left, images.name), flat, masks[0] if config.segment.method in ("auto", "mask") else None)
     if not stages.chains:
         reason = " ".join(stages.observed.segmentation.scene.notes) or "give masks, or color ranges (segment.ranges)"
@@ -76,28 +83,31 @@ def triangulate(images: PairImages, pair: RectifiedPair, config: Config) -> Fram
     return FrameData(Frame(left, depth, pair.camera, images.name), mask)
 
 
-def _flat_config(config: Config) -> Config:
-    """Return the preset `image` with what the settings of the 3-D method say about the object."""
+def _image_config(config: Config) -> Config:
+    """Return the preset `image` with the settings that describe the object."""
     if config.segment.method in ("background", "plane"):
         sentence = f"segment.method={config.segment.method} needs depth, or the view of one camera"
         raise InputError(f"{sentence}: give masks of a stereo pair, or a method for images", code="method-needs-depth")
-    told = {f"segment.{key}": value for key, value in config.segment.model_dump(include=TOLD, exclude_unset=True).items()}
-    return load_config("image", {**told, "merge.chains": config.merge.chains, "seed": config.seed})
+    shared = {
+        f"segment.{key}": value for key, value in config.segment.model_dump(include=SHARED_SETTINGS, exclude_unset=True).items()
+    }
+    return load_config("image", {**shared, "merge.chains": config.merge.chains, "seed": config.seed})
 
 
 def _mask(stages: Stages, shape: tuple[int, ...]) -> Bools:
+    """Return the mask (H, W) of the strands at full resolution."""
     mask = stages.observed.segmentation.scene.mask
     return enlarged_mask(mask, stages.observed.scale, shape)
 
 
 def _depth(strands: list[MatchedStrand], mask: Bools, pair: RectifiedPair) -> Array:
-    """Return the depth (H, W) float32 m of the front of the strands at the pixels of the mask; 0 elsewhere."""
+    """Return the depth (H, W) float32 m of the front of strands; 0 off the mask."""
     names = ("points", "normals", "radius", "disparity", "known")
     points, normals, radius, disparity, known = (np.concatenate([getattr(each, name) for each in strands]) for name in names)
     pixels = np.argwhere(mask)[:, ::-1]
     distance, near = cKDTree(points).query(pixels, k=min(NEIGHBORS, len(points)))
     within = distance <= radius[near] + EDGE_PX
-    # of the nearest sample and the nearest one of another stretch, which crosses there, the one nearer to the camera
+    # where two stretches cross: of the nearest samples of both, the one nearer to the camera
     apart = np.abs(near - near[:, :1]) > APART_RADII * radius[near] / SPACING_PX
     other = (within & apart).argmax(axis=1)
     rows = np.arange(len(pixels))

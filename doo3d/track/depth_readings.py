@@ -1,7 +1,7 @@
 """Read the depth along the chains of a frame as the sensor measured it.
 
-One frame has to decide which readings belong to the strand, and decides wrongly where most belong to the background. A sequence
-decides better, since right readings agree with other frames: so a frame with torn depth leaves all its readings to it.
+A single frame has to decide which readings belong to the strand, and fails where most belong to the background. A sequence
+decides better, since right readings agree with other frames: so a frame with torn depth passes all of its readings on.
 """
 
 from __future__ import annotations
@@ -18,40 +18,42 @@ from ..scene.support import BESIDE_PX
 from ..types import Array, Bools, Chain, Floats
 
 NODES, PER_NODE = 40, 6
-"""Places along an object at which its depth is smoothed: about as far apart as the waves are long that a stereo camera adds; and
-readings at each: together 2 for each of about 100 segments."""
+"""Number of places along an object at which depth is smoothed, about one per wavelength of a stereo camera's depth waves; and
+readings at each place: 240 in all, about 2 for each of 100 segments."""
 
 NEARER_SHARE, BEHIND_SHARE = 0.35, 0.75
-"""Quantiles, from the nearest on: of the readings across a strand, since wrong ones mostly lie behind; and of those beside it for
-the background, since a stereo camera measures the strand there, too."""
+"""Quantiles of depth, from the nearest reading on: across the strand, where wrong readings are mostly behind it; and next to
+it for the background, where a stereo camera measures the strand, too."""
 
 TORN_SHARE = 0.1
-"""Share of visible segments without measured depth above which depth is torn, and the rest may be wrong, too."""
+"""Fraction of segments that are visible without measured depth above which the depth of a chain is torn: the rest may be
+wrong, too."""
 
 
 def torn_share(chain: Chain) -> float:
-    """Return the share of the segments of a chain that are visible without measured depth."""
+    """Return the fraction of the segments of a chain that are visible without depth."""
     return np.count_nonzero(chain.depth_filled & ~chain.occluded) / len(chain.occluded)
 
 
 def readings_along(chain: Chain, scene: Scene, tips: tuple[bool, bool]) -> Array | None:
-    """Return the inverse range along an open chain and of the background beside it, evenly spaced in the image.
+    """Return the inverse range along an open chain and of the background next to it.
 
-    A stereo camera measures an occluder up to 14 px beyond its edges: such readings are left out.
+    The places are evenly spaced in the image. A stereo camera measures an occluder up to 14 px beyond its edges: such readings
+    are left out.
 
     Parameters
     ----------
     chain
-        the chain, in the frame of the camera.
+        the chain, in the camera frame.
     scene
         what was captured.
     tips
-        whether the first and the last end are tips of the object; an end that is no tip is hidden.
+        whether the first and the last end are tips of the object; other ends are hidden.
 
     Returns
     -------
-    (2, NODES, PER_NODE) float32 1/m, of the axis and of the background; NaN without a reading. None if no camera saw the chain,
-    or its depth is not torn.
+    (2, NODES, PER_NODE) float32 1/m, of the axis and of the background; NaN without a reading. None if no
+    camera saw the chain, or its depth is not torn.
     """
     if not isinstance(scene, FrameScene) or chain.closed or torn_share(chain) <= TORN_SHARE:
         return None
@@ -65,9 +67,9 @@ def readings_along(chain: Chain, scene: Scene, tips: tuple[bool, bool]) -> Array
     along = np.gradient(camera.project(resample(rays, np.linspace(0.0, turned[-1], len(at)))), axis=0)
     across = unit(along)[:, ::-1] * (-1.0, 1.0)
     half_width = chain.radius * camera.fx / float(np.median(chain.joints[:, 2]))
-    own = _read(pixels, across, ACROSS_RADII * half_width, depth, mask, True, NEARER_SHARE)
+    own = _read_image(pixels, across, ACROSS_RADII * half_width, depth, mask, True, NEARER_SHARE)
     beyond = half_width + BESIDE_PX
-    beside = _read(pixels, across, np.concatenate((-beyond, beyond)), depth, mask, False, BEHIND_SHARE)
+    beside = _read_image(pixels, across, np.concatenate((-beyond, beyond)), depth, mask, False, BEHIND_SHARE)
     segment = np.clip(turned.searchsorted(at) - 1, 0, len(chain.occluded) - 1)
     own[_beside_hidden(chain.occluded[segment], tips, arc_length(pixels)[-1])] = np.nan
     stretch = np.linalg.norm(line, axis=1) / line[:, 2]
@@ -75,10 +77,23 @@ def readings_along(chain: Chain, scene: Scene, tips: tuple[bool, bool]) -> Array
     return inverse.reshape(2, NODES, PER_NODE).astype(np.float32)
 
 
-def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float) -> Floats:
-    """Return a quantile of the readings across a line in the image, from the nearest on: (N,) m, NaN for none.
+def _read_image(
+    pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: Bools, on_object: bool, share: float
+) -> Floats:
+    """Return a quantile of the depth readings across a line in the image, (N,) m.
 
-    on_object : True to read pixels of the mask, False for the others. share : the quantile, 0 to 1.
+    Parameters
+    ----------
+    pixels, across
+        (N, 2) px, places on the line, and unit directions across it.
+    offsets
+        (K,) px, distances across the line at which depth is read.
+    depth, mask
+        (H, W) m and bool, the depth image and the pixels of the object.
+    on_object
+        True to read pixels of the mask, False for the others.
+    share
+        the quantile, 0 to 1, from the nearest reading on; NaN where there is no reading.
     """
     height, width = depth.shape
     u, v = np.moveaxis(np.rint(pixels[:, None] + across[:, None] * offsets[:, None]).astype(np.int64), 2, 0)
@@ -91,9 +106,16 @@ def _read(pixels: Floats, across: Floats, offsets: Floats, depth: Array, mask: B
 
 
 def _beside_hidden(hidden: Bools, tips: tuple[bool, bool], length: float) -> Bools:
-    """Tell which of N places are hidden, or so near to a hidden one that the occluder is measured there.
+    """Return which of N places are hidden, or near enough to measure the occluder.
 
-    hidden : (N,). tips : whether the ends are tips. length : of the chain, px.
+    Parameters
+    ----------
+    hidden
+        (N,) bool, along the chain.
+    tips
+        whether the ends are tips; beyond any other end, the object is hidden.
+    length
+        px, of the chain in the image.
     """
     reach = int(np.ceil(BESIDE_PX[-1] / max(length, 1.0) * len(hidden)))
     flags = np.concatenate(([not tips[0]], hidden, [not tips[1]])).astype(np.uint8)

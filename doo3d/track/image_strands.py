@@ -1,4 +1,4 @@
-"""Find the strands of a frame whose depth was not measured, in its image alone."""
+"""Find the strands of a frame without depth, in its color image alone."""
 
 from __future__ import annotations
 
@@ -17,20 +17,24 @@ from .registration import STEPS_PER_SEGMENT
 
 
 def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[ObservedStrand, ...]:
-    """Return the strands in the image of a frame without any depth on the object; none if its image does not show the object.
+    """Return the strands in the color image of a frame without depth on the object.
 
-    The object is detected as if it lay on a sphere around the camera: directions and angles are right at any distance. Segments
-    are as short as the steps in which the places of strands are searched, since a chain has a whole number of them. Ends are
-    joined greedily, which takes half as long: the frames around tell which strands follow each other.
+    The object is detected as if it were on a sphere around the camera: directions and angles are then right at any distance. A
+    chain has a whole number of segments, so segments are as short as the steps in which strands are placed along the object.
+    Ends are joined greedily, which takes half the time: the neighboring frames decide which strands follow each other.
 
     Parameters
     ----------
     frame
         the frame.
     config
-        the settings of the stages. The sphere has the geometric mean of the distances that they allow as its radius.
+        the settings of the stages. The radius of the sphere is the geometric mean of `segment.min_depth` and `max_depth`.
     mask
-        (H, W), the caller's own segmentation; None segments the color image as the config says.
+        (H, W) bool, the caller's segmentation; None segments the color image according to the settings.
+
+    Returns
+    -------
+    Strands without depth, as `ObservedStrand` describes them; empty if the image does not show the object.
     """
     distance = float(np.sqrt(config.segment.min_depth * config.segment.max_depth))
     try:
@@ -48,7 +52,10 @@ def strands_in_image(frame: Frame, config: Config, mask: Array | None) -> tuple[
 
 
 def _mask_of_image(frame: Frame, config: Config, distance: float) -> Bools:
-    """Return the mask (H, W) of the object in the color image of a frame, with widths as they are at a distance in m."""
+    """Return the mask (H, W) bool of the object in the color image of a frame.
+
+    distance : m, assumed distance of the strands, which gives their largest width in px.
+    """
     if frame.color is None:
         return np.zeros(frame.depth.shape, dtype=bool)
     widest = config.segment.max_width * frame.camera.fx / distance
@@ -59,7 +66,7 @@ def _mask_of_image(frame: Frame, config: Config, distance: float) -> Bools:
 
 
 def _without_depth(strand: ObservedStrand) -> ObservedStrand:
-    """Return a strand on a sphere around the camera as one whose depth is not known."""
+    """Return a strand on a sphere around the camera as a strand of unknown depth."""
     distance = np.linalg.norm(strand.points, axis=1).mean()
     rays = unit(strand.points)
     return replace(strand, points=rays, arcs=strand.arcs / distance, length=strand.length / distance, chain=-1, sight=rays)

@@ -1,4 +1,4 @@
-"""Find the junctions between the objects of a capture, by a vote over its frames."""
+"""Decide the junctions between the objects of a capture by a vote."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ..geometry.disjoint_set import DisjointSet
 from ..types import ChainEnd, Detection
 
 MIN_PATTERN_SHARE = 1 / 3
-"""Fewest frames of a pattern with more junctions, as a share of those of the most common pattern: occlusion hides junctions in
-many frames, a strand that only touches adds one in few."""
+"""Smallest number of frames of a pattern with more junctions, relative to the most common pattern: occlusion hides junctions
+in many frames, while a strand that only touches adds one in few."""
 
 
 class Node(NamedTuple):
@@ -52,22 +52,25 @@ class ChainInFrame(NamedTuple):
 
 
 Pattern = tuple[bool, bool]
-"""Pattern of the ends of a chain: True for an end at a junction; first and last end in the direction of the object."""
+"""For the first and the last end of an object, True if it is at a junction."""
 
 OPEN: Pattern = (False, False)
 
 
 def pattern_of(detection: Detection, chain: int, backwards: bool) -> Pattern:
-    """Tell which ends of a chain are at junctions of its frame; `backwards` if the chain runs against its object."""
+    """Return which ends of a chain are at junctions of its frame.
+
+    backwards : whether the chain runs against the direction of its object.
+    """
     joined = {end for junction in detection.junctions for end in junction.ends}
     first, last = ChainEnd(chain, 0) in joined, ChainEnd(chain, 1) in joined
     return (last, first) if backwards else (first, last)
 
 
 def vote_pattern(patterns: Sequence[Pattern], least: int) -> Pattern:
-    """Return the pattern with the most junctions among the patterns found in enough frames.
+    """Return the pattern with the most junctions that enough frames have.
 
-    patterns : the patterns of all chains of one object. least : smallest number of frames that must agree.
+    patterns : of all chains of one object. least : smallest number of frames that must agree.
     """
     counts = Counter(patterns)
     enough = max(least, MIN_PATTERN_SHARE * max(counts.values(), default=0))
@@ -76,7 +79,7 @@ def vote_pattern(patterns: Sequence[Pattern], least: int) -> Pattern:
 
 
 def vote_nodes(tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection], least: int) -> list[Nodes]:
-    """Assign each end of an object to at most one junction, in order of the number of frames that agree.
+    """Assign each end of an object to at most one junction, by the number of frames.
 
     Parameters
     ----------
@@ -108,7 +111,10 @@ def vote_nodes(tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[D
 def _junctions(
     tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection]
 ) -> Iterator[tuple[float, list[tuple[int, int]]]]:
-    """Yield the confidence of each junction of each frame, and the ends (object, side) that meet there, if all are known."""
+    """Yield the confidence and the ends of each junction of each frame.
+
+    An end is (object, side). Junctions with an end of no object are left out.
+    """
     places = {(each.frame, each.chain): (item, each.backwards) for item, chains in enumerate(tracked) for each in chains}
     for frame, detection in enumerate(detections):
         for junction in detection.junctions:
@@ -119,7 +125,10 @@ def _junctions(
 
 
 def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
-    """Group objects that junctions connect: return the ascending indices of the objects of each tree."""
+    """Return the indices of the objects of each tree, ascending.
+
+    A tree is a set of objects that are connected by junctions.
+    """
     objects = DisjointSet(range(len(nodes)))
     owners: dict[int, int] = {}
     for item, pair in enumerate(nodes):
@@ -135,7 +144,7 @@ def vote_trunk(
     tracked: Sequence[Sequence[ChainInFrame]],
     detections: Sequence[Detection],
 ) -> list[int]:
-    """Return the indices of the objects along the trunk of a tree, by a vote of the frames that show the whole tree.
+    """Return the objects along the trunk of a tree, by a vote of frames.
 
     Parameters
     ----------
@@ -150,7 +159,7 @@ def vote_trunk(
 
     Returns
     -------
-    The objects in order along the trunk; the longest object alone if no frame shows the whole tree.
+    The indices in order along the trunk; the longest object alone if no frame shows the whole tree.
     """
     places = {(each.frame, each.chain): item for item in tree for each in tracked[item]}
     votes: Counter[tuple[int, ...]] = Counter()

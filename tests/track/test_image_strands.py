@@ -11,14 +11,14 @@ import doo3d
 from doo3d.config import load_config
 from doo3d.errors import InputError
 from doo3d.geometry.polyline import arc_length, densify, unit
-from doo3d.track import without_depth
+from doo3d.track import image_strands
 from doo3d.track.detect_sequence import detect_sequence
 from doo3d.track.first_pass import observe_frame
+from doo3d.track.image_strands import strands_in_image
 from doo3d.track.observations import ObservedStrand
-from doo3d.track.registration import bend, place_strands
+from doo3d.track.registration import fit_joints, place_strands
 from doo3d.track.rings import place_on_ring
-from doo3d.track.tips import CUT_OFF, TIP, UNKNOWN
-from doo3d.track.without_depth import strands_in_image
+from doo3d.track.strand_ends import CUT_OFF, TIP, UNKNOWN
 
 CONFIG = load_config("default", {"sequence.chains": 1})
 PUSH = (0.0, 0.0, 0.0, 0.01, 0.02, 0.01, 0.0, 0.0, 0.0)
@@ -98,7 +98,7 @@ def test_an_image_that_shows_no_object_has_no_strands(monkeypatch):
     def refuse(*given):
         raise InputError("no", code="voxels-too-many")
 
-    monkeypatch.setattr(without_depth, "detect_with_stages", refuse)
+    monkeypatch.setattr(image_strands, "detect_with_stages", refuse)
     assert strands_in_image(frame, CONFIG, mask) == ()
 
 
@@ -119,7 +119,7 @@ def test_a_strand_without_depth_finds_its_place_on_an_object_that_moved(center, 
     moved = line + np.array((0.0, 0.012, 0.0))
     (placed,) = place_strands([seen_from(np.array(center), moved[:31], tips)], line, length, 0.05)
     np.testing.assert_allclose(placed.arcs, arc_length(line)[:31], atol=0.012)
-    bent, seen, _ = bend(line, [placed], length)
+    bent, seen, _ = fit_joints(line, [placed], length)
     assert seen[:30].all()
     assert not seen[33:].any()
     across = np.cross(bent[:30] - center, unit(moved[:30] - center))

@@ -1,4 +1,4 @@
-"""Tracks that may be objects: those of one cable that was lost for a while, or shortened by an occluder, are one."""
+"""Merge tracks of one object that was lost or shortened for a while."""
 
 from __future__ import annotations
 
@@ -10,15 +10,27 @@ from scipy.spatial.distance import cdist
 
 from ..config import TrackingConfig
 from ..types import Chain
+from .chain_direction import reversed_chain
+from .junction_vote import OPEN
 from .observations import LENGTH_ERROR
-from .topology import OPEN
-from .tracking import reversed_chain
 from .tracks import CONTEXT, LEAP_NODES, Track
 
 
 @dataclass
 class Candidate:
-    """A track that may be an object: its length, the items in which it is whole, and whether it may be a part of another."""
+    """A track that may be an object of the capture.
+
+    Attributes
+    ----------
+    length
+        m, length of the object.
+    track
+        the chains of the track.
+    whole
+        (frame, index, chain) of the chains that show the object whole.
+    is_part
+        whether the track may be a part of another object.
+    """
 
     length: float
     track: Track
@@ -27,25 +39,29 @@ class Candidate:
 
     @property
     def seen(self) -> float:
-        """How much is seen of it where it is whole, m: median over these frames."""
+        """Median visible length of the whole chains, m."""
         return float(np.median([np.count_nonzero(~chain.occluded) * chain.segment_length for _, _, chain in self.whole]))
 
     @property
     def parts(self) -> tuple[tuple[int, int], ...]:
-        """The (frame, chain) of the chains that are no longer than the whole, but not the whole."""
+        """(frame, index) of the chains that show only a part of the object.
+
+        Chains that are longer than the whole are left out.
+        """
         whole = {(frame, chain) for frame, chain, _ in self.whole}
         longest = (1 + LENGTH_ERROR) * self.length
         return tuple((frame, n) for frame, n, chain in self.track.items if chain.length <= longest and (frame, n) not in whole)
 
 
-def linked(candidates: list[Candidate]) -> list[Candidate]:
-    """Return the candidates, one for those of the same length that may be one object, which moved while it was hidden.
+def link_candidates(candidates: list[Candidate]) -> list[Candidate]:
+    """Merge candidates of one length that may be one object, lost and found again.
 
-    Of several that were lost, such as branches of one length, the nearest is taken.
+    A cable that moved while it was hidden has two tracks. Of several candidates, such as branches of one length, the nearest
+    is taken.
     """
     result: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda candidate: candidate.whole[0][0]):
-        alike = [former for former in result if _may_be_one(former, candidate)]
+        alike = [former for former in result if _same_object(former, candidate)]
         if alike and candidate.track.pattern == OPEN:
             _append(alike[0], candidate)
         elif alike:
@@ -55,10 +71,11 @@ def linked(candidates: list[Candidate]) -> list[Candidate]:
     return result
 
 
-def _may_be_one(former: Candidate, later: Candidate) -> bool:
-    """Tell whether two candidates of one length follow each other, or in no frame show more of a cable together than its length.
+def _same_object(former: Candidate, later: Candidate) -> bool:
+    """Return whether two candidates of one length may be the same object.
 
-    Tracking gives the two parts of a cable that a hand divides one id each, and later the whole either of them.
+    Either the second one starts after the first one ends, or no frame shows more of a cable in both than its length: when a
+    hand divides a cable, tracking gives each part an id, and later the whole cable one of the two.
     """
     is_alike = later.track.pattern in (former.track.pattern, former.track.pattern[::-1])
     if not is_alike or abs(later.length - former.length) > 2 * LENGTH_ERROR * former.length:
@@ -71,10 +88,11 @@ def _may_be_one(former: Candidate, later: Candidate) -> bool:
     return all(seen.get(frame, 0.0) + chain.length <= longest for frame, _, chain in later.track.items if frame in seen)
 
 
-def without_shortened(candidates: list[Candidate], tracking: TrackingConfig) -> list[Candidate]:
-    """Return the candidates without those that show another one shortened, as where an occluder hides a loop of it.
+def drop_shortened(candidates: list[Candidate], tracking: TrackingConfig) -> list[Candidate]:
+    """Merge each candidate that an occluder shortened into the longer one.
 
-    Tracking loses a chain whose joints leap along the object, and so gives the same cable another id there.
+    Where an occluder hides a loop of a cable, its joints leap along the cable, tracking loses the chain, and the cable gets
+    another id.
     """
     longest_first = sorted(candidates, key=lambda candidate: -candidate.seen)
     shortened = set()
@@ -88,7 +106,10 @@ def without_shortened(candidates: list[Candidate], tracking: TrackingConfig) -> 
 
 
 def _is_shortened(shorter: Candidate, longer: Candidate, tracking: TrackingConfig) -> bool:
-    """Tell whether a candidate lies where a longer one lay, and both never show more than that one's length in one frame."""
+    """Return whether a candidate is a shortened view of a longer one.
+
+    It is at the place of the longer one, and no frame shows more in both than the length of the longer one.
+    """
     if shorter.track.pattern != OPEN or longer.track.pattern != OPEN:
         return False
     shown = {frame: chain.length for frame, _, chain in longer.track.items}
@@ -102,20 +123,24 @@ def _is_shortened(shorter: Candidate, longer: Candidate, tracking: TrackingConfi
     return frames <= CONTEXT and float(away) <= frames * tracking.max_motion_lengths * longer.length
 
 
-def _turned(items: list[tuple[int, int, Chain]]) -> list[tuple[int, int, Chain]]:
-    """Return the chains of frames in the opposite direction."""
+def _reverse_items(items: list[tuple[int, int, Chain]]) -> list[tuple[int, int, Chain]]:
+    """Return the chains of (frame, index, chain) items in the opposite direction."""
     return [(frame, number, reversed_chain(chain, True)[0]) for frame, number, chain in items]
 
 
 def _distance(former: Candidate, later: Candidate) -> float:
-    """Return how far apart the middles of two candidates are, where one was lost and the other comes, m."""
+    """Return the distance between the centroids of two candidates, m.
+
+    The last whole chain of the former candidate is compared with the first whole chain of the later one.
+    """
     return float(np.linalg.norm(former.whole[-1][2].joints.mean(axis=0) - later.whole[0][2].joints.mean(axis=0)))
 
 
 def _append(former: Candidate, later: Candidate) -> None:
-    """Add a candidate to a former one, with the junction at the same end or in the direction in which it lies nearer.
+    """Add the chains of a later candidate to a former one, in the same direction.
 
-    Of a frame in which both have a chain, the longer is kept.
+    The junctions of the ends decide the direction, or else the nearer end positions. If both have a chain in one frame, the
+    longer chain is kept.
     """
     start = later.whole[0]
     nearest = min(former.whole, key=lambda item: abs(item[0] - start[0]))
@@ -125,7 +150,7 @@ def _append(former: Candidate, later: Candidate) -> None:
     if is_nearer_backwards if pattern[0] == pattern[1] else pattern != former.track.pattern:
         later.track.backwards = {frame: not value for frame, value in later.track.backwards.items()}
         later.track.patterns = {frame: value[::-1] for frame, value in later.track.patterns.items()}
-        later.track.items, later.whole = _turned(later.track.items), _turned(later.whole)
+        later.track.items, later.whole = _reverse_items(later.track.items), _reverse_items(later.whole)
     kept = {item[0]: (item, former.track) for item in former.track.items}
     for item in later.track.items:
         if item[0] not in kept or item[2].length > kept[item[0]][0][2].length:

@@ -1,4 +1,4 @@
-"""Tell whether the end of a strand is a tip of its object, or is hidden."""
+"""Classify the end of a strand: tip of the object, hidden, or unknown."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ MIN_STRAND_RADII = 6.0
 """Length of the shortest strand, in radii: a shorter one fits anywhere along its object."""
 
 LOOKAHEAD_RADII = OWN_RADII + STEP_RADII * np.arange(4)
-"""Distances beyond an end, 1.5 to 3 radii, at which the mask and the depth are read to tell whether the object ends there."""
+"""Distances beyond an end, 1.5 to 3 radii, at which the mask and the depth are read."""
 
 MIN_OCCLUDER_MARGIN = 0.005
-"""Smallest distance in depth, m, of an occluder in front of a continuation: above the noise of depth on the table."""
+"""Smallest distance in depth, m, of an occluder in front of a continuation of the strand: above the noise of depth on a table."""
 
 TIP, UNKNOWN, CUT_OFF = 1.0, 0.18, 0.0
-"""How much it counts if an end of a strand is not at a tip of its object: the end is in plain view; depth is missing around it;
-the end is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: 17 of 228 were no tips."""
+"""Weight of placing an end of a strand away from a tip of its object, for three kinds of ends: the end is in plain view; depth
+around it is missing; it is hidden, or the mask continues. The second is -2 ln(0.1) of MISSING_COST: 17 of 228 such ends
+were no tips."""
 
 
 def tip_confidence(line: Floats, scene: Scene, radius: float) -> float:
-    """Return how surely a line (K, 3) m of joints ends at a tip of the object: TIP, UNKNOWN or CUT_OFF.
+    """Return the kind of the end of a line (K, 3) m: TIP, UNKNOWN or CUT_OFF.
 
     scene : what was captured. radius : of the object, m.
     """
@@ -39,10 +40,21 @@ def tip_confidence(line: Floats, scene: Scene, radius: float) -> float:
 
 
 def _in_view(ahead: Floats, beside: Floats, scene: Scene, radius: float) -> float:
-    """Return how surely positions (K, 3) m beyond an end are empty, given some (N, 3) m beside it, MIN_STRAND_RADII away.
+    """Return the kind of an end from the depth at positions beyond it.
 
-    What is nearer than the end hides the object. The depth of a thin end may be wrong by as much as the background is behind
-    it: so what stands out before that as the end does may hide it, too.
+    Anything nearer than the end hides the object. The depth of a thin end may be wrong by as much as its distance to the
+    background: so an object that stands out from the background like the end may hide it, too.
+
+    Parameters
+    ----------
+    ahead
+        (K, 3) m, positions beyond the end.
+    beside
+        (N, 3) m, positions next to the end, MIN_STRAND_RADII away, for the depth of the background.
+    scene
+        what was captured.
+    radius
+        m, of the object.
     """
     if not isinstance(scene, FrameScene):
         return UNKNOWN
@@ -53,7 +65,7 @@ def _in_view(ahead: Floats, beside: Floats, scene: Scene, radius: float) -> floa
         return CUT_OFF
     u, v = pixels[inside].T
     reading, masked = scene.depth[v, u], scene.mask[v, u]
-    is_known = (reading > 0) & ~masked  # the object's own surface hides nothing
+    is_known = (reading > 0) & ~masked  # the object does not hide itself
     around = reading[count:][is_known[count:]]
     behind = float(np.sort(around)[(len(around) - 1) // 2]) if len(around) else 0.0
     before_end, before_background = ahead[:, 2] - occluder_margin(radius), behind - MIN_STRAND_RADII * radius
@@ -64,7 +76,7 @@ def _in_view(ahead: Floats, beside: Floats, scene: Scene, radius: float) -> floa
 
 
 def occluder_margin(radius: float) -> float:
-    """Return how much nearer to the camera than a part of an object, m, something must be to hide it.
+    """Return the smallest distance of an occluder in front of the object, m.
 
     radius : of the object, m; NaN if unknown.
     """

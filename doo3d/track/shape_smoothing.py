@@ -1,4 +1,4 @@
-"""Smooth an object over time: what is hidden is carried from other frames, and what is seen keeps its place in the image."""
+"""Smooth the shapes of an object over time: hidden joints, and depth."""
 
 from __future__ import annotations
 
@@ -14,33 +14,41 @@ from ..geometry.polyline import whittaker_smooth
 from ..kernels import carry_hidden
 from ..types import Bools, Floats
 from ..types.pose import in_frame_of
-from .moving_camera import seen_from
+from .depth_smoothing import smooth_joint_depth
 from .objects import SequenceObject
-from .registration import TURN_WEIGHT, to_lengths
+from .registration import TURN_WEIGHT, relax_lengths
 from .shape import Shape
-from .steady_depth import steady_shapes
+from .world_frame import in_camera
 
 TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
-"""Weights of the second differences over time, and of a position that nothing seen is near, relative to 1 for one beside what was
-seen; one that was seen weighs as much more. With more stiffness, positions of a shape that turns are drawn together."""
+"""Weight of second differences over time, and weight of a position far from anything visible, relative to 1 for a position
+next to a visible joint; a visible joint weighs the inverse of the latter. With more stiffness, positions of a turning shape
+are drawn together."""
 
 
-def smoothed(item: SequenceObject, shapes: list[Shape | None], poses: Floats | None) -> list[Shape | None]:
-    """Smooth over time what was not seen, and the depth that a camera measured; what was seen stays in its place in the image.
+def smooth_shapes(item: SequenceObject, shapes: list[Shape | None], poses: Floats) -> list[Shape | None]:
+    """Smooth hidden joints and depth over time; visible joints stay in the image.
 
-    poses : (T, 4, 4) m, camera to the frame of the shapes; None if no camera saw them.
+    Parameters
+    ----------
+    item
+        the object.
+    shapes
+        its shape in T successive frames; None where it is missing.
+    poses
+        (T, 4, 4) m, camera to the frame of the shapes; (0, 4, 4) if no camera saw them.
     """
     result = list(shapes)
     for first, end in runs(np.array([shape is not None for shape in shapes], dtype=bool)):
         shown = [shape for shape in shapes[first:end] if shape is not None]
-        result[first:end] = _smooth_run(item, shown, None if poses is None else poses[first:end])
+        result[first:end] = _smooth_run(item, shown, poses[first:end])
     return result
 
 
-def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | None) -> list[Shape]:
-    """Smooth frames in a row over time.
+def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) -> list[Shape]:
+    """Smooth the shapes of successive frames over time.
 
-    A joint that is seen without depth takes its depth from the frames around, and keeps its place in the image.
+    A joint that is visible without depth takes its depth from the neighboring frames, and keeps its place in the image.
     """
     joints = np.array([shape.joints for shape in shapes])
     seen = np.array([shape.seen for shape in shapes])
@@ -56,23 +64,23 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats | N
     if item.closed:
         closed = [close_ring(line[:-1], item.segment_length) for line in smooth]
         return [replace(shape, joints=ring) for shape, ring in zip(shapes, closed, strict=True)]
-    if poses is not None:
-        in_view = np.array([seen_from(pose, line) for pose, line in zip(poses, smooth, strict=True)])
-        steady = steady_shapes(in_view, measured)
+    if len(poses):
+        in_view = np.array([in_camera(pose, line) for pose, line in zip(poses, smooth, strict=True)])
+        steady = smooth_joint_depth(in_view, measured)
         smooth = np.array([in_frame_of(pose, line) for pose, line in zip(poses, steady, strict=True)])
     return [
-        replace(shape, joints=to_lengths(line, item.segment_length, shape.seen))
+        replace(shape, joints=relax_lengths(line, item.segment_length, shape.seen))
         for line, shape in zip(smooth, shapes, strict=True)
     ]
 
 
 def _certainty(seen: Bools, closed: bool) -> Floats:
-    """Return how well each joint is known in each frame from what the frame shows, UNKNOWN_WEIGHT (0.01) to 1: (T, M + 1).
+    """Return how well each joint is known in each frame, 0.01 to 1: (T, M + 1).
 
-    A strand tells how the object goes on for 7 segments (see TURN_WEIGHT); farther on the error of a position grows with the
-    square of the distance.
+    The lower limit is UNKNOWN_WEIGHT. A strand determines the object for 7 segments beyond its end (see TURN_WEIGHT); farther on
+    the error of a position grows with the square of the distance.
 
-    seen : (T, M + 1) bool, which joints the frames show. closed : whether the last joint is the first.
+    seen : (T, M + 1) bool, True for visible joints. closed : whether the last joint is the first.
     """
     count = seen.shape[1]
     around = np.hstack((seen[:, :-1], seen, seen[:, 1:])) if closed else seen

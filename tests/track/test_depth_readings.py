@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doo3d.track.readings import NODES, PER_NODE, readings_along
+from doo3d.track.depth_readings import NODES, PER_NODE, readings_along
 from doo3d.types import Camera, Chain, Foreground
 
 CAMERA = Camera(600.0, 600.0, 320.0, 240.0, 640, 480)

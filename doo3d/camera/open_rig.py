@@ -1,4 +1,7 @@
-"""Captures of rigs: a frame of a stereo pair is triangulated, and those of several depth cameras are fused, when it is loaded."""
+"""Open the captures of a rig: a stereo pair, or several depth cameras.
+
+A frame of a stereo pair is triangulated, and frames of depth cameras are fused, when it is loaded.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ from ..inputs.rig.stereo_pair import StereoPair
 from ..types import Floats
 from ..types.arguments import file_path, refused
 from .depth_cameras import open_depth_cameras
-from .pair_frame import triangulate
+from .stereo_depth import triangulate
 
 PAIR = "stereo pair"
 """Format of the capture of a stereo pair."""
@@ -33,22 +36,23 @@ def open_rig(
     masks: str | Path | None = None,
     options: ReadOptions = DEFAULT,
 ) -> Capture:
-    """Open the captures of several calibrated cameras as one capture, for `detect`, `run` and all that takes a capture.
+    """Open the captures of several calibrated cameras as one capture.
 
-    A frame of a stereo pair without depth is loaded as the rectified left image with the depth of its strands, triangulated. A
-    frame of several depth cameras is loaded as the cloud of the object, fused from the views of all cameras at that time, or as
-    the frame of one of them if the chains found in it alone have a higher confidence. Its results are in the rig's coordinates.
+    The capture is accepted by `detect`, `run` and other functions. A frame of a stereo pair without depth is loaded as the
+    rectified left image with the triangulated depth of its strands. A frame of several depth cameras is loaded as the cloud of
+    the object, fused from all simultaneous views, or as the frame of one camera if the chains found in it alone have a higher
+    confidence. Its results are in the rig's coordinates.
 
     Parameters
     ----------
     path
-        the folder with the images or captures of all cameras; for a pair also an image with both views side by side.
+        the folder with the images or captures of all cameras; for a pair also one image with both views side by side.
     cameras
         the rig file, or the calibration file of a stereo pair (ZED, OpenCV).
     config
-        settings of `detect`; those of the segmentation are used for loading.
+        the settings of `detect`; those of the segmentation are used for loading.
     masks
-        folder of masks: with a sub-folder for each camera, or with the camera's name in their names.
+        folder of masks: with a sub-folder for each camera, or with the camera's name in the file names.
     options
         values that the captures lack, for all depth cameras; `pose` is that of the rig in a robot's base frame.
 
@@ -58,8 +62,9 @@ def open_rig(
 
     Raises
     ------
-    InputError : a file cannot be read or used, the cameras' frames do not belong together, an option has no meaning for them, or
-        the config is for images.
+    InputError : a file cannot be read or used, the cameras' frames are not simultaneous, an option does not
+    apply to them, or the
+        config is for images.
     """
     path, file, config = file_path(path, "path"), file_path(cameras, "cameras"), as_config(config)
     given = None if masks is None else file_path(masks, "masks")
@@ -84,14 +89,17 @@ def open_rig(
 
 
 def open_frames(path: str | Path, config: Config, masks: str | Path | None, options: ReadOptions) -> Capture:
-    """Open a capture for detection with a config: as a rig's if the options name its cameras, else as `open_capture` does."""
+    """Open a capture for detection, as a rig if the options name its cameras."""
     if options.cameras is not None:
         return open_rig(path, options.cameras, config, masks, options)
     return inputs.open_capture(path, config.mode == "2d", masks, options, limits=config.input.limits())
 
 
 def _open_pair(path: Path, file: Path, rig: RigFile, config: Config, masks: Path | None, options: ReadOptions) -> Capture:
-    """Open the images of a stereo pair: those of the cameras that the rig file describes, or of left/ and right/, or halves."""
+    """Open the images of a stereo pair.
+
+    The images are those of the cameras in the rig file, or of the folders left/ and right/, or both halves of one image.
+    """
     check_used(options, {"cameras", "pose"}, f"{path}, the images of a stereo pair")
     halves = path.is_file() or not all((path / side).is_dir() for side in SIDES)
     cameras = rig.cameras or tuple(
@@ -118,7 +126,11 @@ def _open_pair(path: Path, file: Path, rig: RigFile, config: Config, masks: Path
 
 
 def _pair_pose(camera: RigCamera, options: ReadOptions, turn: Floats) -> Floats | None:
-    """Return the pose of the rectified left camera in the rig's or the robot's frame; None if neither is known."""
+    """Return the pose (4, 4) m of the rectified left camera; None if it is unknown.
+
+    It is in the robot's base frame if the options give the pose of the rig, else in the rig's frame. turn : (3, 3) rotation of
+    the rectification.
+    """
     if camera.pose is None and options.pose is None:
         return None
     own, base = (np.eye(4) if pose is None else np.array(pose) for pose in (camera.pose, options.pose))
@@ -134,15 +146,15 @@ class PairLoader:
     Attributes
     ----------
     left, right
-        the images of either camera at that time, with their masks.
+        the images of each camera, with their masks.
     name
         name of the frame.
     pair
         the calibration.
     config
-        settings of `detect`.
+        the settings of `detect`.
     base_pose
-        pose of the rectified left camera in the rig's or the robot's frame; None if neither is known.
+        (4, 4) m, pose of the rectified left camera in the rig's or the robot's base frame; None if unknown.
     """
 
     left: CameraImages
@@ -153,10 +165,10 @@ class PairLoader:
     base_pose: Floats | None
 
     def images(self) -> PairImages:
-        """Read both images and their masks, as the cameras took them."""
+        """Read both images and their masks, as the cameras recorded them."""
         (left, left_mask), (right, right_mask) = self.left.load(self.name), self.right.load(self.name)
         return PairImages(left, right, left_mask, right_mask, self.name)
 
     def __call__(self) -> FrameData:
-        """Read the images, and return the left one rectified, with the depth of its strands."""
+        """Return the rectified left image with the depth of its strands."""
         return replace(triangulate(self.images(), self.pair.rectified(), self.config), base_pose=self.base_pose)

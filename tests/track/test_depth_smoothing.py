@@ -5,11 +5,11 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.track.depth_in_time import _stiffness, smooth_in_time
+from doo3d.track.chain_direction import reversed_chain
+from doo3d.track.depth_smoothing import MIN_FRAMES, smooth_chains, smooth_depth_over_time
+from doo3d.track.inverse_range_smoother import _stiffness, smooth_inverse_range
 from doo3d.track.observations import Observation
 from doo3d.track.registration import exact_lengths
-from doo3d.track.steady_depth import MIN_FRAMES, steadied, steady_chains
-from doo3d.track.tracking import reversed_chain
 from doo3d.types import Chain, Detection
 
 SEGMENTS = 50
@@ -55,7 +55,7 @@ def depth_error(chain: Chain, frame: int) -> float:
 def test_waves_that_change_from_frame_to_frame_are_averaged_and_the_length_comes_out_right() -> None:
     frames = range(30)
     chains = wavy_chains(frames)
-    steady = steady_chains(list(frames), chains)
+    steady = smooth_chains(list(frames), chains)
     before = np.median([depth_error(chain, k) for k, chain in enumerate(chains)])
     after = np.median([depth_error(chain, k) for k, chain in enumerate(steady)])
     assert before > 0.004
@@ -68,7 +68,7 @@ def test_waves_that_change_from_frame_to_frame_are_averaged_and_the_length_comes
 def test_the_place_in_the_image_stays() -> None:
     frames = range(20)
     chains = wavy_chains(frames)
-    for old, new in zip(chains, steady_chains(list(frames), chains), strict=True):
+    for old, new in zip(chains, smooth_chains(list(frames), chains), strict=True):
         rays, line = new.joints / new.joints[:, 2:], old.joints / old.joints[:, 2:]
         off = [np.interp(x, line[:, 0], line[:, 1]) - y for x, y, _ in rays]
         assert np.abs(off).max() < 0.002
@@ -77,16 +77,16 @@ def test_the_place_in_the_image_stays() -> None:
 def test_depth_without_noise_stays_as_it_is() -> None:
     frames = range(20)
     chains = [chain_of(true_line(frame)) for frame in frames]
-    for old, new in zip(chains, steady_chains(list(frames), chains), strict=True):
+    for old, new in zip(chains, smooth_chains(list(frames), chains), strict=True):
         assert np.abs(old.joints - new.joints).max() < 0.001
 
 
 def test_a_wrong_frame_has_no_part_in_the_others() -> None:
     frames = range(20)
     chains = wavy_chains(frames)
-    right = steady_chains(list(frames), chains)
+    right = smooth_chains(list(frames), chains)
     line = true_line(10) * np.linspace(1, 1.15, SEGMENTS + 1)[:, None]
-    steady = steady_chains(list(frames), [*chains[:10], chain_of(line), *chains[11:]])
+    steady = smooth_chains(list(frames), [*chains[:10], chain_of(line), *chains[11:]])
     errors = np.array([[depth_error(chain, k) for k, chain in enumerate(each)] for each in (right, steady)])
     assert np.median(errors[1]) < 1.2 * np.median(errors[0])
     assert errors[1, 10] < 0.02  # 0.07 m as it was
@@ -97,8 +97,8 @@ def test_a_chain_that_is_short_in_the_image_stays_and_counts_for_nothing() -> No
     chains = wavy_chains(frames)
     half = chain_of(true_line(7)[: SEGMENTS // 2 + 1])
     with_half = [*chains[:7], half, *chains[8:]]
-    steady = steady_chains(list(frames), with_half)
-    without = steady_chains([k for k in frames if k != 7], [*chains[:7], *chains[8:]])
+    steady = smooth_chains(list(frames), with_half)
+    without = smooth_chains([k for k in frames if k != 7], [*chains[:7], *chains[8:]])
     assert steady[7] is half
     for new, other in zip([*steady[:7], *steady[8:]], without, strict=True):
         np.testing.assert_allclose(new.joints, other.joints)
@@ -107,7 +107,7 @@ def test_a_chain_that_is_short_in_the_image_stays_and_counts_for_nothing() -> No
 @pytest.mark.parametrize("count", [1, MIN_FRAMES - 1])
 def test_few_frames_are_left_alone(count: int) -> None:
     chains = wavy_chains(range(count))
-    assert steady_chains(list(range(count)), chains) == chains
+    assert smooth_chains(list(range(count)), chains) == chains
 
 
 def test_the_penalty_is_that_of_second_differences() -> None:
@@ -133,14 +133,14 @@ def test_places_that_were_never_measured_are_filled() -> None:
     weight = np.ones(distance.shape)
     weight[4:7, 20:26] = 0
     rays = np.where(weight[:, :, None] > 0, lines / distance[:, :, None], np.nan)
-    smooth = smooth_in_time(np.where(weight > 0, 1 / distance, 0.0), weight, rays)
+    smooth = smooth_inverse_range(np.where(weight > 0, 1 / distance, 0.0), weight, rays)
     assert np.abs(1 / smooth - distance)[4:7, 20:26].max() < 0.01
 
 
 def steadied_chains(chains: list[Chain]) -> list[Chain]:
     """Return the chains of successive frames with their depth smoothed, by way of tracking."""
     observations = [Observation(Detection(chains=(chain,), coordinates="camera"), ()) for chain in chains]
-    return [observation.detection.chains[0] for observation in steadied(observations, TrackingConfig())]
+    return [observation.detection.chains[0] for observation in smooth_depth_over_time(observations, TrackingConfig())]
 
 
 def test_chains_are_the_same_object_in_the_image_however_wrong_their_depth_and_lengths_are() -> None:
@@ -188,7 +188,7 @@ def test_a_chain_that_was_lost_is_smoothed_with_those_before_whichever_way_round
     given = [reversed_chain(chains[frame], turned and frame >= 15)[0] for frame in frames]
     seen = dict(zip(frames, given, strict=True))
     found = [Detection(chains=(seen[k],) if k in seen else (), coordinates="camera") for k in range(30 + lost)]
-    steady = steadied([Observation(each, ()) for each in found], TrackingConfig())
+    steady = smooth_depth_over_time([Observation(each, ()) for each in found], TrackingConfig())
     laid = [reversed_chain(steady[frame].detection.chains[0], turned and frame >= 15)[0] for frame in frames]
     before = [depth_error(chains[frame], frame) for frame in frames]
     after = [depth_error(chain, frame) for chain, frame in zip(laid, frames, strict=True)]

@@ -1,17 +1,17 @@
-"""Compare the given length of the objects of a sequence with the length measured in the frames."""
+"""Compare the given length of the objects of a sequence with the measured length."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from ..config import Config
-from .objects import steady_objects
+from .objects import find_smoothed_objects
 from .observations import LENGTH_ERROR, Observation
 from .tracks import MIN_FRAMES
 
 
 def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
-    """Return a note if the frames show objects of another length than the given `sequence.length`.
+    """Return a note if an object's measured length differs from `sequence.length`.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
     given = config.sequence.length
     if given is None or len(observations) < MIN_FRAMES:
         return ()
-    _, measured = steady_objects(
+    _, measured = find_smoothed_objects(
         observations,
         config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})}),
     )
