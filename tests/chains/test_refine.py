@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders.drawn_masks import CAMERA, axis_error, frame_of, line, ring, runs_along, surface, wave
+from doo3d.scene.context import FrameContext
+from doo3d.scene.visibility import Visibility
 from scipy.spatial import cKDTree
 
 from doo3d.chains.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
@@ -14,9 +16,7 @@ from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, 
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.noise import SURFACE_SAMPLES
 from doo3d.geometry.polyline import arc_length, densify, steps
-from doo3d.scene.context import FrameContext
 from doo3d.scene.depth_support import depth_support
-from doo3d.scene.visibility import Visibility
 from doo3d.segment import segment
 from doo3d.skeleton.voxelize import voxelize
 from doo3d.types import Foreground, Path

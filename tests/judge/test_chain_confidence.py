@@ -32,7 +32,7 @@ def plain():
 
 
 def evidence_of(stages, chains=None, dropped=0.0, joined=(), **changes) -> Evidence:
-    context = stages.context.seen_from(replace(stages.context.foreground, **changes))
+    context = stages.context.seen_from(replace(stages.scene, **changes))
     config = doo3d.load_config("default", {"merge.chains": 1})
     return with_confidence(stages.chains if chains is None else chains, dropped, context, config, None, joined)[1][0]
 
@@ -68,7 +68,7 @@ def test_odds_of_independent_evidence_multiply():
 
 
 def test_depth_that_is_missing_or_torn_speaks_against_a_chain(plain):
-    depth = np.array(plain.context.foreground.depth)
+    depth = np.array(plain.scene.depth)
     missing, torn = depth.copy(), depth.copy()
     missing[:, 300:380] = 0
     torn[:, 300:380] += 0.02
@@ -82,12 +82,12 @@ def test_joins_and_dropped_pieces_speak_against_a_chain(plain):
     (chain,) = plain.chains
     joined = replace(chain, connections=(Connection(3, 0.5), Connection(9, 0.75)))
     assert evidence_of(plain, [joined]).joins == pytest.approx(np.log(1.75))
-    assert evidence_of(plain, dropped=10 * plain.context.radius).dropped == pytest.approx(0.5)
+    assert evidence_of(plain, dropped=10 * plain.scene.radius).dropped == pytest.approx(0.5)
     assert evidence_of(plain, dropped=1.0).dropped == 1.0
 
 
 def test_a_mask_that_no_chain_explains_speaks_against_all(plain):
-    mask = np.array(plain.context.foreground.mask)
+    mask = np.array(plain.scene.mask)
     more = mask.copy()
     more[20:40, 100:200] = True
     share = 2000 / more.sum()
@@ -96,7 +96,7 @@ def test_a_mask_that_no_chain_explains_speaks_against_all(plain):
 
 def test_of_a_guessed_mask_only_the_parts_that_a_chain_runs_through_speak_against_it(plain):
     (chain,) = plain.chains
-    mask = np.array(plain.context.foreground.mask)
+    mask = np.array(plain.scene.mask)
     v, u = (int(np.median(each)) for each in np.nonzero(mask))
     elsewhere, attached = mask.copy(), mask.copy()
     elsewhere[20:40, 100:200] = True
@@ -143,7 +143,7 @@ def test_clouds_and_images_have_no_depth_evidence():
 
 def untold(evidence_stages, chains=None):
     """The evidence against the chains where nobody said what the object is, nor how many there are."""
-    context = evidence_stages.context.seen_from(replace(evidence_stages.context.foreground, is_told=False))
+    context = evidence_stages.context.seen_from(replace(evidence_stages.scene, is_told=False))
     chains = evidence_stages.chains if chains is None else chains
     return with_confidence(chains, 0.0, context, doo3d.load_config("default"))[1]
 
@@ -164,35 +164,35 @@ def test_a_short_wide_chain_does_not_look_like_a_cable():
 
 
 def test_a_mark_on_the_surface_and_the_edge_of_a_step_are_flat(plain):
-    depth = np.array(plain.context.foreground.depth)
-    mask = plain.context.foreground.mask
+    depth = np.array(plain.scene.depth)
+    mask = plain.scene.mask
     flat = np.full_like(depth, 0.5)
     step = flat.copy()
     step[: len(step) // 2] = 0.6
     step[mask] = 0.5
     for changed in (flat, step):
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, depth=changed))
+        context = plain.context.seen_from(replace(plain.scene, is_told=False, depth=changed))
         (evidence,) = with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1]
         assert evidence.flat > 0.9
 
 
 def test_what_is_wider_than_max_width_is_no_object_where_none_was_told(plain):
     config = doo3d.load_config("default", {"segment.max_width": 0.006})
-    context = plain.context.seen_from(replace(plain.context.foreground, is_told=False))
+    context = plain.context.seen_from(replace(plain.scene, is_told=False))
     assert with_confidence(plain.chains, 0.0, context, config)[0][0].confidence == 0.0
     assert with_confidence(plain.chains, 0.0, plain.context, config)[0][0].confidence > 0.9
 
 
 def test_a_strand_that_has_the_color_of_one_side_is_faint(plain):
-    height, width = plain.context.foreground.mask.shape
+    height, width = plain.scene.mask.shape
     values = []
     for shade in (128, 190):
         color = np.full((height, width, 3), 128, np.uint8)
         (u, v) = CAMERA.project(plain.chains[0].joints).T
         middle = np.interp(np.arange(width), *((u, v) if u[0] < u[-1] else (u[::-1], v[::-1])))
         color[np.arange(height)[:, None] < middle] = shade
-        color[plain.context.foreground.mask] = (200, 200, 200)
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, color=color, depth=None))
+        color[plain.scene.mask] = (200, 200, 200)
+        context = plain.context.seen_from(replace(plain.scene, is_told=False, color=color, depth=None))
         values.append(with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1][0].faint)
     assert values[0] == 0.0
     assert values[1] == pytest.approx(np.log(CLEAR_CONTRAST / 10), abs=0.2)
@@ -224,7 +224,7 @@ def test_the_surest_chain_of_a_photograph_counts_for_all():
 def test_in_a_frame_the_surest_chain_counts_for_all_and_a_short_straight_cable_is_believed(plain):
     config, found = doo3d.load_config("default"), []
     for told in (True, False):
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=told))
+        context = plain.context.seen_from(replace(plain.scene, is_told=told))
         found.append(with_confidence(plain.chains, 0.0, context, config)[1][0])
     told, untold = found
     assert told.unsure == 0.0

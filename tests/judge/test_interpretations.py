@@ -98,9 +98,9 @@ def test_the_chains_of_the_best_interpretation_are_returned_with_its_confidence(
 def test_an_interpretation_in_finer_voxels_halves_their_edge(uncertain, monkeypatch):
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.008)
     monkeypatch.setattr("doo3d.pipeline.most_probable", lambda found, config: (0, found[0]))
-    usual = run_stages(frame, CONFIG, mask).context.voxel
+    usual = run_stages(frame, CONFIG, mask).scene.voxel
     monkeypatch.setattr("doo3d.pipeline.most_probable", lambda found, config: (1, found[1]))
-    assert run_stages(frame, CONFIG, mask).context.voxel == pytest.approx(usual / 2)
+    assert run_stages(frame, CONFIG, mask).scene.voxel == pytest.approx(usual / 2)
 
 
 def test_an_interpretation_with_too_many_voxels_is_passed_over(uncertain, monkeypatch):

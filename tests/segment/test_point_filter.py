@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders.blue_cable import RADIUS, foreground_of
+from builders.blue_cable import RADIUS, scene_of
 from builders.drawn_masks import surface, wave
 from builders.errors import refuses
 
@@ -14,7 +14,7 @@ from doo3d.types import Cloud, Foreground
 
 
 def cloud(points, mask=None, **settings) -> Foreground:
-    return foreground_of(Cloud(points), SegmentConfig(**({"method": "everything"} | settings)), mask)
+    return scene_of(Cloud(points), SegmentConfig(**({"method": "everything"} | settings)), mask)
 
 
 def test_far_outliers_of_a_cloud_are_removed():
