@@ -53,11 +53,11 @@ def test_tips_are_as_sure_as_the_depth_beyond_them():
     assert tip(0.8, mask=longer) == -np.inf
 
 
-@pytest.mark.parametrize("scene", [image_scene(STRAND), cloud_scene(place((19, 15)))], ids=["image", "cloud"])
-def test_without_depth_no_end_is_in_plain_view(scene):
-    ends, along = np.zeros((1, scene.dim)), np.eye(scene.dim)[:1]
-    assert scene.is_exposed(ends, along, 1.0, 3.0).tolist() == [False]
-    assert scene.tips(ends, along, 1.0).tolist() == [-np.inf]
+def test_without_depth_no_end_is_in_plain_view():
+    for scene in (image_scene(STRAND), cloud_scene(place((19, 15)))):
+        ends, along = np.zeros((1, scene.dim)), np.eye(scene.dim)[:1]
+        assert scene.is_exposed(ends, along, 1.0, 3.0).tolist() == [False]
+        assert scene.tips(ends, along, 1.0).tolist() == [-np.inf]
 
 
 def test_in_an_image_the_mask_decides_and_a_cloud_says_nothing():

@@ -8,12 +8,13 @@ from builders.drawn_masks import surface, wave
 from builders.errors import refuses
 
 from doo3d.config import SegmentConfig
+from doo3d.scene.cloud import CloudScene
 from doo3d.scene.cloud_facts import CELL_SPACINGS, CloudFacts
 from doo3d.segment.point_filter import MIN_NEIGHBORS_RATIO, far_outliers, filter_points
-from doo3d.types import Cloud, Foreground
+from doo3d.types import Cloud
 
 
-def cloud(points, mask=None, **settings) -> Foreground:
+def cloud(points, mask=None, **settings) -> CloudScene:
     return scene_of(Cloud(points), SegmentConfig(**({"method": "everything"} | settings)), mask)
 
 

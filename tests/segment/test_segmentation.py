@@ -15,13 +15,13 @@ CONFIG = SegmentConfig()
 
 def check_sums(record):
     """The counts of a record add up to the pixels of the mask and to the points."""
-    foreground = record.scene
-    if foreground.mask is not None:
+    scene = record.scene
+    if scene.mask.size:
         pixels = record.selected - record.removed_small + record.closed_holes - record.removed_wide
-        assert foreground.mask.sum() == pixels
-        assert len(foreground.points) == pixels - record.without_depth - record.outliers + record.inpainted
+        assert scene.mask.sum() == pixels
+        assert len(scene.points) == pixels - record.without_depth - record.outliers + record.inpainted
     else:
-        assert len(foreground.points) == record.selected - record.outliers
+        assert len(scene.points) == record.selected - record.outliers
 
 
 def test_the_record_of_a_frame():
