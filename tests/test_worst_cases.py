@@ -13,7 +13,8 @@ from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 import doo3d
 from doo3d.links import TOO_MANY
 from doo3d.links.terms.gap_path import GapPaths
-from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
+from doo3d.pipeline import run_stages
+from doo3d.segment.observe import MAX_EXTENDED_CHAINS
 from doo3d.skeleton.voxelize import voxelize
 
 UNEXTENDED = {"extend_mask.max_length": 0}
@@ -96,7 +97,7 @@ def test_of_too_many_branches_the_longest_become_paths(monkeypatch):
 def test_with_many_chains_the_mask_is_not_extended(monkeypatch):
     mask = sticks((480, 270), 60, 3)
     assert not stages_of(mask).limit_notes
-    monkeypatch.setattr(import_module("doo3d.pipeline"), "MAX_EXTENDED_CHAINS", 2)
+    monkeypatch.setattr(import_module("doo3d.segment.observe"), "MAX_EXTENDED_CHAINS", 2)
     stages = stages_of(mask)
     assert stages.observed.segmentation.base is None
     assert "2" in stages.limit_notes[0]

@@ -26,7 +26,7 @@ LEVELS, STEPS, CONVERGED_PX = 3, 10, 0.05
 Gauss-Newton steps. Step in px at which they stop: the remaining error is below noise."""
 
 MIN_STILL_LOSS, MIN_OFF_LOSS = 1.5, 1.1
-"""Smallest ratios of the loss of two views to the loss at their estimated poses. The first one, with the pose of a resting camera,
+"""Smallest ratios of the loss of two views to the loss at their estimated poses. The first one, for a camera at rest,
 means that the camera moved: 2 to 5 for rendered cameras that move by 1 cm or more, at most 1.3 for cameras at rest with hands in
 front of them and flickering light. The excess must also exceed the same fraction of the loss of noise, since a few pixels of one
 color agree exactly at any pose. The second one, with a pose off by MIN_CAMERA_MOTION_M in the worst direction, means that the

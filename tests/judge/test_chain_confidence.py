@@ -13,9 +13,11 @@ import doo3d
 from doo3d.judge import Evidence, with_confidence
 from doo3d.judge.clutter import CABLE_WIDTHS, CLEAR_CONTRAST
 from doo3d.judge.evidence import WEIGHTS_AUTO, WEIGHTS_GIVEN
-from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
+from doo3d.judge.interpretations import USUAL
+from doo3d.pipeline import _walk, run_stages
 from doo3d.scene.frame_facts import FrameFacts
 from doo3d.segment import segment
+from doo3d.segment.observe import Observed
 from doo3d.types import Connection
 
 STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5])
@@ -208,7 +210,7 @@ def judged(probability, ends=(-50, 400)):
     config = doo3d.load_config("image", {"segment.method": "strands"})
     segmentation = segment(doo3d.Image(image), config.segment)
     known = replace(segmentation.scene, probability=np.where(on, probability, 0.02).astype(np.float32))
-    return run_from_segmentation(replace(segmentation, scene=known), config, _Clock()).evidence
+    return _walk(Observed(replace(segmentation, scene=known), doo3d.Image(image), config), USUAL).evidence
 
 
 def test_a_network_that_doubts_a_cable_lowers_its_confidence():

@@ -14,7 +14,7 @@ import doo3d
 from doo3d.config import load_config
 from doo3d.inputs import open_capture
 from doo3d.links.terms.gap_path import GapCost, GapPaths
-from doo3d.pipeline import run_with_stages
+from doo3d.pipeline import run_stages
 from doo3d.tools.explain import explain_stages
 
 
@@ -23,7 +23,7 @@ def explained(request):
     name, preset = request.param
     config = load_config(preset)
     shot = open_capture(SAMPLES / name).frames[0].load()
-    _, stages = run_with_stages(shot.data, config, shot.mask)
+    stages = run_stages(shot.data, config, shot.mask)
     return explain_stages(stages, config), stages
 
 
@@ -88,7 +88,7 @@ def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):
     """Only those of runner-ups that joining ends never considered are left to explain."""
     config = load_config("default")
     loaded = open_capture(SAMPLES / "crossing").frames[0].load()
-    _, stages = run_with_stages(loaded.data, config, loaded.mask)
+    stages = run_stages(loaded.data, config, loaded.mask)
     known = {decision.chosen.ends for decision in stages.merged.decisions}
     measured = []
     monkeypatch.setattr(GapPaths, "_measure", lambda self, pairs: measured.extend(pairs) or [GapCost(0.0, 0.0)] * len(pairs))
@@ -100,7 +100,7 @@ def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):
 def test_chains_that_merging_drops_are_named():
     config = load_config("default", {"merge.chains": 1})
     shot = open_capture(SAMPLES / "two_cables").frames[0].load()
-    _, stages = run_with_stages(shot.data, config, shot.mask)
+    stages = run_stages(shot.data, config, shot.mask)
     found = explain_stages(stages, config)
     (merging,) = [account for account in found.accounts if account.stage == "merge"]
     assert any("merge.chains" in sentence for sentence in merging.dropped)
