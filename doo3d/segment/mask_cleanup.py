@@ -61,7 +61,7 @@ def remove_wide_regions(facts: FrameFacts, config: SegmentConfig, focal: float =
         return facts
     box = facts.slices
     part = facts.mask[box]
-    scale = np.ones(part.shape) if facts.depth is None else facts.depth[box] / focal
+    scale = facts.depth[box] / focal if facts.depth.size else np.ones(part.shape)
     distance = cv2.distanceTransform(np.pad(part, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
     usual = ridge_radius(distance, scale)
     limit = min(config.max_width / 2, config.max_width_ratio * usual) if usual else config.max_width / 2

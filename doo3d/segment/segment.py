@@ -196,7 +196,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     check_size(int(np.count_nonzero(selected)))
-    solid = FrameFacts(selected, None, config.min_component)
+    solid = FrameFacts(selected, min_pixels=config.min_component)
     facts = narrow = remove_wide_regions(solid, config) if mask is None else solid
     if not is_told:
         facts = remove_plugs(facts, image.color)

@@ -10,8 +10,9 @@ import pytest
 from builders.drawn_masks import CAMERA, frame_of, line, wave
 
 import doo3d
-from doo3d.judge import Evidence, with_confidence
+from doo3d.judge import Evidence
 from doo3d.judge.clutter import CABLE_WIDTHS, CLEAR_CONTRAST
+from doo3d.judge.confidence import with_confidence
 from doo3d.judge.evidence import WEIGHTS_AUTO, WEIGHTS_GIVEN
 from doo3d.judge.interpretations import USUAL
 from doo3d.pipeline import _walk, run_stages
@@ -39,7 +40,7 @@ def evidence_of(stages, chains=None, dropped=0.0, joined=(), mask=None, depth=No
     if mask is not None or depth is not None:
         changes["facts"] = FrameFacts(scene.mask if mask is None else mask, scene.depth if depth is None else depth)
     scene = replace(scene, **changes)
-    return with_confidence(stages.chains if chains is None else chains, dropped, scene, None, joined)[1][0]
+    return with_confidence(stages.chains if chains is None else chains, dropped, scene, (), joined)[1][0]
 
 
 def test_nothing_speaks_against_a_plain_cable(plain):

@@ -139,7 +139,7 @@ def completed_mask(color: Array, thin: ThinObject) -> Bools:
     """
     diameter = max(3, 2 * round(thin.half_width) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
-    solid = FrameFacts(thin.mask, None, max(2, round(4 * thin.half_width**2))).mask
+    solid = FrameFacts(thin.mask, min_pixels=max(2, round(4 * thin.half_width**2))).mask
     reach = 2 * max(1, round(thin.half_width / 3)) + 1
     closed = cv2.morphologyEx(solid.view(np.uint8), cv2.MORPH_CLOSE, disc)
     near = cv2.dilate(closed, np.ones((reach, reach), np.uint8)) > 0
