@@ -8,6 +8,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from .plugins import DRAWING
+
 if TYPE_CHECKING:
     from .camera.open_rig import open_rig
     from .config import Config, load_config
@@ -44,6 +46,8 @@ _NAMES = {
     "viz": ("draw",),
     "viz.report.write": ("report",),
 }
+DRAWING.update({"figure": f"{__name__}.viz.figure:figure", "html": f"{__name__}.viz.notebook:html_of"})
+
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [

@@ -1,15 +1,15 @@
 """Display data: one short line in a prompt, a table and a drawing in a notebook, a figure on request.
 
-Figures are drawn by `viz`, which depends on this package: its modules are imported by name when a figure is requested. No other
-import is against the order of the packages; `tests/test_imports.py` names these two.
+Figures are drawn by `viz`, which depends on this package: it registers its functions in `plugins.DRAWING`.
 """
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
+
+from ..plugins import DRAWING
 
 if TYPE_CHECKING:
     from .tree import LinearObject
@@ -49,11 +49,11 @@ class Drawn(Displayed):
         -------
         A plotly.graph_objects.Figure, which can be changed, combined and saved like any other.
         """
-        return importlib.import_module("doo3d.viz.figure").figure(self, data)
+        return DRAWING["figure"](self, data)
 
     def _repr_html_(self) -> str:
         """Return a table and a small drawing of the chains, for notebooks."""
-        return str(importlib.import_module("doo3d.viz.notebook").html_of(self))
+        return str(DRAWING["html"](self))
 
 
 def length_text(length: float, planar: bool) -> str:
