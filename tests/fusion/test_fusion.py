@@ -23,7 +23,8 @@ from doo3d.fusion.fuse import check_camera_moved, fuse
 from doo3d.fusion.fused_capture import fused_capture
 from doo3d.inputs import Capture, FrameData, FrameRef
 from doo3d.pipeline import detect
-from doo3d.scene.depth_model import MultiViewDepthModel, PointVisibility
+from doo3d.scene.multiview_model import MultiViewDepthModel
+from doo3d.scene.states import PointVisibility
 from doo3d.types import Cloud, Image
 
 CONFIG = load_config("default")
