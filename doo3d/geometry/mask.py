@@ -63,7 +63,8 @@ def median_half_width(half_width: Array) -> float:
 def half_widths(mask: Bools) -> tuple[Array, Floats]:
     """Return the distance of pixels to the edge of a mask, and the first pixel.
 
-    mask : (H, W) bool. The pixel is (u, v), and the distances are float32 px, 0 outside, of the mask's bounding box with a margin of one pixel.
+    mask : (H, W) bool. The pixel is (u, v), and the distances are float32 px, 0 outside, of the mask's
+    bounding box with a margin of one pixel.
     """
     if not mask.any():
         return np.zeros((1, 1), dtype=np.float32), np.zeros(2)
