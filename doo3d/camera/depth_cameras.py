@@ -82,11 +82,9 @@ def _synchronize(captures: Sequence[Capture], names: Sequence[str], tolerance: f
     if all(frame.timestamp is not None for capture in captures for frame in capture):
         times = [np.array([frame.timestamp for frame in capture], dtype=float) for capture in captures]
         nearest = [[int(np.abs(each - time).argmin()) for time in times[0]] for each in times]
-        together = [
-            all(abs(each[at[i]] - times[0][i]) <= tolerance for each, at in zip(times, nearest, strict=True))
-            for i in range(len(first))
-        ]
-        sets = [[capture[at[i]] for capture, at in zip(captures, nearest, strict=True)] for i in np.flatnonzero(together)]
+        offsets = [np.abs(each[at] - times[0]) for each, at in zip(times, nearest, strict=True)]
+        together = np.flatnonzero((np.array(offsets) <= tolerance).all(axis=0))
+        sets = [[capture[at[i]] for capture, at in zip(captures, nearest, strict=True)] for i in together]
         if not sets:
             sentence = f"no frames of {' and '.join(names)} are within {tolerance} s of each other (--input-option tolerance=...)"
             raise InputError(f"{first.path.parent}: {sentence}", code="times-apart")
@@ -126,8 +124,7 @@ def load_best(first: FrameRef, views: Sequence[tuple[FrameRef, Floats]], config:
     ------
     InputError : no camera sees the object.
     """
-    loaders = [partial(_load_posed, frame, pose) for frame, pose in views]
-    placed = [replace(frame, loader=loader) for (frame, _), loader in zip(views, loaders, strict=True)]
+    placed = [replace(frame, loader=partial(_load_posed, frame, pose)) for frame, pose in views]
     fused = fuse_cameras(placed, config, first.name, first.timestamp)
     best = FrameData(fused, pose=np.eye(4), base_pose=base)
     found = detect(fused, config)

@@ -9,22 +9,20 @@ import numpy as np
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import DooError, InputError
-from ..inputs import FrameData, FrameRef
+from ..inputs import FrameRef
 from ..scene.frame import FrameScene
 from ..scene.multiview_model import MultiViewDepthModel
 from ..segment import segment
-from ..types import Array, CameraView, Cloud, Floats, Frame, Image
+from ..types import Array, CameraView, Cloud, Floats, Image
 from ..types.arguments import refused
 from ..types.display import counted
 from ..types.pose import as_pose, in_frame_of
+from .camera_at_rest import check_camera_moved
 from .pose_agreement import check_views_agree
 from .voxel_sums import VoxelSums
 
 FUSED_NAME = "static"
 """Name of the fused frame and of its files."""
-
-MIN_CAMERA_MOTION_M, MIN_CAMERA_TURN_RAD = 0.005, np.radians(1.0)
-"""Translation in m and rotation in rad below which a camera has not moved: its views show the same side of the object."""
 
 SUPPORT_RADIUS_VOXELS = 4.0
 """Radius, in voxels, within which observations of different frames support each other."""
@@ -46,11 +44,10 @@ class _ViewSampler:
 
     def add(self, view: CameraView) -> None:
         """Add the view of the next frame, if its turn comes."""
+        if self.count % self.step == 0 and len(self.views) == MAX_VIEWS:
+            self.views, self.step = self.views[::2], 2 * self.step
         if self.count % self.step == 0:
-            if len(self.views) == MAX_VIEWS:
-                self.views, self.step = self.views[::2], 2 * self.step
-            if self.count % self.step == 0:
-                self.views.append(view)
+            self.views.append(view)
         self.count += 1
 
 
@@ -190,7 +187,9 @@ def _gather(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
                 gathered.without_pose += 1
                 continue
             pose = as_pose(loaded.pose, "its pose")
-            scene = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).scene
+            if isinstance(loaded.data, Image):
+                raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
+            scene = segment(loaded.data, config.segment, loaded.mask_for(config), config.seed).scene
             if not (isinstance(scene, FrameScene) and len(scene.points)):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:
@@ -223,54 +222,10 @@ def _cloud(gathered: _Accumulation, config: Config, name: str) -> Cloud:
     )
 
 
-def camera_moves(poses: Floats) -> bool:
-    """Return whether a camera moves 5 mm or turns 1 degree from its first pose.
-
-    poses : (F, 4, 4) m, F >= 1.
-    """
-    motion, turn = _camera_motion(poses)
-    return bool(motion >= MIN_CAMERA_MOTION_M or turn >= MIN_CAMERA_TURN_RAD)
-
-
-def _camera_motion(poses: Floats) -> tuple[float, float]:
-    """Return the largest distance (m) and angle (rad) of poses from the first one.
-
-    poses : (F, 4, 4) m.
-    """
-    motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
-    cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2
-    return float(motion), float(np.arccos(np.clip(cos, -1, 1)).max())
-
-
-def check_camera_moved(poses: Floats) -> None:
-    """Raise an InputError if a camera moved less than 5 mm and 1 degree.
-
-    poses : (F, 4, 4) m, F >= 1 poses, camera to world.
-
-    Raises
-    ------
-    InputError : the camera did not move, so that all frames show the same side of the object.
-    """
-    if not camera_moves(poses):
-        motion, turn = _camera_motion(poses)
-        raise InputError(
-            f"the camera did not move ({1000 * motion:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every "
-            "frame shows the same parts, detect in them one by one, without --fuse-views",
-            code="camera-still",
-        )
-
-
 def _central_viewpoint(poses: Floats) -> Floats:
     """Return the camera position (3,) m that is nearest to the mean of all positions."""
     positions: Floats = poses[:, :3, 3]
     return np.asarray(positions[np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()])
-
-
-def _require_depth(loaded: FrameData) -> Frame | Cloud:
-    """Return the data of a frame; raise an InputError for an image without depth."""
-    if isinstance(loaded.data, Image):
-        raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
-    return loaded.data
 
 
 def _point_colors(scene: FrameScene) -> Floats:

@@ -162,10 +162,7 @@ def _move_strand(strand: ObservedStrand, before: Chain, chain: Chain) -> Observe
 
 
 def smooth_chains(
-    frames: Sequence[int],
-    chains: Sequence[Chain],
-    readings: Sequence[Floats | None] | None = None,
-    longest: float = np.inf,
+    frames: Sequence[int], chains: Sequence[Chain], readings: Sequence[Floats | None] | None = None, longest: float = np.inf
 ) -> list[Chain]:
     """Return the chains of one object with their depth smoothed over time.
 

@@ -26,7 +26,8 @@ from ..types.arguments import refused
 from .depth_smoothing import smooth_depth_over_time
 from .deviations import with_deviations
 from .first_pass import check_mode, observe_frame
-from .follow import Period, follow
+from .follow import follow
+from .frame_evidence import Period
 from .frame_result import frame_result
 from .image_tracks import is_of_camera
 from .junction_vote import trees_of
@@ -220,12 +221,12 @@ def combine_window(
     poses = poses_of(placed) if is_of_camera(observations) else np.zeros((0, 4, 4))
     if is_of_camera(placed):
         poses = np.tile(np.eye(4), (len(placed), 1, 1))
-    claimed = [_claimed(objects, frame) for frame in frames]
+    owned = [_owned(item, frames) for item in objects]
+    claimed = [set[int]().union(*(own[k] for own in owned)) for k in range(len(frames))]
     shapes: list[list[Shape | None]] = []
     for tree in trees_of([item.nodes for item in objects]):
         items = [objects[k] for k in tree]
-        owned = [_owned(item, frames) for item in items]
-        of_others = [[chains - own for chains, own in zip(claimed, each, strict=True)] for each in owned]
+        of_others = [[chains - own for chains, own in zip(claimed, owned[k], strict=True)] for k in tree]
         followed = follow(items, Period(frames.start, placed, poses), of_others, max_gap, past_only)
         known = [with_deviations(item, each, placed, past_only) for item, each in zip(items, followed, strict=True)]
         shapes += [_in_camera(each, placed) for each in known]
@@ -258,12 +259,6 @@ def frame_seconds(observations: Sequence[Observation]) -> float:
     steps = np.diff([time for time in times if time is not None])
     steps = steps[steps > 0]
     return float(np.median(steps)) if len(steps) else 1 / FRAME_RATE
-
-
-def _claimed(objects: Sequence[SequenceObject], frame: int) -> set[int]:
-    """Return the chains of a frame that are whole objects, or parts of an object."""
-    whole = {anchor.chain for item in objects for anchor in item.anchors if anchor.frame == frame}
-    return whole | {chain for item in objects for at, chain in item.parts if at == frame}
 
 
 def _owned(item: SequenceObject, frames: range) -> list[set[int]]:

@@ -139,10 +139,7 @@ def trees_of(nodes: Sequence[Nodes]) -> list[list[int]]:
 
 
 def vote_trunk(
-    tree: Sequence[int],
-    lengths: Mapping[int, float],
-    tracked: Sequence[Sequence[ChainInFrame]],
-    detections: Sequence[Detection],
+    tree: Sequence[int], lengths: Mapping[int, float], tracked: Sequence[Sequence[ChainInFrame]], detections: Sequence[Detection]
 ) -> list[int]:
     """Return the objects along the trunk of a tree, by a vote of frames.
 

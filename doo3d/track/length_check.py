@@ -24,8 +24,7 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
     if given is None or len(observations) < MIN_FRAMES:
         return ()
     _, measured = find_smoothed_objects(
-        observations,
-        config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})}),
+        observations, config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
     )
     segment = config.fit.length
     lengths = [item.length for item in measured if item.nodes == (None, None)]

@@ -156,8 +156,7 @@ def _strands(
     count = len(chain.occluded)
     doubtful = [connection.segment for connection in chain.connections if connection.confidence < MIN_JOINED_CONFIDENCE]
     parted = ~chain.occluded
-    for segment in doubtful:
-        parted[segment] = False
+    parted[doubtful] = False
     edges = [0]
     for segment in doubtful:
         gap = next(((first, end) for first, end in runs(~parted) if first <= segment < end), (segment, segment + 1))

@@ -126,9 +126,7 @@ class Tracker:
                 state = _after_frame(state, [_parse_chain(chain) for chain in document["chains"]])
         except (LookupError, TypeError, ValueError, AttributeError, InputError) as error:
             raise InputError(
-                f"the results so far are damaged ({error!r})",
-                code="results-damaged",
-                remedy="start over with --restart",
+                f"the results so far are damaged ({error!r})", code="results-damaged", remedy="start over with --restart"
             ) from None
         return Tracker(config, state)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fusion.fuse import camera_moves
+from ..fusion.camera_at_rest import camera_moves
 from ..types import Floats
 from ..types.pose import in_frame_of
 from .observations import Observation

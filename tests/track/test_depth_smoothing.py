@@ -137,7 +137,7 @@ def test_places_that_were_never_measured_are_filled() -> None:
     assert np.abs(1 / smooth - distance)[4:7, 20:26].max() < 0.01
 
 
-def steadied_chains(chains: list[Chain]) -> list[Chain]:
+def chains_smoothed_over_time(chains: list[Chain]) -> list[Chain]:
     """Return the chains of successive frames with their depth smoothed, by way of tracking."""
     observations = [Observation(Detection(chains=(chain,), coordinates="camera"), ()) for chain in chains]
     return [observation.detection.chains[0] for observation in smooth_depth_over_time(observations, TrackingConfig())]
@@ -157,7 +157,7 @@ def test_chains_are_the_same_object_in_the_image_however_wrong_their_depth_and_l
         chains.append(Chain(each.joints, each.segment_length, 0.004, depth_filled=lost[:-1] | lost[1:]))
     true = [float(np.linalg.norm(np.diff(true_line(k), axis=0), axis=1).sum()) for k in frames]
     before = [abs(chain.length - length) / length for chain, length in zip(chains, true, strict=True)]
-    after = [abs(chain.length - length) / length for chain, length in zip(steadied_chains(chains), true, strict=True)]
+    after = [abs(chain.length - length) / length for chain, length in zip(chains_smoothed_over_time(chains), true, strict=True)]
     assert np.median(before) > 0.1
     assert np.median(after) < 0.05
 
@@ -166,7 +166,7 @@ def test_frames_that_show_less_of_an_object_are_smoothed_by_themselves() -> None
     """From frame 15 on something hides the last third: shares of the length are other places there."""
     frames = range(30)
     chains = [chain_of(true_line(k)[: 35 if k >= 15 else None]) for k in frames]
-    for frame, chain in zip(frames, steadied_chains(chains), strict=True):
+    for frame, chain in zip(frames, chains_smoothed_over_time(chains), strict=True):
         assert depth_error(chain, frame) < 0.002
 
 
@@ -176,7 +176,7 @@ def test_a_chain_that_is_seen_end_on_stays(direction: tuple[float, float, float]
     sight = np.array(direction) / np.linalg.norm(direction)
     for joints in (1, 30):
         chains = [Chain(np.outer(0.5 + 0.01 * np.arange(joints + 1), sight), 0.01, 0.004)] * 5
-        assert steadied_chains(chains) == chains
+        assert chains_smoothed_over_time(chains) == chains
 
 
 @pytest.mark.parametrize("lost", [0, 4, 20])

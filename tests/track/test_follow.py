@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from doo3d.track.follow import _Evidence, _prefer_forward
+from doo3d.track.follow import _prefer_forward
+from doo3d.track.frame_evidence import Evidence
 from doo3d.track.registration import Placed
 from doo3d.track.shape import Shape
 
@@ -18,7 +19,7 @@ def test_between_two_anchors_each_pass_counts_until_it_lays_a_strand_wrongly():
         nothing = np.zeros(2, dtype=bool)
         return [Shape(np.zeros((2, 3)), nothing, np.zeros(2, dtype=int), cost, nothing, nothing) for cost in costs]
 
-    anchor, free = _Evidence((NOTHING,), NOTHING.points, ()), _Evidence((), NOTHING.points, ())
+    anchor, free = Evidence((NOTHING,), NOTHING.points, ()), Evidence((), NOTHING.points, ())
     clues = [anchor, *[free] * 6, anchor]
     forward = [0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # lost in frame 4
     backward = [0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]  # lost in frame 3

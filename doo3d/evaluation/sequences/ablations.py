@@ -60,7 +60,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
-    "strands cut where joined wrongly": {f"{_PLACE}.follow:cut_misjoined": _first},
+    "strands cut where joined wrongly": {f"{_PLACE}.frame_evidence:cut_misjoined": _first},
     "strands of a wrong length are not cut": {f"{_PLACE}.strand_cutting:_are_apart": _all_apart},
     "both passes decided together": {f"{_PLACE}.follow:_prefer_forward": _nearer_fit},
     "depth of the frames smoothed over time": {
