@@ -35,8 +35,7 @@ def config_error(error: ValidationError, model: type[BaseModel], name: str) -> C
 def keys_of(model: type[BaseModel], prefix: str = "") -> list[str]:
     """Return every dotted key of a model, in order: "merge" for a section, "merge.chains" for a setting.
 
-    model : the pydantic model whose fields to list. prefix : text put before each key, such as
-    "merge.".
+    model : the pydantic model whose fields to list. prefix : text put before each key, such as "merge.".
     """
     keys: list[str] = []
     for name, item in model.model_fields.items():

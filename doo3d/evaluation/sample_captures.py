@@ -104,12 +104,8 @@ def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], It
     - A stereo pair is `<name>/000000.jpg`, both images side by side, with masks, `rig.yaml` and the truth for the left camera.
     - A rig of depth cameras is a capture for each camera, and `rig.yaml`.
 
-    Parameters
-    ----------
-    folder
-        the folder; made if missing.
-    with_progress
-        called with the list of writers; returns an iterable of them, for example one that shows a progress bar.
+    folder : output folder; made if missing. with_progress : called with the list of writers; returns an iterable of them, for
+    example one that shows a progress bar.
 
     Returns
     -------
@@ -210,12 +206,7 @@ def write_intrinsics(path: Path, camera: Camera) -> None:
 
     The file holds width, height, the 3 x 3 intrinsic matrix in px (column by column), and the depth scale (1000 units per metre).
 
-    Parameters
-    ----------
-    path
-        the file to write; an existing one is replaced.
-    camera
-        the intrinsics and the image size.
+    path : the file to write; an existing one is replaced. camera : the intrinsics and the image size.
     """
     values = {
         "width": camera.width,
@@ -260,13 +251,8 @@ def _write_cloud(path: Path, family: str, seed: int, sensor: str, with_table: bo
 def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array]:
     """Convert a rendered frame to a colored cloud of the cables, alone or with the table around them.
 
-    Parameters
-    ----------
-    rendered
-        the frame and its mask.
-    with_table
-        False takes all pixels of the cables. True takes every third pixel in x and y of the rectangle around the cables, with a
-        margin of 40 px.
+    rendered : the frame and its mask. with_table : False takes all pixels of the cables; True takes every third pixel in x and y
+    of the rectangle around the cables, with a margin of 40 px.
 
     Returns
     -------

@@ -34,13 +34,10 @@ class MjcfMotion(Mjcf):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write the frame with the most chains as an MJCF model (XML), in m, with a keyframe for each frame that has them all.
 
-        The chains of a branched object are
-        separate trees of bodies, which a
-        `connect` holds together at each
-        junction, so that a keyframe can put
-        every joint at its detected position. A keyframe has the name of the frame, the time since the first keyframe in s, and
-        the model's `qpos`. Frames that lack a chain, or have it with another number or length of segments, have no keyframe, with
-        a warning.
+        The chains of a branched object are separate trees of bodies, which a `connect` holds together at each junction, so that a
+        keyframe can put every joint at its detected position. A keyframe has the name of the frame, the time since the first
+        keyframe in s, and the model's `qpos`. Frames that lack a chain, or have it with another number or length of segments,
+        have no keyframe, with a warning.
 
         Raises
         ------

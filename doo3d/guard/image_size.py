@@ -64,9 +64,8 @@ def file_size(path: str | Path) -> Size | None:
 def announced_size(data: bytes | mmap.mmap) -> Size | None:
     """Return (width, height) px from the header of an encoded image; None if it is uncertain.
 
-    Supported are PNG,
-    JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun raster.
-    If a file has several sizes, the largest is returned, since decoders differ in the image that they choose.
+    Supported are PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun
+    raster. If a file has several sizes, the largest is returned, since decoders differ in the image that they choose.
     """
     try:
         return _announced(data)

@@ -18,10 +18,9 @@ class Journal:
     """The journal of a run: a file to which one JSON object per line is appended, one for each finished frame.
 
     A line counts only if it is complete. An incomplete line at the end, left by a killed process, is overwritten by the next one.
-    A frame that is processed again gets another line; its last one counts. To
-    continue an existing file, call `read` before `add`;
-    otherwise the first `add` overwrites it from its start. A symbolic link in place of the file is replaced by a file, never
-    written through.
+    A frame that is processed again gets another line; its last one counts. To continue an existing file, call `read` before
+    `add`; otherwise the first `add` overwrites it from its start. A symbolic link in place of the file is replaced by a file,
+    never written through.
 
     Parameters
     ----------

@@ -149,8 +149,8 @@ def run(
     Raises
     ------
     InputError : `out` cannot be written to, is written to by another run, or holds other files or results of another capture or
-        version; two frames have the same name; the capture has images without depth and the config is for 3-D;
-        the scheduler cannot be reached.
+        version; two frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler
+        cannot be reached.
     MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if (capture.no_depth or capture.format in IMAGE_FORMATS) and config.mode != "2d":

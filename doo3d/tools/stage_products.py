@@ -25,9 +25,8 @@ GRAY, WHITE = (150, 155, 165), (255, 255, 255)
 def products(stages: Stages, explanation: Explanation) -> list[Product]:
     """Return the product of each stage as colored points and edges, in the order of the stages.
 
-    The products are named
-    "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are
-    red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains"
+    The products are named "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning
+    removed are red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains"
     (junctions numbered). Points are in m (px of the picture in 2-D). The mask of a photograph that was scaled down may be larger
     than the picture by less than `Stages.scale` px.
 

@@ -7,10 +7,11 @@ import cv2
 import numpy as np
 
 from ..types import Array
-from .backgrounds import FONTS, HELD_OUT, KINDS, LETTERS, Background, grid, inked
+from .backgrounds import FONTS, HELD_OUT, KINDS, LETTERS, Background, inked
 from .curves import STEP_PX, parallels, resampled, wander
 from .noise import Rng, color, octaves, palette
 from .strands import Canvas, Light, Strand, braided_look, paint, plain_look, printed_look, random_strand, ribbed_look, with_finish
+from .textures import grid
 
 
 def rod(rng: Rng, size: int, light: Light) -> Strand:

@@ -1,9 +1,9 @@
 """Define array types, make arrays read-only, and check masks.
 
-Letters used in shapes everywhere: H, W image height and width; N points (or segments of a chain, whose
-joints are N + 1); M voxels; K skeleton voxels; P points of a path; S samples or segments; D the dimension, 2 or 3.
-Three-dimensional data is float64 metres in the camera's optical frame (x right, y down, z forward), or in
-the frame of the cloud that was given; two-dimensional data is pixels (x right, y down).
+Letters used in shapes everywhere: H, W image height and width; N points (or segments of a chain, whose joints are N + 1); M
+voxels; K skeleton voxels; P points of a path; S samples or segments; D the dimension, 2 or 3. Three-dimensional data is float64
+metres in the camera's optical frame (x right, y down, z forward), or in the frame of the cloud that was given; two-dimensional
+data is pixels (x right, y down).
 """
 
 from typing import Any

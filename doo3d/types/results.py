@@ -350,10 +350,9 @@ class Detection(Drawn):
         the connected bodies, the one with the greatest length of chains first: trees of chains and junctions. Empty without
         `merge.branches`, where each chain is an object.
     doubtful
-        chains that are probably clutter, but may be cables, longest first.
-        Their confidence is below `output.min_confidence`, and they are at
-        least 60 times as long as their radius, or the most probable ones
-        of a frame without chains. Crossings, junctions and objects do not refer to them.
+        chains that are probably clutter, but may be cables, longest first. Their confidence is below `output.min_confidence`, and
+        they are at least 60 times as long as their radius, or the most probable ones of a frame without chains. Crossings,
+        junctions and objects do not refer to them.
     """
 
     chains: tuple[Chain, ...]

@@ -94,9 +94,8 @@ def measure_tubes(case: Case, config: Config) -> list[Record]:
 def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool]:
     """Return for each true tube whether a chain follows it correctly, in the order of `truths`.
 
-    Tubes and chains are matched one to one so that their total common length is greatest. A
-    tube is correct if its chain follows no
-    other tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its own length off it.
+    Tubes and chains are matched one to one so that their total common length is greatest. A tube is correct if its chain follows
+    no other tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its own length off it.
 
     Parameters
     ----------

@@ -36,9 +36,8 @@ PHOTO_COLUMNS = (
     share(("count correct", ""), 18, "counts", flags("correct")),
     *_TIMES,
 )
-"""Columns: number of photographs; the three
-DICE scores of `score_photo` in %; photographs with the right number of chains; median and
-95th percentile of the time in ms; number of errors."""
+"""Columns: number of photographs; the three DICE scores of `score_photo` in %; photographs with the right number of chains;
+median and 95th percentile of the time in ms; number of errors."""
 
 CABLE_COLUMNS = (
     amount(("cables", ""), 6, "cables", len),
@@ -46,8 +45,8 @@ CABLE_COLUMNS = (
     *(number((key, ""), width, key, 2, np.mean, 100) for key, width in (("recall", 7), ("precision", 9))),
     *_TIMES,
 )
-"""Columns: number of cables; cables
-traced (see `trace_cable`); mean recall and precision in %; time and errors as for photographs."""
+"""Columns: number of cables; cables traced (see `trace_cable`); mean recall and precision in %; time and errors as for
+photographs."""
 
 
 def photo_benchmark(config: Config, known_count: bool = False, give_mask: bool = True) -> Benchmark:

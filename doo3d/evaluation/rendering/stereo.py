@@ -147,13 +147,6 @@ def infrared_camera(color: Camera, sensor: StereoSensor) -> tuple[Camera, int]:
     """Return the intrinsics of the infrared images, cropped to the color camera's view, and the number of disparities.
 
     The left margin holds the pixels that have no counterpart in the right image at the greatest disparity.
-
-    Parameters
-    ----------
-    color
-        the intrinsics of the color camera.
-    sensor
-        the stereo camera.
     """
     fx, fy = color.fx * sensor.focal_ratio, color.fy * sensor.focal_ratio
     disparities = 16 * int(np.ceil(fx * sensor.baseline / sensor.nearest / 16))
@@ -197,12 +190,7 @@ def match(pair: StereoPair, sensor: StereoSensor) -> Floats:
     The matcher is `cv2.StereoSGBM` (Hirschmueller, "Stereo Processing by Semiglobal Matching and Mutual Information", PAMI 2008)
     with sub-pixel interpolation, left-right check and speckle filter.
 
-    Parameters
-    ----------
-    pair
-        the two images.
-    sensor
-        the stereo camera.
+    pair : the two images. sensor : the stereo camera.
     """
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
@@ -265,12 +253,7 @@ def refine(pair: StereoPair, disparity: Array, sensor: StereoSensor) -> tuple[Fl
 def fatten(disparity: Floats, size: int) -> Floats:
     """Widen the foreground of disparities at large steps, as the block matcher of a real sensor does.
 
-    Parameters
-    ----------
-    disparity
-        (H, W) px, 0 where there is none.
-    size
-        growth of the foreground in width and in height, px.
+    disparity : (H, W) px, 0 where there is none. size : growth of the foreground in width and in height, px.
     """
     grown = cv2.dilate(disparity.astype(np.float32), np.ones((size + 1, size + 1), np.uint8))
     return np.where(grown - disparity > MIN_FATTENED_STEP, grown, disparity)

@@ -115,8 +115,8 @@ def hook(rng: Generator, size: Size) -> Scene | None:
 def leaving(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable on the table that leaves the image at a border and comes back beside it.
 
-    The scene includes the part outside the image; only the pieces inside are scored. The result is None if the draw
-    from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px of the image.
+    The scene includes the part outside the image; only the pieces inside are scored. The result is None if the draw from `rng`
+    cannot be built; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     half = np.array(studio.usable_size()) / 2

@@ -1,10 +1,9 @@
 """Apply the conventions of bags of RealSense's SDK: names of topics, unit of depth, extrinsics.
 
-Source: librealsense: `src/media/readme.md` and `src/media/ros/ros_file_format.h` (names of topics),
-`ros_writer.cpp` and `src/device.cpp` (what the messages mean). A stream's topics begin with
-`/device_<d>/sensor_<s>/<Stream>_<i>`; its images are at `image/data`, its intrinsics at `info/camera_info`. Depth is `mono16`
-in units that the option `Depth Units` of its sensor gives in metres. `tf/<group>` is the transform from the group's reference
-to the stream: p_stream = R p_reference + t.
+Source: librealsense: `src/media/readme.md` and `src/media/ros/ros_file_format.h` (names of topics), `ros_writer.cpp` and
+`src/device.cpp` (what the messages mean). A stream's topics begin with `/device_<d>/sensor_<s>/<Stream>_<i>`; its images are at
+`image/data`, its intrinsics at `info/camera_info`. Depth is `mono16` in units that the option `Depth Units` of its sensor gives
+in metres. `tf/<group>` is the transform from the group's reference to the stream: p_stream = R p_reference + t.
 """
 
 from __future__ import annotations

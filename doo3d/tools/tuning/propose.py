@@ -248,17 +248,7 @@ def segment_length(radius: float, spacing: float) -> float:
     The length is the nearest of the round numbers 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and 10 times a power of ten. Shorter segments
     would have no reliable direction.
 
-    Parameters
-    ----------
-    radius
-        radius of the object, m (px in 2-D).
-    spacing
-        distance on the object between neighboring pixels, m (px in 2-D).
-
-    Returns
-    -------
-    float
-        in the unit of the arguments.
+    radius : radius of the object, m (px in 2-D). spacing : distance on the object between neighboring pixels, in the same unit.
     """
     wanted = max(SEGMENT_RADII * radius, MIN_SEGMENT_SPACINGS * spacing)
     power = 10.0 ** math.floor(math.log10(wanted))

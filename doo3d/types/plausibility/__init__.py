@@ -1,8 +1,7 @@
 """Check input and results for values that are probably wrong: unit of depth, camera, registration of color, lengths.
 
-Every check returns a list of sentences, which is empty if
-nothing looks wrong. A sentence begins with `check the <topic>:`, states the evidence, and
-ends with the remedy.
+Every check returns a list of sentences, which is empty if nothing looks wrong. A sentence begins with `check the <topic>:`,
+states the evidence, and ends with the remedy.
 """
 
 from __future__ import annotations
