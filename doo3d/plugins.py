@@ -165,7 +165,7 @@ class Registry(MutableMapping[str, T], Generic[T]):
             raise _broken(self._plug_ins()[name], "failed", error) from error
 
 
-DRAWING: Registry[Callable[..., Any]] = Registry("doo3d.drawing", {})
+DRAWING: Registry[Any] = Registry("doo3d.drawing", {})
 """How results draw themselves, "figure" and "html": `doo3d` registers the functions of `viz`."""
 
 CUSTOM_COSTS: Registry[Callable[[Any, Any], Any]] = Registry(COSTS, {})
