@@ -12,6 +12,7 @@ from ..errors import DooError, InputError
 from ..inputs import FrameRef
 from ..scene.frame import FrameScene
 from ..scene.multiview_model import MultiViewDepthModel
+from ..scene.scene import Scene
 from ..segment import segment
 from ..types import Array, CameraView, Cloud, Floats, Image
 from ..types.arguments import refused
@@ -80,7 +81,7 @@ class _Accumulation:
     codes: set[str] = field(default_factory=set)
     without_pose: int = 0
 
-    def add(self, scene: FrameScene, pose: Floats) -> None:
+    def add(self, scene: Scene, pose: Floats) -> None:
         """Add the object's points of one frame.
 
         pose : (4, 4) m, camera to world.
@@ -93,7 +94,8 @@ class _Accumulation:
         self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(scene)), axis=1))
         self.coarse.add_frame(points, ones)
         self.poses.append(pose)
-        self.sampler.add(CameraView(scene.camera, pose, scene.mask, scene.depth))
+        if isinstance(scene, FrameScene):
+            self.sampler.add(CameraView(scene.camera, pose, scene.mask, scene.depth))
 
     def voxels(self) -> tuple[VoxelSums, VoxelSums]:
         """Return the fine and the coarse voxels.
@@ -190,7 +192,7 @@ def _gather(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
             if isinstance(loaded.data, Image):
                 raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
             scene = segment(loaded.data, config.segment, loaded.mask_for(config), config.seed).scene
-            if not (isinstance(scene, FrameScene) and len(scene.points)):
+            if not len(scene.points):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:
             gathered.notes.append(f"{frame.name} is left out: {error}")
@@ -228,9 +230,10 @@ def _central_viewpoint(poses: Floats) -> Floats:
     return np.asarray(positions[np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()])
 
 
-def _point_colors(scene: FrameScene) -> Floats:
+def _point_colors(scene: Scene) -> Floats:
     """Return the colors (N, 3) of the points; NaN without colors."""
-    return scene.point_colors().astype(float) if scene.color.size else np.full(scene.points.shape, np.nan)
+    colors = scene.point_colors()
+    return colors.astype(float) if len(colors) else np.full(scene.points.shape, np.nan)
 
 
 def _consistent_points(

@@ -161,14 +161,18 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     "ends extended to the surface": Ablation(places={"doo3d.chains.refine:extend_to_surface": _first}),
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
-    "smoothing of the axis": Ablation(places={"doo3d.scene.axis_in_mask:SMOOTHING_RADII": 0.0}),
+    "smoothing of the axis": Ablation(places={f"doo3d.scene.{name}:SMOOTHING_RADII": 0.0 for name in ("axis", "axis_in_mask")}),
     "depth weighs less than the mask": Ablation(places={"doo3d.scene.axis_in_mask:DEPTH_WEIGHT": 1.0}),
     "axis raised out of the plane": Ablation(places={"doo3d.scene.axis_in_mask:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
     "mask extended along strands": Ablation(
         {"extend_mask.max_length": 0}, modules=("segment.extend_mask",), made_for=("images",)
     ),
-    "upper strand by depth": Ablation(places={"doo3d.scene.frame:depth_log_odds": lambda *_: 0.0}),
-    "upper strand by color": Ablation(places={"doo3d.scene.frame:color_log_odds": lambda *_: 0.0}),
+    "upper strand by depth": Ablation(
+        places={"doo3d.scene.frame:depth_log_odds": lambda *_: 0.0, "doo3d.scene.cloud:cloud_log_odds": lambda *_: 0.0}
+    ),
+    "upper strand by color": Ablation(
+        places={f"doo3d.scene.{kind}:color_log_odds": lambda *_: 0.0 for kind in ("frame", "image")}
+    ),
     "other interpretations of uncertain frames": Ablation(
         places={"doo3d.judge.interpretations:OTHERS": ()}, modules=("judge.interpretations",), made_for=DEPTH
     ),
