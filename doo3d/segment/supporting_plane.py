@@ -49,24 +49,20 @@ def find_supporting_plane(
     if isinstance(data, Image) or segmentation.method == "everything" or not len(foreground.points):
         return None
     inside: Floats = foreground.points.mean(axis=0) if foreground.viewpoint is None else foreground.viewpoint
-    plane = segmentation.plane or _fitted_plane(data, foreground, config, seed)
-    if not plane:
-        return None
-    sign = 1.0 if float(plane.normal @ inside) >= plane.height else -1.0
-    return Plane(np.round(sign * plane.normal, PLANE_DIGITS), round(sign * plane.height, PLANE_DIGITS))
-
-
-def _fitted_plane(data: Frame | Cloud, foreground: Foreground, config: SegmentConfig, seed: int) -> Plane | None:
-    """Return the plane fitted to the readings around the object by RANSAC; None if too few readings lie on it."""
-    if isinstance(data, Cloud):
-        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+    if segmentation.plane:
+        normal, height = segmentation.plane.normal, segmentation.plane.height
     else:
-        points = _surrounding_points(data, foreground, config)
-    if len(points) < MIN_READINGS:
-        return None
-    normal, height = fit_plane(points, config.plane_distance, seed)
-    is_plane = np.mean(np.abs(points @ normal - height) < config.plane_distance) >= MIN_PLANE_SHARE
-    return Plane(normal, height) if is_plane else None
+        if isinstance(data, Cloud):
+            points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+        else:
+            points = _surrounding_points(data, foreground, config)
+        if len(points) < MIN_READINGS:
+            return None
+        normal, height = fit_plane(points, config.plane_distance, seed)
+        if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
+            return None
+    sign = 1.0 if float(normal @ inside) >= height else -1.0
+    return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
 def _surrounding_points(frame: Frame, foreground: Foreground, config: SegmentConfig) -> Floats:
