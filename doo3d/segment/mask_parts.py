@@ -55,9 +55,8 @@ class Parts(NamedTuple):
     @property
     def long(self) -> Bools:
         """The parts, (K,) bool, that are long for their median width."""
-        width = 2 * np.maximum(self.widths[:, 0], 0.5)
-        long = self.sizes / width > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width)
-        return np.asarray((self.sizes >= MIN_PIXELS) & long)
+        sizes, width = self.sizes, 2 * np.maximum(self.widths[:, 0], 0.5)
+        return np.asarray((sizes >= MIN_PIXELS) & (sizes / width > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width)))
 
     @property
     def strands(self) -> Bools:
@@ -77,7 +76,7 @@ class Parts(NamedTuple):
 
     def pixels_of(self, wanted: Ints) -> Ints:
         """Return the row-major indices of the pixels of the given parts (indices of parts)."""
-        return np.concatenate([NO_PIXELS, *(self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted)])
+        return np.concatenate([NO_PIXELS, *[self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]])
 
     def hues(self, wanted: Ints, color: Array) -> Floats:
         """Return the median color axes (N, 2) of 8-bit CIELAB of the given parts in an image (H, W, 3) uint8 RGB."""

@@ -80,6 +80,9 @@ class Lines(NamedTuple):
     number: Ints
 
 
+NO_LINES = Lines._make(np.zeros((len(Lines._fields), 0)))
+
+
 def is_sparse(points: Floats) -> bool:
     """Return whether the points (N, 3) m of a cloud follow one another along thin strands."""
     return len(points) >= 2 * MIN_LINE_POINTS and len(seed_lines(cKDTree(points), points).center) > 0
@@ -95,11 +98,11 @@ def seed_lines(tree: cKDTree, points: Floats) -> Lines:
     nearest = float(np.median(near[0][:, 1]))
     if nearest > 0:
         scales = nearest * FIRST_SCALE * SCALE_STEP ** np.arange(12)
-        index, lines = lines_at(points, seeds, near, scales, LINE_WIDTH * scales, np.full(len(scales), MIN_LINE_POINTS))
-        is_most = len(index) / len(seeds) >= MIN_LINE_FRACTION
+        index, lines = lines_at(points, seeds, near, scales, LINE_WIDTH * scales, np.full(scales.shape, MIN_LINE_POINTS, float))
+        is_most = index.size / len(seeds) >= MIN_LINE_FRACTION
         if is_most and 2 * np.median(lines.across) <= MAX_POINTS_ACROSS * np.median(lines.spacing):
             return lines
-    return Lines._make(np.zeros((len(Lines._fields), 0)))
+    return NO_LINES
 
 
 def lines_at(
@@ -127,8 +130,8 @@ def lines_at(
     index : (T,) the points of `at` that have a line.
     lines : their lines.
     """
-    found, *values = fit_lines(points, at, *near, scales, widths, min_points.astype(float), CANDIDATES, MAX_SPREAD_RATIO)
-    return np.flatnonzero(found), Lines._make(each[found] for each in values)
+    found, *values = fit_lines(points, at, *near, scales, widths, min_points, CANDIDATES, MAX_SPREAD_RATIO)
+    return found.nonzero()[0], Lines._make([each[found] for each in values])
 
 
 def are_scan_lines(tree: cKDTree, points: Floats, lines: Lines) -> bool:

@@ -84,12 +84,12 @@ class TracedStrand(NamedTuple):
     @property
     def mean_score(self) -> float:
         """The mean score where a ribbon is detected."""
-        return float(np.mean(self.score[self.seen]))
+        return float(np.mean(self.score[np.isfinite(self.score)]))
 
     @property
     def median_width(self) -> float:
         """The median width in px where a ribbon is detected."""
-        return float(np.median(self.width[self.seen]))
+        return float(np.median(self.width[np.isfinite(self.score)]))
 
 
 class Ribbons(NamedTuple):

@@ -48,6 +48,9 @@ centers; with denser scan lines its surface can be measured."""
 MIN_KEPT = 0.85
 """Minimum fraction of the points on strands; with fewer, the points are those of a surface."""
 
+UNBALANCED = {"balanced_tree": False, "compact_nodes": False}
+"""Options of a k-d tree that is built faster."""
+
 
 class SparseStrands(NamedTuple):
     """The points of a sparse cloud, joined to strands.
@@ -74,22 +77,18 @@ def find_sparse_strands(points: Floats) -> SparseStrands | None:
     """Return the strands of a sparse cloud (N, 3) m; None if the points are those of surfaces."""
     if len(points) < 2 * MIN_LINE_POINTS:
         return None
-    tree = _tree(points)
+    tree = cKDTree(points, **UNBALANCED)
     lines = seed_lines(tree, points)
-    if not len(lines.center) or are_scan_lines(tree, points, lines):
+    if not lines.center.size or are_scan_lines(tree, points, lines):
         return None
     every = -(-len(points) // MAX_SPARSE_POINTS)
     some = np.ascontiguousarray(points[::every])
-    strands = _joined(tree if every == 1 else _tree(some), some, lines)
+    strands = _joined(tree if every == 1 else cKDTree(some, **UNBALANCED), some, lines)
     if not strands:
         return None
     kept = np.zeros(len(points), dtype=bool)
     kept[::every] = strands.kept
     return strands._replace(kept=kept)
-
-
-def _tree(points: Floats) -> cKDTree:
-    return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def _joined(tree: cKDTree, points: Floats, seeds: Lines) -> SparseStrands | None:

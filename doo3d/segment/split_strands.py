@@ -133,12 +133,11 @@ def _split(mask: Bools, box: tuple[slice, slice], cut: Bools, near: Bools) -> Sp
 def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask | None:
     """Remove the borders between strands of different colors that run side by side; None if there are none."""
     hues = StrandHues.learn(color, facts.pixels)
-    (top, left), (rows, columns, half_width) = (side.start for side in facts.slices), facts.axis
-    least = WIDE_LENGTH_RADII * radius
+    box, (rows, columns, half_width), least = facts.slices, facts.axis, WIDE_LENGTH_RADII * radius
     if hues.count < 2 or not radius or np.count_nonzero(half_width > CROSSING_RADII * radius) < least:
         return None
-    box = facts.slices
-    labels = hues.label(np.ascontiguousarray(color[box]), facts.mask[box], (rows - top, columns - left), radius, least)
+    axis = rows - box[0].start, columns - box[1].start
+    labels = hues.label(np.ascontiguousarray(color[box]), facts.mask[box], axis, radius, least)
     cut = _long_parts((labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels), least)
     if not cut.any():
         return None

@@ -8,7 +8,6 @@ from ..config import SegmentConfig
 from ..geometry.noise import SAMPLES
 from ..scene.frame import FrameScene
 from ..scene.frame_facts import FrameFacts
-from ..scene.scene import Scene
 from ..types import Cloud, Floats, Frame, Image, Plane
 from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
@@ -51,25 +50,21 @@ def find_supporting_plane(
     if isinstance(data, Image) or segmentation.method == "everything" or not len(scene.points):
         return None
     inside: Floats = scene.points.mean(axis=0) if scene.viewpoint is None else scene.viewpoint
-    plane = segmentation.plane or _fitted_plane(data, scene, config, seed)
-    if not plane:
-        return None
-    sign = 1.0 if float(plane.normal @ inside) >= plane.height else -1.0
-    return Plane(np.round(sign * plane.normal, PLANE_DIGITS), round(sign * plane.height, PLANE_DIGITS))
-
-
-def _fitted_plane(data: Frame | Cloud, scene: Scene, config: SegmentConfig, seed: int) -> Plane | None:
-    """Return the plane fitted to the readings around the object by RANSAC; None if too few readings lie on it."""
-    if isinstance(data, Cloud):
-        points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+    if segmentation.plane:
+        normal, height = segmentation.plane.normal, segmentation.plane.height
     else:
-        assert isinstance(scene, FrameScene)
-        points = _surrounding_points(data, scene.facts, config)
-    if len(points) < MIN_READINGS:
-        return None
-    normal, height = fit_plane(points, config.plane_distance, seed)
-    is_plane = np.mean(np.abs(points @ normal - height) < config.plane_distance) >= MIN_PLANE_SHARE
-    return Plane(normal, height) if is_plane else None
+        if isinstance(data, Cloud):
+            points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
+        else:
+            assert isinstance(scene, FrameScene)
+            points = _surrounding_points(data, scene.facts, config)
+        if len(points) < MIN_READINGS:
+            return None
+        normal, height = fit_plane(points, config.plane_distance, seed)
+        if np.mean(np.abs(points @ normal - height) < config.plane_distance) < MIN_PLANE_SHARE:
+            return None
+    sign = 1.0 if float(normal @ inside) >= height else -1.0
+    return Plane(np.round(sign * normal, PLANE_DIGITS), round(sign * height, PLANE_DIGITS))
 
 
 def _surrounding_points(frame: Frame, facts: FrameFacts, config: SegmentConfig) -> Floats:

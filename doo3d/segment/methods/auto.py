@@ -47,12 +47,9 @@ def is_broad(data: Frame | Cloud, config: SegmentConfig) -> bool:
     """
     if not math.isfinite(config.max_width):
         return False
-    return _is_broad_frame(data, config) if isinstance(data, Frame) else _is_broad_cloud(data, config)
-
-
-def _is_broad_cloud(cloud: Cloud, config: SegmentConfig) -> bool:
-    """Return whether the discs around most points of a cloud, as wide as `config.max_width`, are filled with points."""
-    points = longest_first(sampled(cloud.points))
+    if isinstance(data, Frame):
+        return _is_broad_frame(data, config)
+    points = longest_first(sampled(data.points))
     seeds, points = seeds_of(points), np.ascontiguousarray(points[np.argsort(points[:, 0])])
     size = CELL_SPACINGS * CloudFacts(points).spacing
     radius = max(config.max_width, MIN_DISC_CELLS * size)
@@ -71,7 +68,7 @@ def _is_broad_cloud(cloud: Cloud, config: SegmentConfig) -> bool:
         offset = offset[(offset**2).sum(axis=1) <= radius**2]
         cells = np.floor((offset - means[k]) @ axes[k] / size)
         is_filled.append(len(np.unique(cells @ (1, 1j))) > filled)
-    return float(np.mean(is_filled)) > 0.5 and not is_sparse(cloud.points)
+    return float(np.mean(is_filled)) > 0.5 and not is_sparse(data.points)
 
 
 def _is_broad_frame(frame: Frame, config: SegmentConfig) -> bool:
