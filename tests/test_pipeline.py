@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from builders.drawn_masks import CAMERA, axis_error, frame_of, helix, line, ring, runs_along, surface, wave
 from builders.errors import refuses
+from builders.scenes import cloud_scene
 
 import doo3d
 from doo3d.chains.fill import fill
@@ -19,11 +20,10 @@ from doo3d.config import Config
 from doo3d.geometry.polyline import arc_length, steps
 from doo3d.links import merge
 from doo3d.pipeline import run_stages
-from doo3d.scene.context import FrameContext
 from doo3d.skeleton.thin import thin
 from doo3d.skeleton.traverse import traverse
 from doo3d.skeleton.voxelize import voxelize
-from doo3d.types import Foreground, Frame
+from doo3d.types import Frame
 
 RADIUS = 0.005
 STAGES = ["segment", "voxelize", "thin", "traverse", "fit", "prune", "merge", "fill"]
@@ -265,13 +265,7 @@ def test_only_a_table():
 def test_every_stage_kept():
     frame, mask = frame_of(wave(), radius=RADIUS)
     stages = run_stages(frame, Config(), mask)
-    assert (
-        len(stages.context.foreground.points)
-        > len(stages.context.grid.coords)
-        > len(stages.skeleton.coords)
-        > len(stages.paths)
-        > 0
-    )
+    assert len(stages.scene.points) > len(stages.grid.coords) > len(stages.skeleton.coords) > len(stages.paths) > 0
     assert len(stages.fitted) >= len(stages.merged.assemblies) == len(stages.filled) == len(stages.chains) == 1
     assert list(stages.seconds) == STAGES
     assert all(seconds >= 0 for seconds in stages.seconds.values())
@@ -279,11 +273,11 @@ def test_every_stage_kept():
 
 def test_empty_in_empty_out():
     settings = Config()
-    foreground = Foreground(np.zeros((0, 3)))
-    grid = voxelize(foreground, settings.voxelize)
-    context = FrameContext(foreground, grid, None, 0.01)
-    paths = traverse(thin(grid), context, settings.traverse).paths
-    chains = prune(fit(paths, context, settings.fit), context, settings.prune).chains
-    filled = fill(merge(chains, context, settings.merge).assemblies, context)
-    assert paths == list(chains) == filled == extend_ends(filled, context) == []
-    assert lay_chains(estimate_centerline([], context, settings.refine), [], context, settings.refine) == []
+    scene = cloud_scene(np.zeros((0, 3)))
+    grid = voxelize(scene)
+    paths = traverse(thin(grid), scene, settings.traverse).paths
+    chains = prune(fit(paths, 0.01, settings.fit), 0.001, settings.prune).chains
+    filled = fill(merge(chains, scene, 0.01, settings.merge).assemblies, 0.01)
+    assert paths == list(chains) == filled == extend_ends(filled, scene, 0.01) == []
+    samples = estimate_centerline([], scene, 0.01, settings.refine)
+    assert lay_chains(samples, [], grid.centroids, scene, settings.refine) == []

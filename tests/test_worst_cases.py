@@ -6,16 +6,15 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from builders.scenes import cloud_scene
 from builders.worst_cases import MASKS, cloud_of, frame_of_mask, image_of, lines, noise_image, salt_and_pepper, sticks
 from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 
 import doo3d
-from doo3d.config import VoxelizeConfig
 from doo3d.links import TOO_MANY
 from doo3d.links.terms.gap_path import GapPaths
 from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
 from doo3d.skeleton.voxelize import voxelize
-from doo3d.types import Foreground
 
 UNEXTENDED = {"extend_mask.max_length": 0}
 SMALL = (240, 135)
@@ -203,11 +202,12 @@ def test_of_too_many_points_some_are_drawn_and_a_note_says_so(monkeypatch):
 
 def test_closing_that_adds_too_many_voxels_is_refused(monkeypatch):
     """Points two voxels apart: each stands for itself, and closing fills all between them."""
-    config, points = VoxelizeConfig(size=0.002, radius=0.004), lattice(126, 2)  # 4 mm apart
-    assert len(voxelize(Foreground(points), config).coords) > 3 * len(points)
+    points = lattice(126, 2)  # 4 mm apart
+    scene = cloud_scene(points, voxel=0.002, radius=0.004)
+    assert len(voxelize(scene).coords) > 3 * len(points)
     monkeypatch.setattr(import_module("doo3d.skeleton.voxelize"), "MAX_CELLS", 2 * len(points))
     with pytest.raises(doo3d.InputError, match="the grid would hold"):
-        voxelize(Foreground(points), config)
+        voxelize(scene)
 
 
 @pytest.mark.parametrize("preset", ["image", "default"])
@@ -241,10 +241,10 @@ def test_junctions_are_looked_for_on_the_longest_chains(monkeypatch):
 
 def test_of_too_many_samples_along_the_paths_they_are_farther_apart(monkeypatch):
     stages = stages_of(sticks((480, 270), 20, 5), **UNEXTENDED)
-    module = import_module("doo3d.chains.samples")
-    usual = module.sample_paths(stages.filled, stages.context.radius, 10.0)
+    module = import_module("doo3d.scene.samples")
+    usual = module.sample_paths(stages.filled, stages.scene.radius, 10.0)
     monkeypatch.setattr(module, "MAX_CELLS", len(usual.filled))
-    fewer = module.sample_paths(stages.filled, stages.context.radius, 10.0)
+    fewer = module.sample_paths(stages.filled, stages.scene.radius, 10.0)
     assert len(fewer.filled) == pytest.approx(len(usual.filled) / 2, rel=0.05)
     assert fewer.spacing > usual.spacing
 
@@ -254,5 +254,5 @@ def test_in_a_mask_of_too_many_branches_no_gaps_are_looked_for(monkeypatch):
     frame = frame_of_mask(mask, False)
     usual = doo3d.detect(frame, mask=mask)
     assert not any("gaps between chains are not looked for" in note for note in usual.notes)
-    monkeypatch.setattr(import_module("doo3d.links.seen"), "MAX_BRANCHES", 10)
+    monkeypatch.setattr(import_module("doo3d.scene.frame"), "MAX_BRANCHES", 10)
     assert any("gaps between chains are not looked for" in note for note in doo3d.detect(frame, mask=mask).notes)

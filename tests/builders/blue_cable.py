@@ -6,8 +6,9 @@ import numpy as np
 
 from builders.drawn_masks import CAMERA, depth_of, wave
 from doo3d.config import HsvRange, SegmentConfig
+from doo3d.scene.scene import Scene
 from doo3d.segment import segment
-from doo3d.types import Array, Bools, Cloud, Foreground, Frame, Image
+from doo3d.types import Array, Bools, Cloud, Frame, Image
 
 RADIUS = 0.005
 DEPTH, _CABLE = depth_of([wave()], [RADIUS])
@@ -27,6 +28,6 @@ def painted(mask: Bools) -> Array:
     return color
 
 
-def foreground_of(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None) -> Foreground:
-    """Return the foreground that the stage makes, without its record."""
-    return segment(data, config, mask).foreground
+def scene_of(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None) -> Scene:
+    """Return the scene that the stage makes, without its record."""
+    return segment(data, config, mask).scene

@@ -42,7 +42,7 @@ def scene() -> Scene:
 
     config = doo3d.load_config("default")
     whole = doo3d.Frame(color, depth.astype(np.float32), doo3d.Camera(*pinhole, width=640, height=480))
-    return Scene(color, depth, pinhole, np.asarray(segment(whole, config.segment, None, config.seed).foreground.mask))
+    return Scene(color, depth, pinhole, np.asarray(segment(whole, config.segment, None, config.seed).scene.mask))
 
 
 def put(path: Path, image: np.ndarray) -> Path:

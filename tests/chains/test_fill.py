@@ -6,10 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
-from doo3d.geometry.assembly import Assembly
 
 from doo3d.chains.fill import fill
+from doo3d.geometry.assembly import Assembly
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import angle, steps, unit
 
@@ -30,7 +29,7 @@ def assembly(*pieces, closed=False, inside=False):
 @dims
 def test_a_straight_gap(dim):
     before, after = row((0, 0), (1, 0), 4, dim), row((7.5, 0), (1, 0), 5, dim)
-    (path,) = fill([assembly(before, after)], context_of())
+    (path,) = fill([assembly(before, after)], 1.0)
     expected = np.pad(np.append(np.arange(8.0), np.arange(7.5, 13))[:, None], ((0, 0), (0, dim - 1)))
     np.testing.assert_allclose(path.points, expected, atol=1e-9)
     assert path.filled.tolist() == [False] * 4 + [True] * 4 + [False] * 5
@@ -41,7 +40,7 @@ def test_a_straight_gap(dim):
 def test_new_segments_follow_the_arc(dim):
     """A quarter turn of radius 6 from end to end: joints on the circle, a segment apart."""
     before, after = row((-4, 0), (1, 0), 4, dim), row((6, 6), (0, 1), 4, dim)
-    (path,) = fill([assembly(before, after)], context_of())
+    (path,) = fill([assembly(before, after)], 1.0)
     new = path.points[4:-4]
     center = np.pad([0.0, 6.0], (0, dim - 2))
     np.testing.assert_allclose(np.linalg.norm(new - center, axis=1), 6, atol=2e-3)
@@ -56,7 +55,7 @@ def test_skew_ends_are_joined_smoothly(seed):
     random = np.random.default_rng(seed)
     before = row((0, 0), random.normal(size=3), 5)
     after = random.normal(size=3) * 8 + row((0, 0), random.normal(size=3), 5)
-    (path,) = fill([assembly(before, after)], context_of())
+    (path,) = fill([assembly(before, after)], 1.0)
     np.testing.assert_array_equal(path.points[:6], before)
     np.testing.assert_array_equal(path.points[-6:], after)
     lengths = steps(path.points)
@@ -71,7 +70,7 @@ def test_skew_ends_are_joined_smoothly(seed):
 @pytest.mark.parametrize(("gap", "hidden"), [(0.4, False), (0.99, False), (1.0, True), (3.3, True)])
 def test_short_gaps_count_as_seen(dim, gap, hidden):
     before, after = row((0, 0), (1, 0), 3, dim), row((3 + gap, 0), (1, 0), 3, dim)
-    (path,) = fill([assembly(before, after)], context_of())
+    (path,) = fill([assembly(before, after)], 1.0)
     assert path.filled.any() == hidden
     assert len(path.filled) == len(path.points) - 1
     if hidden:
@@ -83,7 +82,7 @@ def test_short_gaps_count_as_seen(dim, gap, hidden):
 @dims
 def test_three_pieces(dim):
     pieces = row((0, 0), (1, 0), 3, dim), row((5, 0), (1, 0), 2, dim), row((7.2, 0), (1, 0), 3, dim)
-    (path,) = fill([assembly(*pieces)], context_of())
+    (path,) = fill([assembly(*pieces)], 1.0)
     assert path.filled.tolist() == [False] * 3 + [True] * 2 + [False] * 6
     assert (np.diff(path.points[:, 0]) > 0).all()
 
@@ -93,7 +92,7 @@ def test_a_ring(dim):
     turn = np.linspace(0, 5.5, 28)
     radius = 0.5 / np.sin(5.5 / 54)
     piece = np.pad(radius * np.column_stack((np.cos(turn), np.sin(turn))), ((0, 0), (0, dim - 2)))
-    (path,) = fill([assembly(piece, closed=True)], context_of())
+    (path,) = fill([assembly(piece, closed=True)], 1.0)
     assert path.closed
     assert len(path.filled) == len(path.points)
     np.testing.assert_array_equal(path.points[:28], piece)
@@ -105,7 +104,7 @@ def test_a_ring(dim):
 @dims
 def test_ends_that_touch(dim):
     before, after = row((0, 0), (1, 0), 3, dim), row((3, 0), (1, 0.2), 3, dim)
-    (path,) = fill([assembly(before, after)], context_of())
+    (path,) = fill([assembly(before, after)], 1.0)
     assert not path.filled.any()
     assert len(path.filled) == len(path.points) - 1
     np.testing.assert_array_equal(path.points[[0, -1]], [before[0], after[-1]])
@@ -113,18 +112,18 @@ def test_ends_that_touch(dim):
 
 def test_the_side_is_chosen():
     before, after = row((-2, 0), (1, 0.6), 3), row((-2, -4), (1, -0.6), 3)[::-1]
-    outside, inside = (fill([assembly(before, after, inside=inside)], context_of())[0] for inside in (False, True))
+    outside, inside = (fill([assembly(before, after, inside=inside)], 1.0)[0] for inside in (False, True))
     assert not np.array_equal(outside.points, inside.points)
 
 
 @dims
 def test_one_piece_is_unchanged(dim):
     piece = row((0, 0), (1, 0), 3, dim)
-    (path,) = fill([assembly(piece)], context_of())
+    (path,) = fill([assembly(piece)], 1.0)
     np.testing.assert_array_equal(path.points, piece)
     assert path.filled.tolist() == [False] * 3
 
 
 def test_each_assembly_is_a_path():
-    assert fill([], context_of()) == []
-    assert len(fill([assembly(row((0, 0), (1, 0), 3)), assembly(row((0, 9), (1, 0), 3))], context_of())) == 2
+    assert fill([], 1.0) == []
+    assert len(fill([assembly(row((0, 0), (1, 0), 3)), assembly(row((0, 9), (1, 0), 3))], 1.0)) == 2

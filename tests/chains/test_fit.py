@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
 
 from doo3d.chains.fit import fit
 from doo3d.config import FitConfig
@@ -13,7 +12,7 @@ from doo3d.types import Path
 
 def fitted(paths, config):
     """The chains along paths, with the segment length of the config."""
-    return fit(paths, context_of(segment_length=config.segment_length), config)
+    return fit(paths, config.segment_length, config)
 
 
 def literal(contour, length, small):

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.errors import refuses
 
 import doo3d
@@ -32,7 +31,7 @@ def chain(start, direction, count, dim=3):
 
 
 def run(*chains, closed=None):
-    return prune(Curves.of(chains, closed), context_of(), PruneConfig(width=WIDTH)).chains
+    return prune(Curves.of(chains, closed), 1.0, PruneConfig(width=WIDTH)).chains
 
 
 def joints(chains):
@@ -150,14 +149,14 @@ def test_a_chain_that_crosses_itself_is_cut_once(dim):
 @pytest.mark.parametrize(("width", "apart", "count"), [(0.3, 0.25, 1), (0.3, 0.35, 2), (0.6, 0.35, 1)])
 def test_the_width_decides(dim, width, apart, count):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, apart), (1, 0), 4, dim)]
-    assert len(prune(Curves.of(parallel), context_of(), PruneConfig(width=width)).chains) == count
+    assert len(prune(Curves.of(parallel), 1.0, PruneConfig(width=width)).chains) == count
 
 
 @dims
 def test_the_width_comes_from_the_voxel(dim):
     parallel = [chain((0, 0), (1, 0), 5, dim), chain((0.2, 0.35), (1, 0), 4, dim)]
-    assert len(prune(Curves.of(parallel), context_of(voxel=0.2), PruneConfig()).chains) == 2
-    assert len(prune(Curves.of(parallel), context_of(voxel=0.3), PruneConfig()).chains) == 1
+    assert len(prune(Curves.of(parallel), 0.2, PruneConfig()).chains) == 2
+    assert len(prune(Curves.of(parallel), 0.3, PruneConfig()).chains) == 1
 
 
 def test_strands_over_each_other_do_not_overlap():
@@ -190,7 +189,7 @@ def test_nothing_overlaps_afterwards():
 
 
 def test_empty_in_empty_out():
-    pruned = prune(Curves.of([]), context_of(dim=2), PruneConfig())
+    pruned = prune(Curves.of([]), 1.0, PruneConfig())
     assert len(pruned.chains) == 0
     assert pruned.removed.shape == (0, 2, 2)
 
@@ -198,7 +197,7 @@ def test_empty_in_empty_out():
 @dims
 def test_removed_segments_are_recorded(dim):
     crossed, crossing = chain((0, 0), (1, 0), 5, dim), chain((2.5, -3.5), (0, 1), 7, dim)
-    pruned = prune(Curves.of([crossing, crossed]), context_of(), PruneConfig(width=WIDTH))
+    pruned = prune(Curves.of([crossing, crossed]), 1.0, PruneConfig(width=WIDTH))
     np.testing.assert_array_equal(pruned.removed, [crossed[2:4]])
 
 
@@ -250,7 +249,7 @@ def test_the_width_has_an_upper_bound():
         with pytest.raises(doo3d.ConfigError, match=r"prune\.width"):
             doo3d.load_config("default", {"prune.width": width})
     widest = doo3d.load_config("default", {"prune.width": 100}).prune
-    pruned = prune(Curves.of([chain((0, 0), (1, 0), 7), chain((3.5, 5), (0, 1), 3)]), context_of(), widest)
+    pruned = prune(Curves.of([chain((0, 0), (1, 0), 7), chain((3.5, 5), (0, 1), 3)]), 1.0, widest)
     assert len(pruned.removed) == 3  # those of the shorter chain
 
 

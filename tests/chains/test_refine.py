@@ -6,20 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders.blue_cable import scene_of
 from builders.drawn_masks import CAMERA, axis_error, frame_of, line, ring, runs_along, surface, wave
+from builders.scenes import cloud_scene, config_of, image_scene
 from scipy.spatial import cKDTree
 
 from doo3d.chains.refine import decide_viewpoint, estimate_centerline, extend_ends, lay_chains
-from doo3d.config import Config, RefineConfig, SegmentConfig, VisibilityConfig, VoxelizeConfig
+from doo3d.config import Config, RefineConfig, SegmentConfig
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.noise import SURFACE_SAMPLES
 from doo3d.geometry.polyline import arc_length, densify, steps
-from doo3d.scene.context import FrameContext
-from doo3d.scene.depth_support import depth_support
-from doo3d.scene.visibility import Visibility
-from doo3d.segment import segment
+from doo3d.scene.frame_facts import FrameFacts
 from doo3d.skeleton.voxelize import voxelize
-from doo3d.types import Foreground, Path
+from doo3d.types import Path
 
 STEP = 0.01
 RING = ring([0.01, 0.0, 0.5], 0.07, 0.5)
@@ -27,11 +26,12 @@ WAVE = wave()
 STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.0, 0.5])
 
 
-def refine(paths, context, config):
+def refine(paths, scene, config):
     """The chains of paths: the steps of the stage, as the pipeline goes through them."""
-    extended = extend_ends(paths, context)
-    context = decide_viewpoint(extended, context)
-    return lay_chains(estimate_centerline(extended, context, config), extended, context, config)
+    surface, step = voxelize(scene).centroids, scene.config.fit.length
+    extended = extend_ends(paths, scene, step)
+    scene = decide_viewpoint(extended, scene, step)
+    return lay_chains(estimate_centerline(extended, scene, step, config), extended, surface, scene, config)
 
 
 def cloud_of(frame, mask):
@@ -40,30 +40,27 @@ def cloud_of(frame, mask):
     return frame.camera.unproject(np.column_stack((u, v)), frame.depth[v, u])
 
 
-def scene(axis, radius, view):
-    """Foreground of a cable seen as an image, as the cloud of it with or without the viewpoint, or from all sides."""
+def seen(axis, radius, view):
+    """A cable seen as an image, as the cloud of it with or without the viewpoint, or from all sides."""
     if view == "whole":
-        return Foreground(surface(axis, radius))
+        return cloud_scene(surface(axis, radius))
     frame, mask = frame_of(axis, radius=radius)
     if view == "image":
-        return segment(frame, SegmentConfig(), mask).foreground
-    return Foreground(cloud_of(frame, mask), viewpoint=np.zeros(3) if view == "seen" else None)
+        return scene_of(frame, SegmentConfig(), mask)
+    return cloud_scene(cloud_of(frame, mask), np.zeros(3) if view == "seen" else None)
 
 
-def rough(axis, radius, foreground, jitter=0.25):
+def rough(axis, radius, scene, jitter=0.25):
     """What the stages before leave: the axis moved to the surface towards the camera, and shaken."""
     dense = densify(axis[:-1] if np.allclose(axis[0], axis[-1]) else axis, 0.003)
-    towards = 0 if foreground.camera is None and foreground.viewpoint is None else 0.8 * radius
+    towards = 0 if scene.viewpoint is None else 0.8 * radius
     moved = dense - towards * dense / np.linalg.norm(dense, axis=1, keepdims=True)
     return moved + jitter * radius * np.random.default_rng(0).uniform(-1, 1, moved.shape)
 
 
-def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, foreground=None):
-    foreground = foreground or scene(axis, radius, view)
-    grid = voxelize(foreground, VoxelizeConfig(radius=radius))
-    visibility = Visibility.of(foreground, VisibilityConfig(), radius)
-    path = Path(rough(axis, radius, foreground), closed, filled)
-    return refine([path], FrameContext(foreground, grid, visibility, step), config or RefineConfig())
+def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, scene=None):
+    scene = (scene or seen(axis, radius, view)).asked(config_of(radius=radius, segment_length=step))
+    return refine([Path(rough(axis, radius, scene), closed, filled)], scene, config or RefineConfig())
 
 
 def inner(chain, count=3):
@@ -92,8 +89,7 @@ def test_axis_and_radius(axis, radius, view):
 @pytest.mark.parametrize("viewpoint", [np.zeros(3), None])
 def test_a_half_shell_that_was_sampled_evenly(viewpoint):
     """As a voxel filter leaves it: as many points on the steep sides as in the middle."""
-    foreground = Foreground(surface(WAVE, 0.004, np.zeros(3)), viewpoint=viewpoint)
-    (chain,) = run(WAVE, 0.004, "seen", foreground=foreground)
+    (chain,) = run(WAVE, 0.004, "seen", scene=cloud_scene(surface(WAVE, 0.004, np.zeros(3)), viewpoint))
     assert chain.radius == pytest.approx(0.004, rel=0.05)
     assert axis_error(chain, WAVE).rms < 0.0005
 
@@ -136,20 +132,19 @@ def test_a_ring_closes(view):
 
 def flags(occluded, view="image", known=True):
     """A straight cable whose middle third has not been seen, as merging would hand it on, or with an unfilled gap."""
-    foreground = scene(STRAIGHT, 0.004, view)
-    hole = np.abs(foreground.points[:, 0]) < 0.04
-    mask = foreground.mask
-    if mask is not None:
-        mask = mask.copy()
+    scene = seen(STRAIGHT, 0.004, view)
+    kept = np.abs(scene.points[:, 0]) > 0.04
+    changes = {"points": scene.points[kept], "filtered": scene.points[kept]}
+    if view == "image":
+        mask = scene.mask.copy()
         mask[:, int(320 - 0.04 * 1800) : int(320 + 0.04 * 1800)] = False
-    parts = {"points": foreground.points[~hole], "filtered": None, "mask": mask}
-    kept = {name: getattr(foreground, name) for name in ("depth", "camera", "viewpoint")}
-    foreground = Foreground(**parts, **kept)
-    path = rough(STRAIGHT, 0.004, foreground, 0.0)
+        changes |= {"pixels": scene.pixels[kept], "facts": FrameFacts(mask, scene.depth)}
+    scene = replace(scene, **changes)
+    path = rough(STRAIGHT, 0.004, scene, 0.0)
     middle = (path[1:, 0] + path[:-1, 0]) / 2
     filled = np.abs(middle) < 0.04 if known else np.zeros(len(middle), bool)
     config = RefineConfig(occluded=occluded)
-    (chain,) = run(STRAIGHT, 0.004, view, filled=filled, config=config, foreground=foreground)
+    (chain,) = run(STRAIGHT, 0.004, view, filled=filled, config=config, scene=scene)
     middle = np.abs((chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2)
     return chain.occluded, middle
 
@@ -171,9 +166,9 @@ def test_a_gap_that_merging_did_not_fill(occluded, some):
 
 @pytest.mark.parametrize(("occluded", "some"), [("from_gaps", True), ("from_depth", False), ("both", False)])
 def test_a_filled_gap_where_there_are_points(occluded, some):
-    foreground = scene(STRAIGHT, 0.004, "image")
-    filled = np.abs(rough(STRAIGHT, 0.004, foreground)[1:, 0]) < 0.04
-    (chain,) = run(STRAIGHT, 0.004, "image", filled=filled, config=RefineConfig(occluded=occluded), foreground=foreground)
+    scene = seen(STRAIGHT, 0.004, "image")
+    filled = np.abs(rough(STRAIGHT, 0.004, scene)[1:, 0]) < 0.04
+    (chain,) = run(STRAIGHT, 0.004, "image", filled=filled, config=RefineConfig(occluded=occluded), scene=scene)
     assert chain.occluded.any() == some
 
 
@@ -182,11 +177,11 @@ def test_what_only_colour_saw_is_not_occluded():
     frame, mask = frame_of(STRAIGHT, radius=0.004)
     depth = frame.depth.copy()
     depth[:, 280:360] = 0
-    foreground = segment(replace(frame, depth=depth), SegmentConfig(), mask).foreground
-    filled = np.abs(rough(STRAIGHT, 0.004, foreground)[1:, 0]) < 0.02
+    scene = scene_of(replace(frame, depth=depth), SegmentConfig(), mask)
+    filled = np.abs(rough(STRAIGHT, 0.004, scene)[1:, 0]) < 0.02
     for occluded in ("both", "from_depth"):
         config = RefineConfig(occluded=occluded)
-        (chain,) = run(STRAIGHT, 0.004, "image", filled=filled, config=config, foreground=foreground)
+        (chain,) = run(STRAIGHT, 0.004, "image", filled=filled, config=config, scene=scene)
         assert not chain.occluded.any()
         middle = (chain.joints[1:, 0] + chain.joints[:-1, 0]) / 2
         missing = np.abs(CAMERA.project(chain.joints[1:] * 0.5 + chain.joints[:-1] * 0.5)[:, 0] - 319.5) < 40
@@ -198,10 +193,10 @@ def test_what_only_colour_saw_is_not_occluded():
 def filled_depth(depth_of):
     """Return which segments of a straight cable have filled depth, and their middles along x, m; depth_of changes the depth."""
     frame, mask = frame_of(STRAIGHT, radius=0.004)
-    foreground = segment(frame, SegmentConfig(), mask).foreground
+    scene = scene_of(frame, SegmentConfig(), mask)
     joints = np.column_stack((np.arange(-0.1, 0.101, STEP), np.zeros(21), np.full(21, 0.5)))
-    foreground = replace(foreground, depth=depth_of(frame.depth.copy()))
-    support = depth_support(Curves.of([joints]), [0.004], foreground)
+    scene = replace(scene, facts=FrameFacts(scene.mask, depth_of(frame.depth.copy())))
+    support = scene.depth_support(Curves.of([joints]), [0.004])
     return support.is_filled, (joints[1:, 0] + joints[:-1, 0]) / 2
 
 
@@ -234,8 +229,7 @@ def seen_low(height, table_until=1.0):
     x = (np.arange(depth.shape[1]) - frame.camera.cx) / frame.camera.fx * 0.5
     depth[:, x > table_until] += np.where(mask[:, x > table_until], 0.0, 0.4)
     frame = replace(frame, depth=depth.astype(np.float32))
-    foreground = segment(frame, SegmentConfig(), mask).foreground
-    return run(axis, radius, "image", foreground=foreground)[0]
+    return run(axis, radius, "image", scene=scene_of(frame, SegmentConfig(), mask))[0]
 
 
 @pytest.mark.parametrize("height", [1.0, 0.7, 0.3])
@@ -253,8 +247,8 @@ def test_a_cable_is_not_raised_beyond_the_edge_of_the_table():
 
 def test_points_of_a_cloud_have_no_depth_readings():
     joints = np.column_stack((np.arange(5) * STEP, np.zeros(5), np.ones(5)))
-    assert depth_support(Curves.of([joints]), [0.004], Foreground(joints)) is None
-    assert depth_support(Curves.of([joints[:, :2]]), [4.0], Foreground(joints[:, :2])) is None
+    for scene in (cloud_scene(joints), image_scene(np.ones((4, 4), bool))):
+        assert not len(scene.depth_support(Curves.of([joints[:, : scene.dim]]), [0.004]).share)
 
 
 @views
@@ -276,14 +270,14 @@ def test_left_is_left_in_the_view_and_not_in_space():
 
 @pytest.mark.parametrize("view", ["image", "seen", "whole"])
 def test_the_order_of_points_does_not_matter(view):
-    foreground = scene(WAVE, 0.004, view)
+    scene = seen(WAVE, 0.004, view)
     if view != "image":  # as many points as the axis is measured on
-        every = -(-len(foreground.points) // SURFACE_SAMPLES)
-        foreground = replace(foreground, points=np.ascontiguousarray(foreground.points[::every]))
-    order = np.random.default_rng(0).permutation(len(foreground.points))
-    filtered = None if foreground.filtered is None else foreground.filtered[order]
-    shuffled = replace(foreground, points=foreground.points[order], filtered=filtered, pixels=None, facts=None)
-    (one,), (other,) = (run(WAVE, 0.004, view, foreground=f) for f in (foreground, shuffled))
+        points = np.ascontiguousarray(scene.points[:: -(-len(scene.points) // SURFACE_SAMPLES)])
+        scene = replace(scene, points=points, filtered=points)
+    order = np.random.default_rng(0).permutation(len(scene.points))
+    pixels = {"pixels": scene.pixels[order]} if view == "image" else {}
+    shuffled = replace(scene, points=scene.points[order], filtered=scene.filtered[order], **pixels)
+    (one,), (other,) = (run(WAVE, 0.004, view, scene=each) for each in (scene, shuffled))
     np.testing.assert_allclose(other.joints, one.joints, atol=1e-4)
     assert other.radius == pytest.approx(one.radius, rel=1e-3)
 
@@ -309,12 +303,8 @@ def test_no_rounds_stay_on_the_surface():
 def test_longest_first():
     axes = [line([-0.1, y, 0.5], [-0.1 + length, y, 0.5]) for y, length in ((-0.05, 0.08), (0.0, 0.2), (0.05, 0.12))]
     frame, mask = frame_of(*axes, radius=0.004)
-    foreground = segment(frame, SegmentConfig(), mask).foreground
-    grid = voxelize(foreground, VoxelizeConfig(radius=0.004))
-    paths = [Path(rough(axis, 0.004, foreground)) for axis in axes]
-    chains = refine(
-        paths, FrameContext(foreground, grid, Visibility.of(foreground, VisibilityConfig(), 0.004), STEP), RefineConfig()
-    )
+    scene = scene_of(frame, SegmentConfig(), mask).asked(config_of(radius=0.004, segment_length=STEP))
+    chains = refine([Path(rough(axis, 0.004, scene)) for axis in axes], scene, RefineConfig())
     assert [round(chain.length, 2) for chain in chains] == pytest.approx([0.2, 0.12, 0.08], abs=0.0101)
 
 
@@ -324,5 +314,4 @@ def test_what_is_shorter_than_half_a_segment_gives_nothing():
 
 
 def test_empty_in_empty_out():
-    empty = Foreground(np.zeros((0, 3)))
-    assert refine([], FrameContext(empty, voxelize(empty, VoxelizeConfig()), None, STEP), Config().refine) == []
+    assert refine([], cloud_scene(np.zeros((0, 3))), Config().refine) == []

@@ -14,6 +14,7 @@ from doo3d.judge import Evidence, with_confidence
 from doo3d.judge.evidence import AUTO, GIVEN
 from doo3d.judge.looks import CABLE_WIDTHS, CLEAR_CONTRAST
 from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
+from doo3d.scene.frame_facts import FrameFacts
 from doo3d.segment import segment
 from doo3d.types import Connection
 
@@ -31,10 +32,12 @@ def plain():
     return stages_of()
 
 
-def evidence_of(stages, chains=None, dropped=0.0, joined=(), **changes) -> Evidence:
-    context = stages.context.seen_from(replace(stages.context.foreground, **changes))
-    config = doo3d.load_config("default", {"merge.chains": 1})
-    return with_confidence(stages.chains if chains is None else chains, dropped, context, config, None, joined)[1][0]
+def evidence_of(stages, chains=None, dropped=0.0, joined=(), mask=None, depth=None, **changes) -> Evidence:
+    scene = stages.scene
+    if mask is not None or depth is not None:
+        changes["facts"] = FrameFacts(scene.mask if mask is None else mask, scene.depth if depth is None else depth)
+    scene = replace(scene, **changes)
+    return with_confidence(stages.chains if chains is None else chains, dropped, scene, None, joined)[1][0]
 
 
 def test_nothing_speaks_against_a_plain_cable(plain):
@@ -68,7 +71,7 @@ def test_odds_of_independent_evidence_multiply():
 
 
 def test_depth_that_is_missing_or_torn_speaks_against_a_chain(plain):
-    depth = np.array(plain.context.foreground.depth)
+    depth = np.array(plain.scene.depth)
     missing, torn = depth.copy(), depth.copy()
     missing[:, 300:380] = 0
     torn[:, 300:380] += 0.02
@@ -82,28 +85,28 @@ def test_joins_and_dropped_pieces_speak_against_a_chain(plain):
     (chain,) = plain.chains
     joined = replace(chain, connections=(Connection(3, 0.5), Connection(9, 0.75)))
     assert evidence_of(plain, [joined]).joins == pytest.approx(np.log(1.75))
-    assert evidence_of(plain, dropped=10 * plain.context.radius).dropped == pytest.approx(0.5)
+    assert evidence_of(plain, dropped=10 * plain.scene.radius).dropped == pytest.approx(0.5)
     assert evidence_of(plain, dropped=1.0).dropped == 1.0
 
 
 def test_a_mask_that_no_chain_explains_speaks_against_all(plain):
-    mask = np.array(plain.context.foreground.mask)
+    mask = np.array(plain.scene.mask)
     more = mask.copy()
     more[20:40, 100:200] = True
     share = 2000 / more.sum()
-    assert evidence_of(plain, mask=more, facts=None).unclaimed == pytest.approx(np.sqrt(share), rel=0.02)
+    assert evidence_of(plain, mask=more).unclaimed == pytest.approx(np.sqrt(share), rel=0.02)
 
 
 def test_of_a_guessed_mask_only_the_parts_that_a_chain_runs_through_speak_against_it(plain):
     (chain,) = plain.chains
-    mask = np.array(plain.context.foreground.mask)
+    mask = np.array(plain.scene.mask)
     v, u = (int(np.median(each)) for each in np.nonzero(mask))
     elsewhere, attached = mask.copy(), mask.copy()
     elsewhere[20:40, 100:200] = True
     attached[20:v, u - 10 : u + 10] = True
-    known = {"is_told": False, "is_clean": False, "facts": None}
+    known = {"object_given": False, "is_clean": False}
     assert evidence_of(plain, mask=elsewhere, **known) == evidence_of(plain, mask=mask, **known)
-    told, guessed = (evidence_of(plain, mask=attached, is_clean=clean, facts=None) for clean in (True, False))
+    told, guessed = (evidence_of(plain, mask=attached, is_clean=clean) for clean in (True, False))
     assert guessed.unclaimed == told.unclaimed > 0.3
     other = replace(chain, joints=chain.joints + np.array((0, 0.05, 0)))
     both = mask | np.roll(mask, 80, axis=0)
@@ -141,11 +144,9 @@ def test_clouds_and_images_have_no_depth_evidence():
     assert image.chains[0].confidence > 0.9
 
 
-def untold(evidence_stages, chains=None):
+def untold(stages):
     """The evidence against the chains where nobody said what the object is, nor how many there are."""
-    context = evidence_stages.context.seen_from(replace(evidence_stages.context.foreground, is_told=False))
-    chains = evidence_stages.chains if chains is None else chains
-    return with_confidence(chains, 0.0, context, doo3d.load_config("default"))[1]
+    return with_confidence(stages.chains, 0.0, replace(stages.scene, object_given=False))[1]
 
 
 def test_what_looks_like_a_cable_is_not_doubted_for_its_looks(plain):
@@ -164,36 +165,32 @@ def test_a_short_wide_chain_does_not_look_like_a_cable():
 
 
 def test_a_mark_on_the_surface_and_the_edge_of_a_step_are_flat(plain):
-    depth = np.array(plain.context.foreground.depth)
-    mask = plain.context.foreground.mask
+    depth = np.array(plain.scene.depth)
+    mask = plain.scene.mask
     flat = np.full_like(depth, 0.5)
     step = flat.copy()
     step[: len(step) // 2] = 0.6
     step[mask] = 0.5
     for changed in (flat, step):
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, depth=changed))
-        (evidence,) = with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1]
-        assert evidence.flat > 0.9
+        assert evidence_of(plain, depth=changed, object_given=False).flat > 0.9
 
 
 def test_what_is_wider_than_max_width_is_no_object_where_none_was_told(plain):
-    config = doo3d.load_config("default", {"segment.max_width": 0.006})
-    context = plain.context.seen_from(replace(plain.context.foreground, is_told=False))
-    assert with_confidence(plain.chains, 0.0, context, config)[0][0].confidence == 0.0
-    assert with_confidence(plain.chains, 0.0, plain.context, config)[0][0].confidence > 0.9
+    scene = plain.scene.asked(doo3d.load_config("default", {"segment.max_width": 0.006}))
+    assert with_confidence(plain.chains, 0.0, replace(scene, object_given=False))[0][0].confidence == 0.0
+    assert with_confidence(plain.chains, 0.0, scene)[0][0].confidence > 0.9
 
 
 def test_a_strand_that_has_the_color_of_one_side_is_faint(plain):
-    height, width = plain.context.foreground.mask.shape
-    values = []
+    mask, values = plain.scene.mask, []
+    height, width = mask.shape
     for shade in (128, 190):
         color = np.full((height, width, 3), 128, np.uint8)
         (u, v) = CAMERA.project(plain.chains[0].joints).T
         middle = np.interp(np.arange(width), *((u, v) if u[0] < u[-1] else (u[::-1], v[::-1])))
         color[np.arange(height)[:, None] < middle] = shade
-        color[plain.context.foreground.mask] = (200, 200, 200)
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=False, color=color, depth=None))
-        values.append(with_confidence(plain.chains, 0.0, context, doo3d.load_config("default"))[1][0].faint)
+        color[mask] = (200, 200, 200)
+        values.append(untold(run_stages(doo3d.Image(color), doo3d.load_config("image"), mask))[0].faint)
     assert values[0] == 0.0
     assert values[1] == pytest.approx(np.log(CLEAR_CONTRAST / 10), abs=0.2)
 
@@ -205,8 +202,8 @@ def judged(probability, ends=(-50, 400)):
     image = np.where(on[..., None], (30, 60, 200), (200, 190, 170)).astype(np.uint8)
     config = doo3d.load_config("image", {"segment.method": "strands"})
     segmentation = segment(doo3d.Image(image), config.segment)
-    known = replace(segmentation.foreground, probability=np.where(on, probability, 0.02).astype(np.float32))
-    return run_from_segmentation(replace(segmentation, foreground=known), config, _Clock()).evidence
+    known = replace(segmentation.scene, probability=np.where(on, probability, 0.02).astype(np.float32))
+    return run_from_segmentation(replace(segmentation, scene=known), config, _Clock()).evidence
 
 
 def test_a_network_that_doubts_a_cable_lowers_its_confidence():
@@ -222,11 +219,7 @@ def test_the_surest_chain_of_a_photograph_counts_for_all():
 
 
 def test_in_a_frame_the_surest_chain_counts_for_all_and_a_short_straight_cable_is_believed(plain):
-    config, found = doo3d.load_config("default"), []
-    for told in (True, False):
-        context = plain.context.seen_from(replace(plain.context.foreground, is_told=told))
-        found.append(with_confidence(plain.chains, 0.0, context, config)[1][0])
-    told, untold = found
-    assert told.unsure == 0.0
-    assert untold.unsure == pytest.approx(sum(replace(untold, unsure=0.0).losses().values()))
-    assert untold.confidence > 0.8
+    (evidence,) = untold(plain)
+    assert plain.evidence[0].unsure == 0.0
+    assert evidence.unsure == pytest.approx(sum(replace(evidence, unsure=0.0).losses().values()))
+    assert evidence.confidence > 0.8

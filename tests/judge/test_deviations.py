@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from builders.scenes import cloud_scene
 
 import doo3d
 from doo3d.evaluation.metrics.distances import joint_errors
@@ -12,7 +13,6 @@ from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.geometry.curves import Curves
 from doo3d.judge.deviations import deviations_of
 from doo3d.scene.depth_support import DepthSupport
-from doo3d.types import CloudSampling, Foreground
 
 SIZE = (640, 360)
 
@@ -83,8 +83,7 @@ def test_terms_of_a_chain_by_hand(closed):
     chain = doo3d.Chain(joints, length, 0.1, radii, occluded, closed=closed)
     share, residual = np.append(0.5, np.ones(7)), np.append([np.nan, 5.0], np.full(6, 0.2))
     support = DepthSupport(share, share > 2, residual, np.append([0.5, -4.0], np.full(6, np.nan)))
-    foreground = Foreground(joints, viewpoint=np.zeros(3), sampling=CloudSampling(1e-4))
-    (terms,) = deviations_of(Curves.of([joints]), [chain], support, foreground, np.eye(8))
+    (terms,) = deviations_of(Curves.of([joints]), [chain], support, cloud_scene(joints, np.zeros(3), 1e-4), np.eye(8))
     np.testing.assert_allclose(terms[:, 0], 1e-4)
     assert not terms[:, 1].any()
     np.testing.assert_allclose(terms[:, 2], 0.1 * np.append([0.5, 0.25], np.zeros(7)), atol=1e-12)

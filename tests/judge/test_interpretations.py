@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders.drawn_masks import frame_of, line, wave
+from builders.scenes import cloud_scene
 from scipy.special import expit, logit
 
 import doo3d
@@ -14,7 +15,8 @@ from doo3d import pipeline
 from doo3d.errors import InputError
 from doo3d.judge import Evidence, interpretations, most_probable, other_interpretations
 from doo3d.pipeline import run_stages
-from doo3d.types import Chain, Foreground
+from doo3d.scene.frame import FrameScene
+from doo3d.types import Chain
 
 CONFIG = doo3d.load_config("default")
 DOUBT = Evidence(residual=3.0, bend=2.0)
@@ -26,9 +28,9 @@ def chains_of(*evidence: Evidence) -> tuple[list[Chain], list[Evidence]]:
 
 
 @pytest.fixture(scope="module")
-def foreground() -> Foreground:
+def scene() -> FrameScene:
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.004)
-    return run_stages(frame, CONFIG, mask).context.foreground
+    return run_stages(frame, CONFIG, mask).scene
 
 
 @pytest.fixture
@@ -37,29 +39,29 @@ def uncertain(monkeypatch) -> None:
     monkeypatch.setattr(interpretations, "CERTAIN", 0.9999)
 
 
-def test_an_uncertain_frame_is_interpreted_in_other_ways(foreground):
-    assert other_interpretations(*chains_of(Evidence(), DOUBT), foreground, CONFIG) == interpretations.OTHERS
+def test_an_uncertain_frame_is_interpreted_in_other_ways(scene):
+    assert other_interpretations(*chains_of(Evidence(), DOUBT), scene) == interpretations.OTHERS
 
 
-def test_a_clear_frame_and_an_empty_one_need_no_other_interpretation(foreground):
-    assert other_interpretations(*chains_of(Evidence(), Evidence()), foreground, CONFIG) == ()
-    assert other_interpretations([], [], foreground, CONFIG) == ()
+def test_a_clear_frame_and_an_empty_one_need_no_other_interpretation(scene):
+    assert other_interpretations(*chains_of(Evidence(), Evidence()), scene) == ()
+    assert other_interpretations([], [], scene) == ()
 
 
 @pytest.mark.parametrize("settings", [{"merge.strategy": "greedy"}, {"merge.branches": True}])
-def test_rules_of_the_paper_and_branched_objects_need_no_other_interpretation(foreground, settings):
-    assert other_interpretations(*chains_of(DOUBT), foreground, doo3d.load_config("default", settings)) == ()
+def test_rules_of_the_paper_and_branched_objects_need_no_other_interpretation(scene, settings):
+    assert other_interpretations(*chains_of(DOUBT), scene.asked(doo3d.load_config("default", settings))) == ()
 
 
-@pytest.mark.parametrize("changes", [{"is_told": False}, {"camera": None}])
-def test_strands_found_by_shape_and_clouds_need_no_other_interpretation(foreground, changes):
-    assert other_interpretations(*chains_of(DOUBT), replace(foreground, **changes), CONFIG) == ()
+def test_strands_found_by_shape_and_clouds_need_no_other_interpretation(scene):
+    for other in (replace(scene, object_given=False), cloud_scene(scene.points)):
+        assert other_interpretations(*chains_of(DOUBT), other) == ()
 
 
-def test_clutter_that_is_left_out_makes_no_frame_uncertain(foreground):
+def test_clutter_that_is_left_out_makes_no_frame_uncertain(scene):
     stray = Evidence(stray=1.0, stubby=4.0, residual=3.0)
     assert stray.confidence < CONFIG.output.min_confidence
-    assert other_interpretations(*chains_of(Evidence(), stray), foreground, CONFIG) == ()
+    assert other_interpretations(*chains_of(Evidence(), stray), scene) == ()
 
 
 def test_the_interpretation_with_the_least_doubt_is_kept_and_the_mean_is_its_confidence():
@@ -98,18 +100,18 @@ def test_the_chains_of_the_best_interpretation_are_returned_with_its_confidence(
 def test_an_interpretation_in_finer_voxels_halves_their_edge(uncertain, monkeypatch):
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.008)
     monkeypatch.setattr("doo3d.pipeline.most_probable", lambda found, config: (0, found[0]))
-    usual = run_stages(frame, CONFIG, mask).context.voxel
+    usual = run_stages(frame, CONFIG, mask).scene.voxel
     monkeypatch.setattr("doo3d.pipeline.most_probable", lambda found, config: (1, found[1]))
-    assert run_stages(frame, CONFIG, mask).context.voxel == pytest.approx(usual / 2)
+    assert run_stages(frame, CONFIG, mask).scene.voxel == pytest.approx(usual / 2)
 
 
 def test_an_interpretation_with_too_many_voxels_is_passed_over(uncertain, monkeypatch):
     usual = pipeline.voxelize
 
-    def limited(foreground, config, edge=1.0):
-        if edge < 1:
+    def limited(scene):
+        if scene.voxel_factor < 1:
             raise InputError("too many", code="voxels-too-many")
-        return usual(foreground, config, edge)
+        return usual(scene)
 
     monkeypatch.setattr(pipeline, "voxelize", limited)
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.004)

@@ -6,13 +6,13 @@ import json
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.drawn_masks import frame_of, line, wave
-from doo3d.geometry.assembly import Assembly
+from builders.scenes import empty_scene, frame_scene
 
 import doo3d
 from doo3d.chains.fill import fill
 from doo3d.config import MergeConfig
+from doo3d.geometry.assembly import Assembly
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
@@ -20,8 +20,6 @@ from doo3d.links import merge
 from doo3d.links.candidates import Candidates, Link, ends_of
 from doo3d.links.confidence import confidences
 from doo3d.links.terms.gap_path import GapPaths
-from doo3d.scene.depth_model import DepthModel
-from doo3d.scene.visibility import Visibility
 from doo3d.types import Camera, Chain, Connection, Detection
 
 MOST = 100.0
@@ -135,15 +133,16 @@ def star(angle):
     return [chain(0.012 * direction, direction) for direction in directions]
 
 
-def settings(**changes):
-    return MergeConfig(**({"chains": 2, "free_space_weight": 0.0, "unknown_weight": 0.0} | changes))
+def merged(pieces, **changes):
+    settings = MergeConfig(**({"chains": 2, "free_space_weight": 0.0, "unknown_weight": 0.0} | changes))
+    return merge(Curves.of(pieces), empty_scene(radius=RADIUS), 1.0, settings).assemblies
 
 
 @pytest.mark.parametrize("strategy", ["greedy", "global"])
 def test_confidence_falls_with_the_angle_of_a_crossing(strategy):
     least = {}
     for degrees in (90, 50, 20):
-        joined = merge(Curves.of(star(np.radians(degrees))), context_of(radius=RADIUS), settings(strategy=strategy)).assemblies
+        joined = merged(star(np.radians(degrees)), strategy=strategy)
         assert [len(assembly.pieces) for assembly in joined] == [2, 2]
         assert all(len(assembly.confidence) == 1 for assembly in joined)
         least[degrees] = min(confidence for assembly in joined for confidence in assembly.confidence)
@@ -154,8 +153,8 @@ def test_confidence_falls_with_the_angle_of_a_crossing(strategy):
 def test_a_rival_lowers_the_confidence():
     one, right = chain((-0.08, 0), (1, 0)), chain((0.01, 0), (1, 0))
     rival = chain((0.01, 0.004), (1, 0.1))
-    (alone, *_) = merge(Curves.of([one, right]), context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
-    joined = merge(Curves.of([one, right, rival]), context_of(radius=RADIUS), settings(chains=None, min_length=0)).assemblies
+    (alone, *_) = merged([one, right], chains=None, min_length=0)
+    joined = merged([one, right, rival], chains=None, min_length=0)
     doubtful = next(assembly for assembly in joined if assembly.confidence)
     assert alone.confidence[0] > 0.9
     assert doubtful.confidence[0] < 0.3
@@ -169,12 +168,12 @@ def test_gaps_through_free_space_are_no_alternatives():
     depth = np.full((240, 320), 0.3, np.float32)
     depth[122:] = 0.9
     nothing = np.zeros_like(points), np.zeros(3, dtype=bool), RADIUS
-    visibility = Visibility(DepthModel(depth, np.zeros_like(depth, bool), camera, 0.01))
-    seen = GapPaths(Candidates(points, *nothing, MergeConfig()), visibility).with_straight_gaps(cost)
+    scene = frame_scene(doo3d.Frame(None, depth, camera), np.zeros_like(depth, bool), radius=RADIUS, visibility__margin=0.01)
+    seen = GapPaths(Candidates(points, *nothing, MergeConfig()), scene).with_straight_gaps(cost)
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200
     assert np.isinf(seen[1]).all()
-    blind = GapPaths(Candidates(points, *nothing, MergeConfig(tangent_window_radii=1.0)), None).with_straight_gaps(cost)
+    blind = GapPaths(Candidates(points, *nothing, MergeConfig(tangent_window_radii=1.0)), empty_scene()).with_straight_gaps(cost)
     assert blind[0, 1] == pytest.approx(40 + 2 * 40)
     assert cost[0, 2] == 40
 
@@ -185,13 +184,13 @@ def test_the_step_in_the_middle_of_each_gap_is_recorded(closed):
     x = np.eye(3)[0]
     paths = [gap_path(one[-1], x, other[0], -x) for one, other in zip(pieces, [*pieces[1:], pieces[0]], strict=True)]
     count = 3 if closed else 2
-    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:count]), closed, (0.9, 0.4, 0.7)[:count])], context_of())
+    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:count]), closed, (0.9, 0.4, 0.7)[:count])], 1.0)
     assert [confidence for _, confidence in path.joins] == [0.9, 0.4, 0.7][:count]
     points = np.concatenate((path.points, path.points[:1]))
     for (step, _), (start, end) in zip(path.joins, ((4, 8.5), (12.5, 12.7)), strict=False):
         assert start - 1e-9 <= points[step, 0]
         assert points[step + 1, 0] <= end + 1e-9
-    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:2]))], context_of())
+    (path,) = fill([Assembly(tuple(pieces), tuple(paths[:2]))], 1.0)
     assert path.joins == ()
 
 

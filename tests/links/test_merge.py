@@ -6,17 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.gap_arcs import arcs_of
+from builders.scenes import empty_scene, frame_scene
 
 from doo3d.config import MergeConfig, load_config
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import unit
 from doo3d.links import merge
 from doo3d.links.candidates import End
-from doo3d.scene.depth_model import DepthModel
-from doo3d.scene.visibility import Visibility
-from doo3d.types import Camera
+from doo3d.types import Camera, Frame
 
 STEP, RADIUS = 0.01, 0.004
 PAPER = load_config("paper_3d").merge
@@ -36,10 +34,9 @@ def config(**settings):
     return MergeConfig(**({"chains": 1, "max_cost": np.inf, "max_gap": np.inf, "free_space_weight": 0.0} | settings))
 
 
-def merged(chains, settings, visibility=None, closed=None):
+def merged(chains, settings, scene=None, closed=None):
     scale = 1 if chains[0].shape[1] == 3 else 1000
-    context = context_of(radius=scale * RADIUS, visibility=visibility, segment_length=scale * STEP)
-    return merge(Curves.of(chains, closed), context, settings)
+    return merge(Curves.of(chains, closed), scene or empty_scene(radius=scale * RADIUS), scale * STEP, settings)
 
 
 def run(chains, settings, **options):
@@ -263,10 +260,10 @@ def test_free_space_decides_between_equal_pairs(strategy, exposed_side):
     depth = np.full((240, 320), 0.3, np.float32)
     v = np.arange(240)
     depth[(v > 120 if exposed_side == 1 else v < 120)] = 0.9
-    visibility = Visibility(DepthModel(depth, np.zeros((240, 320), bool), CAMERA, 0.01))
+    scene = frame_scene(Frame(None, depth, CAMERA), np.zeros((240, 320), bool), radius=RADIUS, visibility__margin=0.01)
     chains = [one, others[1], others[-1]]
     settings = MergeConfig(chains=2, strategy=strategy, max_cost=1e4, free_space_weight=20.0)
-    assemblies = run(chains, settings, visibility=visibility)
+    assemblies = run(chains, settings, scene=scene)
     assert joined(assemblies, one[-1], others[-exposed_side][0])
     assert not joined(assemblies, one[-1], others[exposed_side][0])
 
@@ -288,7 +285,7 @@ def test_short_chains_are_dropped_when_no_number_is_wanted():
 
 
 def test_empty_in_empty_out():
-    assert merge(Curves.of([]), context_of(radius=RADIUS), MergeConfig()).assemblies == []
+    assert merge(Curves.of([]), empty_scene(radius=RADIUS), STEP, MergeConfig()).assemblies == []
 
 
 @pytest.mark.parametrize(("settings", "setting"), [({"chains": 1}, "merge.chains"), ({"chains": None}, "merge.min_length")])

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.errors import refuses
+from builders.scenes import EmptyScene, empty_scene
 
 from doo3d.config import MergeConfig
 from doo3d.errors import ConfigError
@@ -30,7 +28,7 @@ def terms_of(points, directions):
     """Return distance, direction and curvature of each pair of ends, with weights of 1, in px and radians or m and radians."""
     config = MergeConfig(direction_weight=1, curvature_weight=1)
     straight = np.zeros(len(points), dtype=bool), 1.0
-    costs = cost_terms(Candidates(points, directions, *straight, config), context_of(dim=points.shape[1]))
+    costs = cost_terms(Candidates(points, directions, *straight, config), empty_scene(points.shape[1]))
     return costs["distance"] / (1000 if points.shape[1] == 3 else 1), costs["direction"], costs["curvature"]
 
 
@@ -89,26 +87,15 @@ def test_exact_where_arccos_is_not(dim):
     assert terms_of(np.zeros((2, dim)), directions)[1][0, 1] == pytest.approx(1e-9, rel=1e-3)
 
 
-@dataclass(frozen=True)
-class PlainView:
-    """A camera that sees some ends in plain view."""
-
-    exposed: np.ndarray
-
-    def is_exposed(self, points, tangents, radius, lookahead):
-        return self.exposed
-
-    def exits_view(self, points, tangents, margin):
-        return np.zeros(len(points), dtype=bool)
-
-
-def test_ends_in_plain_view_of_each_pair_cost_extra():
+def test_ends_in_plain_view_of_each_pair_cost_extra(monkeypatch):
     points, directions = np.zeros((3, 3)), unit(np.ones((3, 3)))
     straight = np.zeros(3, dtype=bool), 1.0
-    context = context_of(visibility=PlainView(np.array([True, False, True])))
+    scene = empty_scene()
+    monkeypatch.setattr(EmptyScene, "sees_space", True)
+    monkeypatch.setattr(EmptyScene, "is_exposed", lambda *_: np.array([True, False, True]))
     costly = Candidates(points, directions, *straight, MergeConfig(exposed_end_cost=10))
-    assert cost_terms(costly, context)["exposed ends"].tolist() == [[20, 10, 20], [10, 0, 10], [20, 10, 20]]
-    assert "exposed ends" not in cost_terms(Candidates(points, directions, *straight, MergeConfig()), context)
+    assert cost_terms(costly, scene)["exposed ends"].tolist() == [[20, 10, 20], [10, 0, 10], [20, 10, 20]]
+    assert "exposed ends" not in cost_terms(Candidates(points, directions, *straight, MergeConfig()), scene)
 
 
 def line(x, y):
@@ -121,7 +108,7 @@ FORK = Curves.of([line(-0.13, 0.0), line(0.0, 0.01), line(0.0, -0.01)])
 def joined(**settings):
     """Return on which lines of FORK the pieces of the longest object are, when it costs nothing to pass through free space."""
     config = MergeConfig(chains=2, free_space_weight=0, unknown_weight=0, **settings)
-    merged = merge(FORK, context_of(radius=0.003), config)
+    merged = merge(FORK, empty_scene(radius=0.003), 1.0, config)
     return {round(piece[0, 1], 3) for piece in merged.assemblies[0].pieces}
 
 
@@ -160,5 +147,5 @@ def test_pairs_beyond_a_limit_are_not_allowed(allow_closed):
     expected[closed] = expected[:, closed] = np.inf
     if not allow_closed:
         expected[np.arange(0, 12, 2), np.arange(1, 12, 2)] = np.inf
-    np.testing.assert_array_equal(candidates.limited(cost, None), expected)
+    np.testing.assert_array_equal(candidates.limited(cost, empty_scene()), expected)
     assert np.isfinite(expected).any()

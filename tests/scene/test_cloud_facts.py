@@ -5,39 +5,31 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders.drawn_masks import surface, wave
+from builders.scenes import cloud_scene
 from scipy.spatial import cKDTree
 
-from doo3d.scene.cloud_facts import CloudFacts, estimate_radius, point_spacing, sampled, seeds_of, spreads
+from doo3d.scene.cloud_facts import CloudFacts, sampled, seeds_of, spreads
 from doo3d.segment.point_filter import filter_points
-from doo3d.types import Foreground
 
 RADIUS = 0.005
-
-
-def foreground_of(points) -> Foreground:
-    return Foreground(points, cloud_facts=CloudFacts(points))
 
 
 @pytest.mark.parametrize("viewpoint", [None, np.zeros(3)])
 @pytest.mark.parametrize("spacing", [0.0005, 0.001])
 def test_radius_and_spacing_of_one_strand(viewpoint, spacing):
     points = surface(wave(), RADIUS, viewpoint, spacing=spacing)
-    foreground = foreground_of(points)
-    assert point_spacing(foreground) == pytest.approx(spacing, rel=0.25)
-    assert estimate_radius(foreground, spacing) == pytest.approx(RADIUS, rel=0.25)
+    assert CloudFacts(points).spacing == pytest.approx(spacing, rel=0.25)
+    assert cloud_scene(points).radius == pytest.approx(RADIUS, rel=0.25)
 
 
 def test_strands_side_by_side_are_measured_one_by_one():
     one = surface(wave(), RADIUS, np.zeros(3))
     three = np.concatenate([one + np.array([0, 0, 0.02 * k]) for k in range(3)])
-    measured = estimate_radius(foreground_of(three), 0.001)
-    assert measured == pytest.approx(estimate_radius(foreground_of(one), 0.001), rel=0.1)
+    assert cloud_scene(three).radius == pytest.approx(cloud_scene(one).radius, rel=0.1)
 
 
-def test_spacing_without_facts_is_the_same():
-    points = surface(wave(), RADIUS)
-    assert point_spacing(Foreground(points)) == point_spacing(foreground_of(points))
-    assert point_spacing(Foreground(np.ones((3, 2)))) == 1e-6
+def test_points_in_one_position_have_the_least_spacing():
+    assert CloudFacts(np.ones((3, 3))).spacing == 1e-6
 
 
 @pytest.mark.parametrize(("count", "sample", "seeds"), [(5, 5, 5), (7999, 7999, 81), (15_999, 15_999, 81), (16_000, 8000, 80)])

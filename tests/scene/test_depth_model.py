@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doo3d.config import VisibilityConfig
-from doo3d.scene.depth_model import DepthModel, PointVisibility
-from doo3d.types import Camera, Foreground
+from doo3d.scene.depth_model import DepthModel
+from doo3d.scene.frame_facts import FrameFacts
+from doo3d.scene.states import PointVisibility
+from doo3d.types import Camera
 
 CAMERA = Camera(fx=100.0, fy=120.0, cx=20.0, cy=15.0, width=40, height=30)
 PIXELS = {
@@ -33,7 +34,7 @@ def model():
             PointVisibility.HIDDEN: 0.3,
         }.get(seen, 0.8)
         mask[v, u] = seen in (PointVisibility.MASKED, PointVisibility.SURFACE)
-    return DepthModel(depth, mask, CAMERA, 0.02)
+    return DepthModel(FrameFacts(mask, depth), CAMERA, 0.02)
 
 
 def place(pixel, z=0.5):
@@ -82,13 +83,13 @@ def odds_at(reading, masked=False, z=0.5, noise=0.002, **settings):
     rng = np.random.default_rng(0)
     depth, mask = rng.normal(0.5, noise, (30, 40)).astype(np.float32), np.ones((30, 40), bool)
     depth[15, 20], mask[15, 20] = reading, masked
-    model = DepthModel(depth, mask, CAMERA, 0.02, **settings)
+    model = DepthModel(FrameFacts(mask, depth), CAMERA, 0.02, **settings)
     return [float(state[0]) for state in model.log_odds(place((20, 15), z))], model
 
 
 def test_the_noise_is_that_of_the_sensor_in_inverse_depth():
     assert odds_at(0.5)[1].noise == pytest.approx(0.002 / 0.5**2, rel=0.1)
-    assert DepthModel(np.ones((30, 40), np.float32), np.ones((30, 40), bool), CAMERA, 0.02).noise > 0
+    assert DepthModel(FrameFacts(np.ones((30, 40), bool), np.ones((30, 40), np.float32)), CAMERA, 0.02).noise > 0
 
 
 def test_five_cm_before_or_behind_or_at_a_reading():
@@ -120,29 +121,9 @@ def test_twice_the_noise_halves_the_log_odds():
 def test_the_class_is_the_most_likely_state(own_counts):
     rng = np.random.default_rng(1)
     depth = np.where(rng.random((30, 40)) < 0.8, rng.normal(0.6, 0.1, (30, 40)), 0).astype(np.float32)
-    model = DepthModel(depth, rng.random((30, 40)) < 0.4, CAMERA, 0.03, own_counts)
+    model = DepthModel(FrameFacts(rng.random((30, 40)) < 0.4, depth), CAMERA, 0.03, own_counts)
     points = rng.normal((0, 0, 0.6), 0.1, (3000, 3))
     classes = model.classify(points)
     kinds = np.array((PointVisibility.SURFACE, PointVisibility.FREE, PointVisibility.HIDDEN, PointVisibility.BARE, 0))
     likeliest = kinds[np.column_stack(model.log_odds(points)).argmax(axis=1)]
     np.testing.assert_array_equal(np.where(classes <= PointVisibility.MASKED, 0, classes), likeliest)
-
-
-def test_in_an_image_the_mask_decides():
-    mask = np.zeros((30, 40), bool)
-    mask[15, 20] = True
-    states = DepthModel(None, mask, None, 2.0).log_odds(np.array([(20.0, 15.0), (3.0, 3.0), (-5.0, 3.0)]))
-    assert states.seen.tolist() == [np.inf, -np.inf, 0]
-    assert states.free.tolist() == [-np.inf, np.inf, 0]
-    assert states.unknown.tolist() == [-np.inf, -np.inf, np.inf]
-
-
-def test_a_cloud_says_nothing():
-    assert DepthModel.of(Foreground(np.zeros((3, 3))), VisibilityConfig(), 0.005) is None
-
-
-def test_the_margin_grows_with_the_object():
-    frame = Foreground(np.zeros((1, 3)), mask=np.ones((30, 40), bool), depth=np.ones((30, 40), np.float32), camera=CAMERA)
-    thin, thick = (DepthModel.of(frame, VisibilityConfig(), radius) for radius in (0.001, 0.05))
-    assert thin.margin >= VisibilityConfig().margin
-    assert thick.margin >= 0.05

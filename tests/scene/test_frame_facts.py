@@ -8,8 +8,7 @@ import pytest
 
 from doo3d import kernels
 from doo3d.geometry.mask import median_half_width
-from doo3d.scene.frame_facts import FrameFacts, facts_of
-from doo3d.types import Foreground
+from doo3d.scene.frame_facts import FrameFacts
 
 
 def noisy_mask(seed, blur=2.0, shape=(60, 90)):
@@ -86,14 +85,6 @@ def test_facts_cost_what_the_object_costs():
     small, large = FrameFacts(mask), FrameFacts(wide)
     np.testing.assert_array_equal(small.axis[2], large.axis[2])
     np.testing.assert_array_equal(small.skeleton[0] + (70, 40), large.skeleton[0])
-
-
-def test_a_foreground_keeps_the_facts_of_its_segmentation():
-    mask = noisy_mask(2)
-    facts = FrameFacts(mask)
-    points = facts.pixels.astype(float)
-    assert facts_of(Foreground(points, mask=facts.mask, facts=facts)) is facts
-    np.testing.assert_array_equal(facts_of(Foreground(points, mask=mask)).pixels, facts.pixels)
 
 
 @pytest.mark.parametrize("reach", [1, 4, 200])

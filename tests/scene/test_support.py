@@ -7,18 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.drawn_masks import CAMERA, depth_of, line
+from builders.scenes import cloud_scene, frame_scene, image_scene
 
 import doo3d
 from doo3d import Frame, load_config
-from doo3d.config import MergeConfig, VisibilityConfig
+from doo3d.config import MergeConfig
 from doo3d.geometry.curves import Curves
 from doo3d.links import merge
-from doo3d.scene.depth_model import DepthModel, PointVisibility
+from doo3d.scene.states import PointVisibility
 from doo3d.scene.support import Support
-from doo3d.scene.visibility import Visibility
-from doo3d.types import Foreground, Plane
+from doo3d.types import Plane
 
 TABLE, RADIUS = 0.6, 0.002
 Z = TABLE - RADIUS
@@ -40,7 +39,7 @@ def middle(length):
     return slice(320 - half, 320 + half)
 
 
-def scene(axes, colored, hole=0.0, box=0.0, noise=0.0005):
+def rendered(axes, colored, hole=0.0, box=0.0, noise=0.0005):
     """Return a frame of cables on a table, and their mask: a hole in the mask, or a box 5 cm high, over the middle; in m."""
     rng = np.random.default_rng(0)
     depth, which = depth_of(axes, [RADIUS] * len(axes), CAMERA, TABLE)
@@ -62,12 +61,12 @@ def detect(frame, mask, wanted):
 @with_and_without_color
 @pytest.mark.parametrize("gap", [0.05, 0.1, 0.2])
 def test_tips_on_an_empty_table_are_not_joined(gap, colored):
-    assert len(detect(*scene(two_cables(gap), colored), None).chains) == 2
+    assert len(detect(*rendered(two_cables(gap), colored), None).chains) == 2
 
 
 @with_and_without_color
 def test_a_number_that_needs_bare_table_is_refused_with_a_note(colored):
-    found = detect(*scene(two_cables(0.05), colored), 1)
+    found = detect(*rendered(two_cables(0.05), colored), 1)
     assert len(found.chains) == 1
     assert found.chains[0].length < 0.2
     (note,) = found.notes
@@ -79,7 +78,7 @@ def test_a_number_that_needs_bare_table_is_refused_with_a_note(colored):
 @with_and_without_color
 @numbers
 def test_what_a_box_hides_is_joined(wanted, colored):
-    found = detect(*scene(WHOLE, colored, box=0.06), wanted)
+    found = detect(*rendered(WHOLE, colored, box=0.06), wanted)
     assert len(found.chains) == 1
     assert not found.notes
 
@@ -88,7 +87,7 @@ def test_what_a_box_hides_is_joined(wanted, colored):
 @numbers
 @pytest.mark.parametrize("hole", [0.01, 0.03, 0.05])
 def test_a_hole_in_the_mask_is_bridged(hole, wanted, colored):
-    found = detect(*scene(WHOLE, colored, hole=hole), wanted)
+    found = detect(*rendered(WHOLE, colored, hole=hole), wanted)
     assert len(found.chains) == 1
     assert found.confidence > 0.8
     assert not found.notes
@@ -96,27 +95,25 @@ def test_a_hole_in_the_mask_is_bridged(hole, wanted, colored):
 
 def test_confidence_falls_over_bare_table():
     """A gap that is short enough to be joined costs its length over the table."""
-    bare = detect(*scene(two_cables(0.018), True), None)
-    hole = detect(*scene(WHOLE, True, hole=0.018), None)
+    bare = detect(*rendered(two_cables(0.018), True), None)
+    hole = detect(*rendered(WHOLE, True, hole=0.018), None)
     assert len(bare.chains) == len(hole.chains) == 1
     (over_table,), (over_hole,) = bare.chains[0].connections, hole.chains[0].connections
     assert over_table.confidence < over_hole.confidence - 0.4
 
 
 def classified(frame, mask, points):
-    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    model = DepthModel.of(foreground, VisibilityConfig(), RADIUS)
     ends = [np.linspace((a, 0, SEEN), (b, 0, SEEN), 20) for a, b in ((-0.15, -0.05), (0.05, 0.15))]
-    return Visibility(model).with_support(Curves.of(ends), RADIUS, foreground).model.classify(points)
+    return frame_scene(frame, mask, radius=RADIUS).with_support(Curves.of(ends)).classify(points)
 
 
 @with_and_without_color
 def test_the_three_answers_for_a_pixel_outside_the_mask(colored):
     gap = np.linspace((-0.02, 0, SEEN), (0.02, 0, SEEN), 60)
     for (frame, mask), expected in (
-        (scene(two_cables(0.06), colored), PointVisibility.BARE),
-        (scene(WHOLE, colored, hole=0.06), PointVisibility.HIDDEN),
-        (scene(two_cables(0.06), colored, box=0.06), PointVisibility.HIDDEN),
+        (rendered(two_cables(0.06), colored), PointVisibility.BARE),
+        (rendered(WHOLE, colored, hole=0.06), PointVisibility.HIDDEN),
+        (rendered(two_cables(0.06), colored, box=0.06), PointVisibility.HIDDEN),
     ):
         assert (classified(frame, mask, gap) == expected).mean() > 0.9
 
@@ -125,7 +122,7 @@ def test_color_decides_where_depth_does_not():
     """Noise of three times the radius: the depth of the cable is not told from that of the table, but its color is."""
     gap = np.linspace((-0.02, 0, SEEN), (0.02, 0, SEEN), 60)
     for axes, hole, expected in ((two_cables(0.06), 0.0, PointVisibility.BARE), (WHOLE, 0.06, PointVisibility.HIDDEN)):
-        frame, mask = scene(axes, True, hole=hole, noise=3 * RADIUS)
+        frame, mask = rendered(axes, True, hole=hole, noise=3 * RADIUS)
         told = classified(frame, mask, gap)
         undecided = np.isin(told, (PointVisibility.BARE, PointVisibility.HIDDEN))
         kinds = told[undecided & (np.abs(frame.depth[240, 320] - Z) < 1)]
@@ -136,9 +133,9 @@ def test_color_decides_where_depth_does_not():
 
 def test_the_log_odds_of_color_and_depth_are_added():
     points, pixels = np.array([(0.0, 0.0, 0.6)] * 2), np.array([(320, 240), (0, 0)])
-    frame, mask = scene(two_cables(0.06), True)
-    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    colors = Support.beside(Curves.of([np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)]), RADIUS, foreground).colors
+    frame, mask = rendered(two_cables(0.06), True)
+    chains = Curves.of([np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)])
+    colors = frame_scene(frame, mask, radius=RADIUS).with_support(chains).support.colors
     known = Support(points[:1], np.array([0.004]), np.array([0.001]), colors)
     blind = replace(known, colors=None)
     unresolved = Support(points[:1], np.array([np.nan]), np.array([np.nan]), colors)
@@ -164,40 +161,33 @@ def test_the_plane_tells_what_stands_on_it_where_the_rise_is_not_resolved():
 
 
 def test_the_rise_beside_a_chain_and_its_noise_are_measured():
-    frame, mask = scene(WHOLE, False)
-    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, camera=CAMERA)
-    support = Support.beside(Curves.of([np.linspace((-0.15, 0, SEEN), (0.15, 0, SEEN), 40)]), RADIUS, foreground)
+    frame, mask = rendered(WHOLE, False)
+    chains = Curves.of([np.linspace((-0.15, 0, SEEN), (0.15, 0, SEEN), 40)])
+    support = frame_scene(frame, mask, radius=RADIUS).with_support(chains).support
     assert support.rise == pytest.approx([TABLE - SEEN] * 2, abs=0.0003)
     assert support.rise_noise == pytest.approx([0.0005] * 2, rel=0.4)
 
 
 def test_nothing_is_bare_without_an_image_of_depth():
-    points = np.zeros((3, 3))
-    assert Support.beside(Curves.of([points]), RADIUS, Foreground(points)) is None
-    flat = Foreground(np.zeros((3, 2)), mask=np.ones((5, 5), bool))
-    model = DepthModel.of(flat, VisibilityConfig(), 2.0)
-    seen = Visibility(model)
-    assert seen.with_support(Curves.of([np.zeros((3, 2))]), 2.0, flat) is seen
-    assert Support.beside(Curves.of([]), RADIUS, flat) is None
+    for scene in (cloud_scene(np.zeros((3, 3))), image_scene(np.ones((5, 5), bool))):
+        assert scene.with_support(Curves.of([np.zeros((3, scene.dim))])) is scene
+    scene = frame_scene(*rendered(WHOLE, False))
+    assert scene.with_support(Curves.of([])) is scene
 
 
 def test_tips_are_where_the_mask_ends_in_the_open():
-    frame, mask = scene(two_cables(0.1), True)
-    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    visibility = Visibility.of(foreground, VisibilityConfig(), RADIUS)
+    frame, mask = rendered(two_cables(0.1), True)
     chain = np.linspace((-0.15, 0, SEEN), (-0.05, 0, SEEN), 20)
-    visibility = visibility.with_support(Curves.of([chain]), RADIUS, foreground)
+    scene = frame_scene(frame, mask, radius=RADIUS).with_support(Curves.of([chain]))
     ends = np.array([chain[-1], chain[10], chain[0]])
     outward = np.array([(1.0, 0, 0), (1.0, 0, 0), (-1.0, 0, 0)])
-    assert (visibility.tips(ends, outward, RADIUS) > 0).tolist() == [True, False, False]
+    assert (scene.tips(ends, outward, RADIUS) > 0).tolist() == [True, False, False]
 
 
 def test_bare_surface_is_a_term_of_the_cost():
-    frame, mask = scene(two_cables(0.02), True)
-    foreground = Foreground(np.zeros((1, 3)), mask=mask, depth=frame.depth, color=frame.color, camera=CAMERA)
-    visibility = Visibility.of(foreground, VisibilityConfig(), RADIUS)
+    frame, mask = rendered(two_cables(0.02), True)
     chains = Curves.of([np.linspace((a, 0, SEEN), (a + 0.1, 0, SEEN), 11) for a in (-0.11, 0.01)])
-    (decision,) = merge(chains, context_of(foreground, RADIUS, 0.001, 0.01, visibility), MergeConfig()).decisions
+    (decision,) = merge(chains, frame_scene(frame, mask, radius=RADIUS), 0.01, MergeConfig()).decisions
     gap = decision.chosen.gap_cost
     assert gap.bare == pytest.approx(20 * 20, rel=0.25)
     assert gap.free_space == gap.unknown == 0

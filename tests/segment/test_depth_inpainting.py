@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from builders.blue_cable import DEPTH, RADIUS, SEEN, foreground_of, frame
+from builders.blue_cable import DEPTH, RADIUS, SEEN, frame, scene_of
 from builders.drawn_masks import wave
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
@@ -72,8 +72,8 @@ def test_holes_get_the_depth_of_the_readings_around_them(monkeypatch):
     """Of a cable that is read in patches only, each pixel has a point near its surface; not so without inpainting."""
     blotches = gaussian_filter(np.random.default_rng(0).normal(size=SEEN.shape), 4)
     patchy = frame(np.where(blotches > 0, DEPTH, 0))
-    found = foreground_of(patchy, SegmentConfig(), SEEN)
+    found = scene_of(patchy, SegmentConfig(), SEEN)
     assert len(found.points) > 0.95 * SEEN.sum()
     assert cKDTree(wave()).query(found.points)[0].max() < 2 * RADIUS
     monkeypatch.setattr(depth_inpainting, "INPAINT_MIN_HOLE_PX", 1000)
-    assert len(foreground_of(patchy, SegmentConfig(), SEEN).points) < 0.6 * SEEN.sum()
+    assert len(scene_of(patchy, SegmentConfig(), SEEN).points) < 0.6 * SEEN.sum()

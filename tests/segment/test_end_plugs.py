@@ -71,7 +71,7 @@ def test_the_mask_of_the_caller_keeps_its_plug():
     color, mask = scene(plug(2.0))
     depth = np.where(mask, 0.48, 0.5).astype(np.float32)
     frame = Frame(color, depth, Camera(fx=400, fy=400, cx=200, cy=100, width=400, height=200))
-    by_shape, given = (segment(frame, SegmentConfig(method="plane"), each).foreground.mask for each in (None, mask))
+    by_shape, given = (segment(frame, SegmentConfig(method="plane"), each).scene.mask for each in (None, mask))
     assert by_shape[:, END + RADIUS :].sum() == 0
     assert given[:, END + RADIUS :].sum() > 0.9 * mask[:, END + RADIUS :].sum()
 

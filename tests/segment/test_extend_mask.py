@@ -5,16 +5,14 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from builders.contexts import context_of
+from builders.scenes import frame_scene, image_scene
 
 import doo3d
-from doo3d.config import ExtendMaskConfig
 from doo3d.pipeline import run_with_stages
 from doo3d.segment.extend_mask import extend_mask
-from doo3d.types import Chain, Foreground
+from doo3d.types import Camera, Chain, Frame
 
 WIDTH, HEIGHT, RADIUS = 300, 160, 5
-CONFIG = ExtendMaskConfig(max_length=100)
 U = np.arange(-20.0, WIDTH + 20)
 LINE = np.column_stack((U, 80 + 30 * np.sin(U / 60)))
 
@@ -40,8 +38,8 @@ def chain(until=140.0):
     return Chain(np.array(joints), 10.0, radius=float(RADIUS))
 
 
-def foreground(image, mask):
-    return Foreground(np.argwhere(mask)[:, ::-1].astype(float), mask=mask, color=image)
+def extended(chains, image, mask, max_length=100.0):
+    return extend_mask(chains, image_scene(mask, image, extend_mask__max_length=max_length))
 
 
 def before(mask, until):
@@ -55,7 +53,7 @@ def dice(one, other):
 def test_a_strand_goes_on_to_the_border():
     whole = strand()
     mask = before(whole, 140)
-    found = extend_mask([chain()], context_of(foreground(photograph(whole), mask)), CONFIG)
+    found = extended([chain()], photograph(whole), mask)
     assert found is not None
     assert dice(found, whole) > 0.93 > dice(mask, whole)
     assert not (mask & ~found).any()
@@ -63,25 +61,25 @@ def test_a_strand_goes_on_to_the_border():
 
 def test_it_ends_at_the_length_set_or_with_the_strand():
     whole = strand()
-    near = extend_mask([chain()], context_of(foreground(photograph(whole), before(whole, 140))), ExtendMaskConfig(max_length=10))
+    near = extended([chain()], photograph(whole), before(whole, 140), max_length=10.0)
     assert 140 + 5 * RADIUS < np.nonzero(near)[1].max() < 140 + 15 * RADIUS
     ended = before(whole, 200)
-    found = extend_mask([chain()], context_of(foreground(photograph(ended), before(whole, 140))), CONFIG)
+    found = extended([chain()], photograph(ended), before(whole, 140))
     assert abs(np.nonzero(found)[1].max() - 200) <= 3 * RADIUS
 
 
 def test_a_mask_that_misses_nothing_stays():
     ended = before(strand(), 140)
-    assert extend_mask([chain()], context_of(foreground(photograph(ended), ended)), CONFIG) is None
-    assert extend_mask([], context_of(foreground(photograph(ended), ended)), CONFIG) is None
-    assert extend_mask([chain()], context_of(foreground(photograph(strand()), ended)), ExtendMaskConfig()) is None  # not wanted
+    assert extended([chain()], photograph(ended), ended) is None
+    assert extended([], photograph(ended), ended) is None
+    assert extended([chain()], photograph(strand()), ended, max_length=0.0) is None  # not wanted
 
 
 def test_a_background_of_the_same_color_is_not_the_strand():
     whole = strand()
     image = photograph(whole)
     image[:, 140:] = photograph(np.ones_like(whole))[:, 140:]
-    assert extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG) is None
+    assert extended([chain()], image, before(whole, 140)) is None
 
 
 @pytest.mark.parametrize(("width", "over"), [(20, True), (90, False)])
@@ -89,20 +87,21 @@ def test_a_narrow_occluder_is_jumped(width, over):
     whole = strand()
     image = photograph(whole)
     image[:, 160 : 160 + width] = (20, 120, 30)
-    found = extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG)
+    found = extended([chain()], image, before(whole, 140))
     assert (np.nonzero(before(whole, WIDTH) if found is None else found)[1].max() == WIDTH - 1) == over
 
 
 def test_a_light_that_changes_along_it_is_followed():
     whole = strand()
     image = (photograph(whole) * np.linspace(1, 0.45, WIDTH)[:, None]).astype(np.uint8)
-    assert dice(extend_mask([chain()], context_of(foreground(image, before(whole, 140))), CONFIG), whole) > 0.93
+    assert dice(extended([chain()], image, before(whole, 140)), whole) > 0.93
 
 
 def test_without_a_color_image_and_in_3d_there_is_nothing_to_extend():
-    assert extend_mask([chain()], context_of(Foreground(np.zeros((1, 2)), mask=strand())), CONFIG) is None
-    deep = Foreground(np.zeros((1, 3)), mask=strand(), color=photograph(strand()))
-    assert extend_mask([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], context_of(deep), CONFIG) is None
+    assert extend_mask([chain()], image_scene(strand(), extend_mask__max_length=100.0)) is None
+    frame = Frame(photograph(strand()), np.ones((HEIGHT, WIDTH), np.float32), Camera(600.0, 600.0, 150.0, 80.0, WIDTH, HEIGHT))
+    deep = frame_scene(frame, strand(), extend_mask__max_length=100.0)
+    assert extend_mask([Chain(np.array([[0.0, 0, 1], [0.01, 0, 1]]), 0.01, radius=0.005)], deep) is None
 
 
 def test_in_the_preset_image_remnants_become_one_strand():

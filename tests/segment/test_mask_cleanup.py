@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders.blue_cable import BLUE, DEPTH, SEEN, foreground_of, frame, painted
+from builders.blue_cable import BLUE, DEPTH, SEEN, frame, painted, scene_of
 from scipy.ndimage import binary_fill_holes, gaussian_filter, label
 
 from doo3d.config import SegmentConfig
@@ -19,7 +19,7 @@ def test_specks_are_removed_and_pinholes_closed(given):
     specks[100:104, 100:104] = True
     holes = (random.random(SEEN.shape) < 0.02) & SEEN
     mask = (SEEN | specks) & ~holes
-    found = foreground_of(frame(np.where(DEPTH > 0, DEPTH, 0.5), painted(mask)), BLUE, mask if given else None)
+    found = scene_of(frame(np.where(DEPTH > 0, DEPTH, 0.5), painted(mask)), BLUE, mask if given else None)
     assert not found.mask[100:104, 100:104].any()
     assert (found.mask & ~SEEN).sum() < 0.1 * specks.sum()
     assert (SEEN & ~found.mask).sum() < 0.3 * holes.sum()
@@ -52,11 +52,11 @@ def test_a_wide_region_is_not_the_object():
     mask = SEEN.copy()
     mask[300:420, 200:360] = True
     data = frame(np.where(mask & ~SEEN, 0.45, DEPTH), painted(mask))
-    found = foreground_of(data, BLUE)
+    found = scene_of(data, BLUE)
     assert not found.mask[305:415, 205:355].any()
     assert (found.mask & SEEN).sum() > 0.9 * SEEN.sum()
-    assert foreground_of(data, BLUE, mask).mask[305:415, 205:355].all()
-    everything = foreground_of(frame(np.where(mask & ~SEEN, 0.45, DEPTH)), SegmentConfig(method="everything"))
+    assert scene_of(data, BLUE, mask).mask[305:415, 205:355].all()
+    everything = scene_of(frame(np.where(mask & ~SEEN, 0.45, DEPTH)), SegmentConfig(method="everything"))
     assert everything.mask[305:415, 205:355].all()
 
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from builders.blue_cable import RADIUS, foreground_of
+from builders.blue_cable import RADIUS, scene_of
 from builders.drawn_masks import surface, wave
 from builders.errors import refuses
 
 from doo3d.config import SegmentConfig
+from doo3d.scene.cloud import CloudScene
 from doo3d.scene.cloud_facts import CELL_SPACINGS, CloudFacts
 from doo3d.segment.point_filter import MIN_NEIGHBORS_RATIO, far_outliers, filter_points
-from doo3d.types import Cloud, Foreground
+from doo3d.types import Cloud
 
 
-def cloud(points, mask=None, **settings) -> Foreground:
-    return foreground_of(Cloud(points), SegmentConfig(**({"method": "everything"} | settings)), mask)
+def cloud(points, mask=None, **settings) -> CloudScene:
+    return scene_of(Cloud(points), SegmentConfig(**({"method": "everything"} | settings)), mask)
 
 
 def test_far_outliers_of_a_cloud_are_removed():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from builders.blue_cable import BLUE, DEPTH, RADIUS, SEEN, foreground_of, frame, painted
+from builders.blue_cable import BLUE, DEPTH, RADIUS, SEEN, frame, painted, scene_of
 from builders.drawn_masks import CAMERA, frame_of, surface, wave
 from builders.errors import refuses
 from builders.paths import SAMPLES
@@ -19,64 +19,64 @@ CONFIG = SegmentConfig()
 def test_the_given_mask_replaces_the_method():
     half = SEEN.copy()
     half[:, 320:] = False
-    found = foreground_of(frame(color=painted(SEEN)), BLUE, half)
+    found = scene_of(frame(color=painted(SEEN)), BLUE, half)
     assert not found.mask[:, 320:].any()
     assert found.mask.any()
-    found = foreground_of(frame(), SegmentConfig(method="mask"), half.astype(np.uint8) * 255)
+    found = scene_of(frame(), SegmentConfig(method="mask"), half.astype(np.uint8) * 255)
     np.testing.assert_array_equal(found.mask, half)
 
 
 def test_an_empty_mask():
     with refuses("mask-empty"):
-        foreground_of(frame(), CONFIG, np.zeros_like(SEEN))
+        scene_of(frame(), CONFIG, np.zeros_like(SEEN))
     with refuses("mask-empty"):
-        foreground_of(Cloud(surface(wave(), RADIUS)), CONFIG, np.zeros(len(surface(wave(), RADIUS)), bool))
+        scene_of(Cloud(surface(wave(), RADIUS)), CONFIG, np.zeros(len(surface(wave(), RADIUS)), bool))
 
 
 @pytest.mark.parametrize("mask", [None, SEEN])
 def test_no_depth(mask):
     with refuses("depth-none"):
-        foreground_of(frame(0 * DEPTH), CONFIG, mask)
+        scene_of(frame(0 * DEPTH), CONFIG, mask)
 
 
 def test_no_depth_in_the_mask():
     with refuses("mask-without-depth", "black and shiny"):
-        foreground_of(frame(np.where(SEEN, 0, 0.6)), CONFIG, SEEN)
+        scene_of(frame(np.where(SEEN, 0, 0.6)), CONFIG, SEEN)
     wide = cv2.dilate(SEEN.astype(np.uint8), np.ones((17, 17), np.uint8)) > 0
     with refuses("mask-without-depth", "black and shiny"):
-        foreground_of(frame(np.where(wide, 0, 0.6)), CONFIG, SEEN)
+        scene_of(frame(np.where(wide, 0, 0.6)), CONFIG, SEEN)
     elsewhere = np.zeros(SEEN.shape)
     elsewhere[:5] = 0.6
     with refuses("mask-without-depth", "aligned"):
-        foreground_of(frame(elsewhere), CONFIG, SEEN)
+        scene_of(frame(elsewhere), CONFIG, SEEN)
 
 
 @pytest.mark.parametrize("mask", [None, SEEN])
 @pytest.mark.parametrize("factor", [1000, 1e-3, 1e6])
 def test_depth_in_the_wrong_unit(factor, mask):
     with refuses("depth-unit", "depth_scale"):
-        foreground_of(frame(factor * DEPTH), CONFIG, mask)
+        scene_of(frame(factor * DEPTH), CONFIG, mask)
 
 
 @pytest.mark.parametrize("mask", [None, SEEN])
 def test_depth_below_that_of_any_camera_is_none(mask):
     with refuses("depth-none", "in metres"):
-        foreground_of(frame(1e-6 * DEPTH), CONFIG, mask)
+        scene_of(frame(1e-6 * DEPTH), CONFIG, mask)
 
 
 @pytest.mark.parametrize("mask", [SEEN[:-3], SEEN.T, SEEN[..., None], SEEN.ravel()])
 def test_a_mask_of_another_shape(mask):
     with refuses("mask-shape", str(mask.shape), "(480, 640)"):
-        foreground_of(frame(), CONFIG, mask)
+        scene_of(frame(), CONFIG, mask)
 
 
 def test_a_missing_mask_is_refused():
     with refuses("mask-missing", "segment.method"):
-        foreground_of(frame(), SegmentConfig(method="mask"))
+        scene_of(frame(), SegmentConfig(method="mask"))
 
 
 def test_an_empty_selection_is_a_note_and_no_error():
-    found = foreground_of(frame(color=painted(np.zeros_like(SEEN))), BLUE)
+    found = scene_of(frame(color=painted(np.zeros_like(SEEN))), BLUE)
     assert found.points.shape == (0, 3)
     assert len(found.notes) == 1
     assert "segment.ranges" in found.notes[0]
@@ -85,29 +85,29 @@ def test_an_empty_selection_is_a_note_and_no_error():
 @pytest.mark.parametrize("points", [np.zeros((0, 3)), np.ones((1, 3)), np.ones((500, 3)), np.full((5, 3), np.nan)])
 def test_clouds_without_extent(points):
     with refuses("cloud-without-extent"):
-        foreground_of(Cloud(points), CONFIG)
+        scene_of(Cloud(points), CONFIG)
 
 
 @pytest.mark.parametrize("factor", [1e4, 1e-4])
 def test_clouds_in_the_wrong_unit(factor):
     with refuses("points-unit", "depth_scale"):
-        foreground_of(Cloud(factor * surface(wave(), RADIUS)), CONFIG)
+        scene_of(Cloud(factor * surface(wave(), RADIUS)), CONFIG)
 
 
 def test_an_inverted_mask_is_noted():
     full = frame(np.full(DEPTH.shape, 0.7))
-    (note,) = foreground_of(full, CONFIG, ~SEEN).notes
+    (note,) = scene_of(full, CONFIG, ~SEEN).notes
     assert "is it inverted?" in note
-    assert foreground_of(full, CONFIG, SEEN).notes == ()
+    assert scene_of(full, CONFIG, SEEN).notes == ()
     rows, columns = np.indices(SEEN.shape)
     with_disk = np.hypot(rows - 60, columns - 60) > 30
-    assert foreground_of(full, CONFIG, with_disk).notes == ()
+    assert scene_of(full, CONFIG, with_disk).notes == ()
 
 
 def test_a_long_cloud_names_the_setting():
     line = np.column_stack((np.linspace(0, 450, 2000), np.zeros((2000, 2))))
     with refuses("points-unit", "if it is that large, --set segment.max_depth="):
-        foreground_of(Cloud(line), CONFIG)
+        scene_of(Cloud(line), CONFIG)
 
 
 @pytest.mark.parametrize("value", [65.535, 1e4, 1e7])
@@ -116,20 +116,20 @@ def test_readings_beyond_the_range_are_none(value):
     lost = (np.random.default_rng(0).random(DEPTH.shape) < 0.05) & SEEN
     saturated, without = (Frame(painted(SEEN), np.where(lost, z, DEPTH), CAMERA) for z in (value, 0.0))
     for mask in (SEEN, None):
-        assert np.array_equal(foreground_of(saturated, CONFIG, mask).points, foreground_of(without, CONFIG, mask).points)
+        assert np.array_equal(scene_of(saturated, CONFIG, mask).points, scene_of(without, CONFIG, mask).points)
 
 
 def test_fused_views_of_poses_in_the_wrong_unit():
     view = CameraView(CAMERA, np.eye(4), SEEN, DEPTH)
     with refuses("points-unit", "poses"):
-        foreground_of(Cloud(1e4 * surface(wave(), RADIUS), views=(view,)), CONFIG)
+        scene_of(Cloud(1e4 * surface(wave(), RADIUS), views=(view,)), CONFIG)
 
 
 def test_the_input_is_not_written_to():
     depth, mask = DEPTH.astype(np.float32), SEEN.copy()
     data = Frame(painted(SEEN), depth, CAMERA)
-    foreground_of(data, BLUE)
-    foreground_of(data, CONFIG, mask)
+    scene_of(data, BLUE)
+    scene_of(data, CONFIG, mask)
     np.testing.assert_array_equal(depth, DEPTH.astype(np.float32))
     np.testing.assert_array_equal(mask, SEEN)
     assert frame_of(wave(), radius=RADIUS)[1].sum() == SEEN.sum()
@@ -138,8 +138,8 @@ def test_the_input_is_not_written_to():
 def test_strands_of_an_image_are_selected():
     file = SAMPLES / "crossing" / "color" / "000000.jpg"
     image = Image(np.ascontiguousarray(cv2.imread(str(file))[:, :, ::-1]))
-    found = foreground_of(image, SegmentConfig(max_width=np.inf, max_width_ratio=np.inf))
+    found = scene_of(image, SegmentConfig(max_width=np.inf, max_width_ratio=np.inf))
     assert found.mask.any()
     assert found.notes == ()
-    assert foreground_of(image, SegmentConfig(method="ridge", max_width=np.inf, max_width_ratio=np.inf)).notes == ()
-    assert foreground_of(image, SegmentConfig(), found.mask).notes == ()
+    assert scene_of(image, SegmentConfig(method="ridge", max_width=np.inf, max_width_ratio=np.inf)).notes == ()
+    assert scene_of(image, SegmentConfig(), found.mask).notes == ()

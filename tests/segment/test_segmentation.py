@@ -15,13 +15,13 @@ CONFIG = SegmentConfig()
 
 def check_sums(record):
     """The counts of a record add up to the pixels of the mask and to the points."""
-    foreground = record.foreground
-    if foreground.mask is not None:
+    scene = record.scene
+    if scene.mask.size:
         pixels = record.selected - record.removed_small + record.closed_holes - record.removed_wide
-        assert foreground.mask.sum() == pixels
-        assert len(foreground.points) == pixels - record.without_depth - record.outliers + record.inpainted
+        assert scene.mask.sum() == pixels
+        assert len(scene.points) == pixels - record.without_depth - record.outliers + record.inpainted
     else:
-        assert len(foreground.points) == record.selected - record.outliers
+        assert len(scene.points) == record.selected - record.outliers
 
 
 def test_the_record_of_a_frame():
@@ -42,7 +42,7 @@ def test_the_record_of_a_frame():
     assert specks.sum() <= record.removed_small < specks.sum() + 50
     assert 0.9 * gripper.sum() < record.removed_wide < 1.1 * gripper.sum()
     assert 0 < record.closed_holes <= holes.sum()
-    mask = record.foreground.mask
+    mask = record.scene.mask
     assert record.without_depth == (mask & (depth < CONFIG.min_depth)).sum()
     assert 0.9 < record.inpainted / (mask & (depth <= 0)).sum() <= 1
     assert record.outliers >= 0.95 * (mask & (depth == 0.9)).sum() > 50
@@ -74,5 +74,5 @@ def test_an_extended_mask_is_not_the_callers():
     assert once.method == twice.method == "extended"
     assert once.base is twice.base is base
     assert base.method == "hsv"
-    np.testing.assert_array_equal(once.foreground.points, segment(image, BLUE, SEEN).foreground.points)
+    np.testing.assert_array_equal(once.scene.points, segment(image, BLUE, SEEN).scene.points)
     check_sums(once)

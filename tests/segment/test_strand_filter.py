@@ -24,7 +24,7 @@ def record_of(depth, mask=SEEN):
 
 def error_of(record):
     """Distances of the filtered points from the true surface, m."""
-    return np.abs(cKDTree(AXIS).query(record.foreground.filtered)[0] - RADIUS)
+    return np.abs(cKDTree(AXIS).query(record.scene.filtered)[0] - RADIUS)
 
 
 def torn(stretches=6, length=16, seed=0):
@@ -47,8 +47,8 @@ def test_sound_depth_stays():
     noisy = np.where(SEEN, DEPTH + 0.0005 * np.random.default_rng(0).normal(size=DEPTH.shape), TABLE)
     record = record_of(noisy)
     assert record.smoothed == 0
-    pixels = record.foreground.pixels
-    np.testing.assert_allclose(record.foreground.points[:, 2], noisy[pixels[:, 1], pixels[:, 0]], rtol=1e-6)
+    pixels = record.scene.pixels
+    np.testing.assert_allclose(record.scene.points[:, 2], noisy[pixels[:, 1], pixels[:, 0]], rtol=1e-6)
 
 
 def test_torn_depth_follows_the_strand():
@@ -70,9 +70,9 @@ def test_the_whole_strand_has_the_depth_of_the_curve():
     depth[SEEN & (rng.random(SEEN.shape) < 0.2)] = 0
     record = record_of(depth)
     assert record.smoothed > 0
-    assert len(record.foreground.pixels) == SEEN.sum()
+    assert len(record.scene.pixels) == SEEN.sum()
     assert np.percentile(error_of(record), 99) < 2 * RADIUS
-    pixels = record.foreground.pixels
+    pixels = record.scene.pixels
     assert (np.diff(pixels[:, 1] * SEEN.shape[1] + pixels[:, 0]) > 0).all()
 
 
@@ -91,7 +91,7 @@ def test_a_noisy_strand_on_a_table_is_drawn_to_it():
     record = record_of(noisy, mask)
     top = TABLE - 1.6 * RADIUS
     before = np.abs(noisy[mask] - top).mean()
-    assert np.abs(record.foreground.filtered[:, 2] - top).mean() < 0.6 * before
+    assert np.abs(record.scene.filtered[:, 2] - top).mean() < 0.6 * before
 
 
 def test_noise_that_grows_with_depth_is_smoothed_up_to_the_far_end():
@@ -102,7 +102,7 @@ def test_noise_that_grows_with_depth_is_smoothed_up_to_the_far_end():
     noisy = np.where(mask, 1 / (1 / np.where(mask, depth, 1.0) + noise_in_blocks(3, 0.008, size=8)), 3.0)
     record = segment(Frame(None, noisy.astype(np.float32), CAMERA), SegmentConfig(), mask)
     assert record.smoothed > 0.9 * mask.sum()
-    away = cKDTree(axis).query(record.foreground.filtered)[0]
+    away = cKDTree(axis).query(record.scene.filtered)[0]
     assert np.percentile(away, 90) < 0.008
     chains = detect(Frame(None, noisy.astype(np.float32), CAMERA), load_config("default"), mask).chains
     assert len(chains) == 1
@@ -122,7 +122,7 @@ def test_a_strand_that_runs_away_is_whole():
 def test_few_pixels(pixels):
     mask = np.zeros_like(SEEN)
     mask.ravel()[np.flatnonzero(SEEN)[:pixels]] = True
-    assert len(record_of(np.where(SEEN, DEPTH, TABLE), mask).foreground.points) <= pixels
+    assert len(record_of(np.where(SEEN, DEPTH, TABLE), mask).scene.points) <= pixels
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -85,7 +85,7 @@ def test_the_paper_is_followed_to_the_letter_at_any_size():
     image, mask = photo("tangle", 4.5)
     data, stages = run_with_stages(image, doo3d.load_config("paper_2d"), mask)
     assert stages.scale == 1
-    assert stages.segmentation.foreground.mask.shape == data.color.shape[:2]
+    assert stages.segmentation.scene.mask.shape == data.color.shape[:2]
     assert all(chain.segment_length == 10 for chain in stages.chains)
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from builders.contexts import context_of
 from builders.errors import refuses
+from builders.scenes import empty_scene
 
 from doo3d.config import TraverseConfig
 from doo3d.errors import ConfigError
@@ -17,7 +17,7 @@ def contours_of(*curves, radius=4.0, **settings):
     """The contours round curves (P, 2) of whole pixels."""
     coords = np.unique(np.concatenate(curves), axis=0)
     return traverse(
-        Skeleton(coords, coords + 0.5), context_of(radius=radius), TraverseConfig(method="contours", **settings)
+        Skeleton(coords, coords + 0.5), empty_scene(radius=radius), TraverseConfig(method="contours", **settings)
     ).paths
 
 
@@ -55,13 +55,13 @@ def test_contours_are_refused_in_3d():
     coords = np.zeros((3, 3), dtype=np.int64)
     coords[:, 0] = range(3)
     with refuses("config-mode", kind=ConfigError):
-        traverse(Skeleton(coords, coords.astype(float)), context_of(), TraverseConfig(method="contours"))
+        traverse(Skeleton(coords, coords.astype(float)), empty_scene(), TraverseConfig(method="contours"))
 
 
 def test_the_record_of_contours_counts_the_pixels_of_spurs():
     straight, corner = line((5, 20), (1, 0), 55), line((14, 21), (-1, 1), 4)
     coords = np.unique(np.concatenate((straight, corner)), axis=0)
     config = TraverseConfig(method="contours", min_branch=1.5)
-    traversal = traverse(Skeleton(coords, coords + 0.5), context_of(radius=4.0), config)
+    traversal = traverse(Skeleton(coords, coords + 0.5), empty_scene(radius=4.0), config)
     assert traversal.spur_length == 4
     assert len(traversal.paths) == 1

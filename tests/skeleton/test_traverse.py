@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
+from builders.scenes import empty_scene
 from scipy.spatial import cKDTree
 
 from doo3d.config import TraverseConfig
@@ -22,7 +22,7 @@ def skeletonize(coords):
 
 
 RING = 0.08
-CONTEXT = context_of(radius=RADIUS, voxel=SIZE)
+SCENE = empty_scene(radius=RADIUS, voxel=SIZE)
 
 
 def skeleton_of(*curves, dim=3):
@@ -49,7 +49,7 @@ def ring(x=0.0, radius=RING, tilt=0.0):
 
 
 def run(*curves, dim=3, **settings):
-    return traverse(skeleton_of(*curves, dim=dim), CONTEXT, TraverseConfig(**settings)).paths
+    return traverse(skeleton_of(*curves, dim=dim), SCENE, TraverseConfig(**settings)).paths
 
 
 def check_ordered(path, curve, skip=0.0):
@@ -177,12 +177,12 @@ def test_a_winding_curve_in_space_is_one_path(seed):
 @both
 def test_empty_in_empty_out(dim):
     empty = np.zeros((0, dim))
-    assert traverse(Skeleton(empty.astype(np.int64), empty), CONTEXT, TraverseConfig()).paths == []
+    assert traverse(Skeleton(empty.astype(np.int64), empty), SCENE, TraverseConfig()).paths == []
 
 
 @both
 def test_one_voxel_is_no_path(dim):
-    assert traverse(Skeleton(np.ones((1, dim), np.int64), np.ones((1, dim))), CONTEXT, TraverseConfig()).paths == []
+    assert traverse(Skeleton(np.ones((1, dim), np.int64), np.ones((1, dim))), SCENE, TraverseConfig()).paths == []
 
 
 def test_the_record_says_what_is_in_no_path():
@@ -190,13 +190,13 @@ def test_the_record_says_what_is_in_no_path():
     spur = np.array([[0.08, 0, 0], [0.08, 1.5 * RADIUS, 0]])
     hole, dot = ring(x=-0.08, radius=1.2 * RADIUS), ring(x=0, radius=1.5 * RADIUS) + np.array([0, 0.1, 0])
     left, right = np.array([[-0.15, 0, 0], [-0.08 - 1.2 * RADIUS, 0, 0]]), np.array([[-0.08 + 1.2 * RADIUS, 0, 0], [0.15, 0, 0]])
-    traversal = traverse(skeleton_of(left, right, spur, hole, dot), CONTEXT, TraverseConfig())
+    traversal = traverse(skeleton_of(left, right, spur, hole, dot), SCENE, TraverseConfig())
     assert len(traversal.paths) == 1
     assert traversal.spur_length == pytest.approx(1.5 * RADIUS, abs=1.5 * SIZE)
     half_hole, whole_dot = np.pi * 1.2 * RADIUS, 2 * np.pi * 1.5 * RADIUS
     assert traversal.loop_length == pytest.approx(half_hole + whole_dot, abs=6 * SIZE)
     assert traversal.trimmed_length == pytest.approx(2 * RADIUS)
-    crossing = traverse(skeleton_of(spoke(0), spoke(180), spoke(70), spoke(250)), CONTEXT, TraverseConfig())
+    crossing = traverse(skeleton_of(spoke(0), spoke(180), spoke(70), spoke(250)), SCENE, TraverseConfig())
     assert crossing.spur_length == crossing.loop_length == 0
     kept = sum(steps(path.points).sum() for path in crossing.paths)
     assert kept + crossing.trimmed_length == pytest.approx(0.4, rel=0.1)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders.blobs import component_of
+from builders.blue_cable import scene_of
 from builders.drawn_masks import CAMERA, frame_of, line, surface, wave
 from builders.errors import refuses
+from builders.scenes import cloud_scene, frame_scene, image_scene
 from scipy.ndimage import binary_closing
 
-from doo3d.config import SegmentConfig, VoxelizeConfig
+from doo3d.config import SegmentConfig
 from doo3d.kernels import neighbor_table
-from doo3d.segment import segment
-from doo3d.skeleton.voxelize import MAX_CELLS, occluding_edge_pixels, voxelize
-from doo3d.types import Foreground
+from doo3d.skeleton.core_pixels import occluding_edge_pixels
+from doo3d.skeleton.voxelize import MAX_CELLS, voxelize
+from doo3d.types import Frame
 
 dims = pytest.mark.parametrize("dim", [2, 3])
 
@@ -36,7 +40,7 @@ def keep_small(constants):
 
 
 def grid_of(points, **settings):
-    return voxelize(Foreground(np.asarray(points, dtype=float)), VoxelizeConfig(**({"size": 1.0, "radius": 2.0} | settings)))
+    return voxelize(cloud_scene(np.asarray(points, dtype=float), **({"voxel": 1.0, "radius": 2.0} | settings)))
 
 
 def cells_of(solid):
@@ -58,7 +62,7 @@ def back(grid, shape):
 def test_centroids_and_counts(dim, size, constants):
     constants(MIN_COMPONENT=1, CLOSING_ITERATIONS=0)
     points = np.random.default_rng(dim).normal(scale=4, size=(500, dim))
-    grid = grid_of(points, size=size)
+    grid = grid_of(points, voxel=size)
     cell = np.floor(points / size)
     expected = {tuple(c): points[(cell == c).all(axis=1)] for c in np.unique(cell, axis=0)}
     assert len(grid.coords) == len(expected)
@@ -111,7 +115,7 @@ def test_small_components_are_removed(dim, constants):
 
 @dims
 def test_empty_in_empty_out(dim):
-    grid = voxelize(Foreground(np.zeros((0, dim))), VoxelizeConfig())
+    grid = voxelize(image_scene(np.zeros((4, 4), bool)) if dim == 2 else cloud_scene(np.zeros((0, dim))))
     assert grid.coords.shape == grid.centroids.shape == (0, dim)
     assert grid.counts.shape == (0,)
 
@@ -121,11 +125,12 @@ def test_empty_in_empty_out(dim):
 @pytest.mark.parametrize("size", [None, 0.01])
 @pytest.mark.usefixtures("keep_small")
 def test_points_in_one_position(dim, count, size):
-    grid = voxelize(Foreground(np.tile(np.arange(1.0, dim + 1), (count, 1))), VoxelizeConfig(size=size))
+    scene = cloud_scene(np.tile(np.arange(1.0, dim + 1), (count, 1)), voxel=size)
+    grid = voxelize(scene)
     assert grid.counts.tolist() == [count]
     np.testing.assert_allclose(grid.centroids, [np.arange(1.0, dim + 1)])
     assert np.isfinite(grid.size)
-    assert np.isfinite(grid.radius)
+    assert np.isfinite(scene.radius)
 
 
 def test_a_grid_too_large_is_refused_with_the_number(constants):
@@ -139,7 +144,7 @@ def test_a_grid_too_large_is_refused_with_the_number(constants):
 
 def test_a_box_that_no_number_can_count_is_refused():
     with refuses("voxels-too-many", "1e-06", "voxelize.size"):
-        grid_of([[0, 0, 0], [1e3, 1e3, 1e3]], size=1e-6)
+        grid_of([[0, 0, 0], [1e3, 1e3, 1e3]], voxel=1e-6)
 
 
 @pytest.mark.usefixtures("keep_small")
@@ -152,18 +157,18 @@ def test_a_far_point_costs_nothing():
 @pytest.mark.slow
 def test_a_million_points_in_a_plane_are_handled_or_refused(constants):
     points = np.column_stack((np.random.default_rng(0).uniform(-0.5, 0.5, (1_000_000, 2)), np.full(1_000_000, 1.0)))
-    grid = voxelize(Foreground(points), VoxelizeConfig())
+    grid = voxelize(cloud_scene(points))
     assert 0 < len(grid.coords) <= MAX_CELLS
     constants(MAX_CELLS=1000)
     with refuses("voxels-too-many", "1000"):
-        voxelize(Foreground(points), VoxelizeConfig(size=0.01))
+        voxelize(cloud_scene(points, voxel=0.01))
 
 
 @pytest.mark.parametrize("shift", [(0, 0, 0), (-3, 2, 7)])
 def test_the_order_of_points_does_not_matter(shift):
     points = surface(wave(), 0.004) + np.array(shift)
-    one = grid_of(points, size=0.003)
-    other = grid_of(np.random.default_rng(0).permutation(points), size=0.003)
+    one = grid_of(points, voxel=0.003)
+    other = grid_of(np.random.default_rng(0).permutation(points), voxel=0.003)
     np.testing.assert_array_equal(other.coords, one.coords)
     np.testing.assert_array_equal(other.counts, one.counts)
     np.testing.assert_allclose(other.centroids, one.centroids, atol=1e-12)
@@ -172,25 +177,26 @@ def test_the_order_of_points_does_not_matter(shift):
 @pytest.mark.usefixtures("keep_small")
 def test_filtered_points_are_voxelized():
     filtered = np.array([[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [5.5, 0.5, 0.5]])
-    config = VoxelizeConfig(size=1.0)
-    grid = voxelize(Foreground(filtered + 0.7, filtered=filtered), config)
+    grid = voxelize(replace(cloud_scene(filtered + 0.7, voxel=1.0), filtered=filtered))
     assert grid.counts.tolist() == [2, 1]
     np.testing.assert_allclose(grid.centroids, [[0.55, 0.5, 0.5], [5.5, 0.5, 0.5]])
 
 
 def test_coarse_voxels_need_fewer_for_a_component():
     axis = np.column_stack((np.linspace(0, 5, 6), np.zeros((6, 2)))) + 0.5
-    assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=2.0)).coords) == 0
-    assert len(voxelize(Foreground(axis), VoxelizeConfig(size=1.0, radius=1.0)).coords) == 6
+    assert len(grid_of(axis, radius=2.0).coords) == 0
+    assert len(grid_of(axis, radius=1.0).coords) == 6
 
 
 def test_small_components_of_a_frame_are_torn_strands():
     """Six voxels are no component of a cloud, but a piece of a strand far away; two of a frame are none either."""
-    piece = np.array([0.0, 0.0, 0.5]) + 0.001 * np.column_stack((np.arange(30.0), np.zeros((30, 2))))
-    config = VoxelizeConfig(size=0.005, radius=0.01)
-    assert len(voxelize(Foreground(piece), config).coords) == 0
-    assert len(voxelize(Foreground(piece, camera=CAMERA), config).coords) >= 6
-    assert len(voxelize(Foreground(piece[:4], camera=CAMERA), config).coords) == 0
+    frame, sizes = Frame(None, np.full((480, 640), 0.5, np.float32), CAMERA), {"voxel": 0.005, "radius": 0.01}
+    for length, stays in ((0.03, True), (0.004, False)):
+        piece = np.zeros((480, 640), dtype=bool)
+        piece[240, 320 : 320 + int(length * CAMERA.fx / 0.5)] = True
+        scene = frame_scene(frame, piece, **sizes)
+        assert len(voxelize(cloud_scene(scene.points, **sizes)).coords) == 0
+        assert (len(voxelize(scene).coords) >= 6) == stays
 
 
 @pytest.mark.parametrize("radius", [0.001, 0.004, 0.02])
@@ -198,17 +204,16 @@ def test_small_components_of_a_frame_are_torn_strands():
 def test_the_radius_is_about_right_before_there_is_a_chain(radius, view):
     axis = line([-0.15, 0.02, 0.5], [0.15, -0.03, 0.55])
     if view == "image":
-        frame, mask = frame_of(axis, radius=radius)
-        foreground = segment(frame, SegmentConfig(), mask).foreground
+        scene = frame_scene(*frame_of(axis, radius=radius))
     else:
-        foreground = Foreground(surface(axis, radius, None if view == "whole" else np.zeros(3), spacing=radius / 4))
-    grid = voxelize(foreground, VoxelizeConfig())
-    assert grid.radius == pytest.approx(radius, rel=0.35)
-    assert grid.size <= 2.5 * max(radius, 0.55 / CAMERA.fx)
+        scene = cloud_scene(surface(axis, radius, None if view == "whole" else np.zeros(3), spacing=radius / 4))
+    assert scene.radius == pytest.approx(radius, rel=0.35)
+    assert scene.voxel <= 2.5 * max(radius, 0.55 / CAMERA.fx)
+    assert voxelize(scene).size == scene.voxel
 
 
 def test_a_known_radius_is_used():
-    assert grid_of(surface(wave(), 0.004), size=None, radius=0.007).radius == 0.007
+    assert cloud_scene(surface(wave(), 0.004), radius=0.007).radius == 0.007
 
 
 def test_closing_does_not_bridge_background_of_the_mask():
@@ -218,8 +223,7 @@ def test_closing_does_not_bridge_background_of_the_mask():
         frame, mask = frame_of(*axes)
         depth = frame.depth.copy()
         depth[np.random.default_rng(0).random(depth.shape) < 0.3] = 0
-        foreground = segment(type(frame)(None, depth, CAMERA), SegmentConfig(), mask).foreground
-        grid = voxelize(foreground, VoxelizeConfig())
+        grid = voxelize(frame_scene(Frame(None, depth, CAMERA), mask))
         label = component_of(neighbor_table(grid.coords))
         assert sorted(np.bincount(label) > 200) == [True, True]
         assert (grid.counts == 0).any()
@@ -230,14 +234,14 @@ def strands(below, tilt=0.0):
     across = line([0.0, -0.1, 0.5 - 0.1 * tilt], [0.0, 0.1, 0.5 + 0.1 * tilt])
     along = line([-0.12, 0.0, 0.5 + below], [0.12, 0.0, 0.5 + below])
     frame, mask = frame_of(*([across] if below == 0 else [across, along]), radius=0.008)
-    return segment(frame, SegmentConfig(), mask).foreground
+    return scene_of(frame, SegmentConfig(), mask)
 
 
 def test_a_strand_beneath_another_has_occluding_edges():
     """Touching, two radii apart: the edge pixels are two bars across the lower strand, beside the upper one."""
-    foreground = strands(0.017)
-    shown = occluding_edge_pixels(foreground, 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5)
-    assert (foreground.depth[shown] > 0.505).all()
+    scene = strands(0.017)
+    shown = occluding_edge_pixels(scene, 1.2 * 0.008, 0.008 * CAMERA.fx / 0.5)
+    assert (scene.depth[shown] > 0.505).all()
     for side in (-1, 1):
         x = np.round(CAMERA.project(np.array([[side * 0.0095, 0.0, 0.509]]))).astype(int)[0]
         assert shown[x[1], x[0]]
@@ -252,6 +256,6 @@ def test_a_strand_that_runs_away_steeply_has_no_occluding_edge(slope):
 def test_the_neighbors_are_those_of_the_voxels_that_stay(least, constants):
     constants(MIN_COMPONENT=least)
     points = np.concatenate((surface(wave(), 0.004), [[9.0, 9.0, 9.0]]))
-    grid = voxelize(Foreground(points), VoxelizeConfig(size=0.003, radius=0.006))
+    grid = grid_of(points, voxel=0.003, radius=0.006)
     np.testing.assert_array_equal(grid.neighbors, neighbor_table(grid.coords))
     assert not grid.neighbors.flags.writeable

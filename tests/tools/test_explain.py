@@ -48,7 +48,7 @@ def test_terms_add_up_and_merges_are_in_order(explained):
 
 def test_the_distance_term_is_the_distance(explained):
     found, stages = explained
-    unit = 1000 if stages.context.grid.coords.shape[1] == 3 else 1
+    unit = 1000 if stages.grid.coords.shape[1] == 3 else 1
     for merge in found.merges:
         gap = np.linalg.norm(np.subtract(*merge.chosen.points))
         assert merge.chosen.terms["distance"] == pytest.approx(unit * gap)
@@ -75,7 +75,7 @@ def test_the_account_of_segmentation_is_that_of_its_record(explained):
     removed = segmentation.removed_small, segmentation.removed_wide, segmentation.split
     counts = *removed, segmentation.repaired, segmentation.without_depth, segmentation.outliers
     account = found.accounts[0]
-    assert len(account.dropped) == len(segmentation.foreground.notes) + sum(count > 0 for count in counts)
+    assert len(account.dropped) == len(segmentation.scene.notes) + sum(count > 0 for count in counts)
     assert all(str(count) in " ".join(account.dropped) for count in (*removed, segmentation.outliers) if count)
 
 

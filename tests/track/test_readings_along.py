@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders.scenes import cloud_scene, frame_scene, image_scene
 
+from doo3d.scene.frame import FrameScene
 from doo3d.track.readings import NODES, PER_NODE, readings_along
-from doo3d.types import Camera, Chain, Foreground
+from doo3d.types import Camera, Chain, Frame
 
 CAMERA = Camera(600.0, 600.0, 320.0, 240.0, 640, 480)
 RANGE, BEHIND, RADIUS = 0.8, 1.3, 0.004
@@ -26,14 +28,15 @@ def chain(occluded: slice = slice(0, 0)) -> Chain:
     return Chain(joints, float(x[1] - x[0]), RADIUS, occluded=hidden, depth_filled=filled | hidden)
 
 
-def foreground(**changes: object) -> Foreground:
+MASK = np.zeros((480, 640), dtype=bool)
+MASK[237:244, COLUMNS] = True
+DEPTH = np.full(MASK.shape, BEHIND, dtype=np.float32)
+DEPTH[233:248, COLUMNS] = RANGE - RADIUS
+
+
+def seen(depth: np.ndarray = DEPTH) -> FrameScene:
     """The chain's mask, 7 px wide, and its surface before a wall, which a stereo camera reads 4 px too wide."""
-    mask = np.zeros((480, 640), dtype=bool)
-    mask[237:244, COLUMNS] = True
-    depth = np.full(mask.shape, BEHIND, dtype=np.float32)
-    depth[233:248, COLUMNS] = RANGE - RADIUS
-    values = {"mask": mask, "depth": depth, "camera": CAMERA} | changes
-    return Foreground(np.zeros((1, 3)), **values)
+    return frame_scene(Frame(None, depth, CAMERA), MASK)
 
 
 def depths(readings: np.ndarray) -> np.ndarray:
@@ -44,7 +47,7 @@ def depths(readings: np.ndarray) -> np.ndarray:
 
 
 def test_the_chain_and_what_lies_behind_are_read() -> None:
-    readings = readings_along(chain(), foreground(), (True, True))
+    readings = readings_along(chain(), seen(), (True, True))
     assert readings.shape == (2, NODES, PER_NODE)
     own, behind = depths(readings)
     np.testing.assert_allclose(own, RANGE, atol=0.001)
@@ -52,17 +55,17 @@ def test_the_chain_and_what_lies_behind_are_read() -> None:
 
 
 def test_what_is_missing_is_no_reading() -> None:
-    depth = foreground().depth.copy()
+    depth = DEPTH.copy()
     depth[:, 300:340] = 0
-    own = depths(readings_along(chain(), foreground(depth=depth), (True, True)))[0].ravel()
+    own = depths(readings_along(chain(), seen(depth), (True, True)))[0].ravel()
     assert np.isnan(own).mean() == pytest.approx(40 / 400, abs=0.02)
 
 
 def test_readings_beside_what_hides_the_chain_are_left_out() -> None:
     """A hand before segments 50 to 60, 40 px, is read 10 px beyond its edges, too."""
-    depth = foreground().depth.copy()
+    depth = DEPTH.copy()
     depth[:, 310:370] = 0.5
-    own = depths(readings_along(chain(slice(50, 60)), foreground(depth=depth), (True, True)))[0].ravel()
+    own = depths(readings_along(chain(slice(50, 60)), seen(depth), (True, True)))[0].ravel()
     known = np.isfinite(own)
     np.testing.assert_allclose(own[known], RANGE, atol=0.001)
     assert known.mean() == pytest.approx(1 - (40 + 2 * 14) / 400, abs=0.02)
@@ -70,23 +73,23 @@ def test_readings_beside_what_hides_the_chain_are_left_out() -> None:
 
 @pytest.mark.parametrize("tips", [(True, False), (False, True), (False, False)])
 def test_readings_beside_a_hidden_end_are_left_out(tips: tuple[bool, bool]) -> None:
-    own = readings_along(chain(), foreground(), tips)[0].ravel()
+    own = readings_along(chain(), seen(), tips)[0].ravel()
     ends = np.isfinite(own[[0, -1]])
     assert tuple(ends) == tips
     assert np.isfinite(own).mean() == pytest.approx(1 - 14 / 400 * (2 - sum(tips)), abs=0.02)
 
 
-@pytest.mark.parametrize("missing", ["camera", "depth", "mask"])
-def test_a_chain_that_no_camera_saw_has_no_readings(missing: str) -> None:
-    assert readings_along(chain(), foreground(**{missing: None}), (True, True)) is None
+def test_a_chain_that_no_depth_camera_saw_has_no_readings() -> None:
+    for scene in (cloud_scene(chain().joints), image_scene(MASK)):
+        assert readings_along(chain(), scene, (True, True)) is None
 
 
 def test_a_chain_that_leaves_the_image_is_read_inside() -> None:
     given = chain()
     out = replace(given, joints=given.joints + np.array([0.3, 0.0, 0.0]))
-    assert np.isnan(readings_along(out, foreground(), (True, True))[0, -1]).all()
+    assert np.isnan(readings_along(out, seen(), (True, True))[0, -1]).all()
 
 
 def test_a_chain_whose_depth_was_measured_needs_no_readings() -> None:
     measured = replace(chain(), depth_filled=np.arange(SEGMENTS) < SEGMENTS // 10)
-    assert readings_along(measured, foreground(), (True, True)) is None
+    assert readings_along(measured, seen(), (True, True)) is None

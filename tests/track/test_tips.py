@@ -1,13 +1,12 @@
 """What the end of a strand is: a tip in plain view, cut off, or unknown."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from builders.scenes import cloud_scene, frame_scene
 
 from doo3d.track.observations import _strands
 from doo3d.track.tips import CUT_OFF, TIP, UNKNOWN, _in_view
-from doo3d.types import Camera, Chain
+from doo3d.types import Camera, Chain, Frame
 
 CAMERA = Camera(fx=600.0, fy=600.0, cx=80.0, cy=60.0, width=160, height=120)
 RADIUS, DEPTH = 0.003, 0.7
@@ -18,12 +17,15 @@ END_COLUMN = int(np.rint(CAMERA.project(AHEAD)[0, 0]))  # of the first of the pl
 BESIDE = np.array([[x, side * 6 * RADIUS, DEPTH] for x in (-0.01, 0.0) for side in (-1, 1)])
 
 
+def scene_of(depth, mask):
+    return frame_scene(Frame(None, depth.astype(np.float32), CAMERA), mask, radius=RADIUS)
+
+
 def tip(depth, masked_up_to, ahead=AHEAD):
     """Return what the end is, with depth (H, W) or everywhere the same, and a mask up to and with a column."""
     mask = np.zeros((120, 160), dtype=bool)
     mask[55:66, : masked_up_to + 1] = True
-    foreground = SimpleNamespace(camera=CAMERA, depth=np.broadcast_to(depth, mask.shape), mask=mask)
-    return _in_view(ahead, BESIDE, foreground, RADIUS)
+    return _in_view(ahead, BESIDE, scene_of(np.broadcast_to(depth, mask.shape), mask), RADIUS)
 
 
 @pytest.mark.parametrize("table", [DEPTH + RADIUS, DEPTH - 0.003, DEPTH + 0.2])
@@ -72,9 +74,8 @@ def test_a_strand_ends_where_the_image_shows_its_tip_though_depth_is_lost_there(
     hidden, lost = np.zeros(20, dtype=bool), np.zeros(20, dtype=bool)
     hidden[:occluded] = lost[:8] = True
     chain = Chain(joints, 0.01, RADIUS, occluded=hidden, depth_filled=lost)
-    camera = CAMERA if has_camera else None
-    foreground = SimpleNamespace(camera=camera, depth=np.full((120, 160), DEPTH), mask=np.zeros((120, 160), dtype=bool))
-    (strand,) = _strands(chain, 0, SimpleNamespace(radius=RADIUS, foreground=foreground))
+    frame = scene_of(np.full((120, 160), DEPTH), np.zeros((120, 160), dtype=bool))
+    (strand,) = _strands(chain, 0, frame if has_camera else cloud_scene(joints, radius=RADIUS))
     assert strand.length == pytest.approx(length)
     assert strand.arcs[-1] == pytest.approx(length)
     if has_camera and not occluded:

@@ -25,7 +25,7 @@ from doo3d.evaluation.benchmark.steps import ABLATIONS, Ablation
 from doo3d.evaluation.benchmark.trials import KINDS, Outcome, Trial, make_trials
 from doo3d.segment import segment, strand_filter
 
-MODULE = "doo3d.chains.axis_and_radius"
+MODULE = "doo3d.scene.axis"
 WEIGHT = f"{MODULE}:DEPTH_WEIGHT"
 OUTCOME = Outcome(True, True, 2, 2, 0.9, 10.0)
 
@@ -82,9 +82,9 @@ def torn_cable():
     ],
 )
 def test_a_torn_frame_is_another_without_a_step_of_the_strand_filter(name):
-    complete = segment(torn_cable(), SegmentConfig(), SEEN).foreground
+    complete = segment(torn_cable(), SegmentConfig(), SEEN).scene
     with replaced(ABLATIONS[name].places):
-        without = segment(torn_cable(), SegmentConfig(), SEEN).foreground
+        without = segment(torn_cable(), SegmentConfig(), SEEN).scene
     assert not np.array_equal(complete.points, without.points)
 
 

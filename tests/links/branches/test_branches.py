@@ -9,11 +9,10 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.drawn_masks import line
+from builders.scenes import empty_scene
 
 from doo3d import Detection, Tracker, detect, load_config
-from doo3d.config import MergeConfig
 from doo3d.evaluation.metrics.trees import score_trees
 from doo3d.evaluation.rendering.renderer import render
 from doo3d.evaluation.scenes.registry import make_scene
@@ -31,7 +30,7 @@ def chain(start, end, radius=0.005, dim=3):
 
 
 def found(*chains, dim=3):
-    return find_branches(chains, context_of(segment_length=STEP, radius=0.005, dim=dim), MergeConfig(branches=True))
+    return find_branches(chains, empty_scene(dim, segment_length=STEP, radius=0.005, merge__branches=True))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -84,7 +83,7 @@ def test_single_chains_are_returned_as_they_were():
     result = found(alone)
     assert result.chains == [alone]
     assert [(each.chains, each.trunk) for each in result.objects] == [((0,), 1)]
-    assert not find_branches([], context_of(), MergeConfig()).objects
+    assert not find_branches([], empty_scene()).objects
 
 
 @pytest.mark.parametrize(("family", "seed"), [("tree_crossing", 0), ("tree_opposite", 1), ("tree_hanging", 0)])

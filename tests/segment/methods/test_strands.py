@@ -78,7 +78,7 @@ def test_a_shadow_is_left_out_with_a_note_where_nothing_else_is_found():
     settings = SegmentConfig(method="strands", max_width=np.inf, max_width_ratio=np.inf)
     assert "only darker" in mask(Image(shaded), settings, 0).note
     drawn(shaded, BEND, 10, (200, 40, 40))
-    found = segment(Image(shaded), settings).foreground
+    found = segment(Image(shaded), settings).scene
     assert overlap(found.mask, pixels(BEND, 10)) > 0.75
     assert not (found.mask & pixels(SHADE, 6) & ~pixels(BEND, 16)).any()
     assert found.notes == ()

@@ -7,11 +7,12 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 from builders.drawn_masks import line, surface
+from builders.scenes import cloud_scene
 
-from doo3d.chains.axis_and_radius import depth_noise, estimate_axis_and_radius
-from doo3d.chains.samples import Samples, sample_paths
 from doo3d.geometry.curves import Curves
-from doo3d.types import Foreground, Path
+from doo3d.scene.axis_in_cloud import depth_noise
+from doo3d.scene.samples import Samples, sample_paths
+from doo3d.types import Path
 
 RADIUS, HALF, COUNT = 0.004, 2, 2000
 
@@ -47,7 +48,7 @@ def test_estimation_changes_no_samples_it_is_given():
     given = sample_paths([Path(axis - (0, 0, RADIUS))], RADIUS, 0.01)
     before = {name: np.copy(getattr(given, name)) for name in ("radius", "radii", "filled")}
     points = np.copy(given.curves.points)
-    moved = estimate_axis_and_radius(given, Foreground(surface(axis, RADIUS)))
+    moved = cloud_scene(surface(axis, RADIUS)).measure_axis(given, 1)
     assert np.abs(moved.curves.points - points).max() > RADIUS / 2
     np.testing.assert_array_equal(given.curves.points, points)
     for name, values in before.items():
@@ -60,5 +61,5 @@ def test_points_of_one_line_of_a_scanner_tell_no_radius():
     """A strand along a line of the scanner is seen as points that have no width across the line of sight."""
     axis = line([-0.1, 0, 0.5], [0.1, 0, 0.5])
     given = sample_paths([Path(axis)], RADIUS, 0.01)
-    found = estimate_axis_and_radius(given, Foreground(axis, viewpoint=np.zeros(3)))
+    found = cloud_scene(axis, np.zeros(3)).measure_axis(given, 1)
     np.testing.assert_allclose(found.radii, RADIUS)

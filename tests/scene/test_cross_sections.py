@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from builders.drawn_masks import CAMERA, depth_of, line, surface
 
-from doo3d.chains.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
-from doo3d.chains.multiview import mask_sample, measure_silhouette
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import densify, perpendicular, unit
+from doo3d.scene.axis_in_views import mask_sample, measure_silhouette
+from doo3d.scene.cross_sections import CrossSections, axis_depth, cross_sections, fit_circles, section_axes
 from doo3d.scene.frame_facts import FrameFacts
 
 RADIUS = 0.006
