@@ -14,7 +14,7 @@ import numpy as np
 from ..config import Config, ConfigLike, as_config
 from ..geometry.curves import Curves
 from ..geometry.polyline import steps
-from ..links import TOO_MANY, Candidate, MergeDecision
+from ..links import TOO_MANY, LinkCandidate, LinkDecision
 from ..pipeline import Stages, run_stages
 from ..scene.frame_facts import FrameFacts
 from ..segment import Segmentation
@@ -56,7 +56,7 @@ class Choice:
     terms: dict[str, float]
 
     @staticmethod
-    def of(candidate: Candidate, scale: int = 1) -> Choice:
+    def of(candidate: LinkCandidate, scale: int = 1) -> Choice:
         """Return the Choice for two ends that the merge stage considered.
 
         candidate : the merge stage's record of the two ends. scale : that of the stages. The terms "free space", "unknown" and
@@ -94,7 +94,7 @@ class Merge:
     kept: bool = True
 
     @staticmethod
-    def of(decision: MergeDecision, stages: Stages) -> Merge:
+    def of(decision: LinkDecision, stages: Stages) -> Merge:
         """Return the Merge for one connection that the merge stage made.
 
         decision : the merge stage's record of the connection. stages : the products of all stages.

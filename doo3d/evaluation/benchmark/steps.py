@@ -151,7 +151,7 @@ ABLATIONS: dict[str, Ablation] = {
     "forks of a crossing united": Ablation(places={"doo3d.skeleton.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
     "paths cut back at junctions": Ablation(places={"doo3d.skeleton.traverse:TOUCHING_RADII": 0.0}),
     "gaps along which the object is seen": Ablation(
-        places={"doo3d.links.candidates:depth_gaps": lambda *_: {}}, modules=("links.depth_gaps",), made_for=DEPTH
+        places={"doo3d.links.ends:depth_gaps": lambda *_: ({}, ())}, modules=("links.depth_gaps",), made_for=DEPTH
     ),
     "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
