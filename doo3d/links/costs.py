@@ -33,3 +33,22 @@ def length_costs(paths: Sequence[Floats], scene: Scene, config: MergeConfig, per
     (K, 3) cost units.
     """
     return per_length * scene.gap_lengths(paths) * (config.free_space_weight, config.unknown_weight, config.free_space_weight)
+
+
+MISFIT_COST = 300.0
+"""Cost units per sum of both radii by which two axes at a contact are nearer or farther apart than its explanation says: 0 for a
+branch, one sum of radii for a crossing. Chosen on rendered trees."""
+
+MISS_COST = 20.0
+"""Cost units per sum of both radii by which the straight continuation of an end misses the axis of a strand. Small: it only
+chooses the position straight ahead among those that fit the end. Chosen on rendered trees."""
+
+TIP_COST = 120.0
+"""Cost units of leaving an end free: an end is attached to a strand if the attachment costs less. Chosen on rendered trees."""
+
+BRANCH_COST = 60.0
+"""Cost units of two opposite branches where two strands might cross instead. Chosen on rendered trees."""
+
+GAP_LINK_COST = 250.0
+"""Cost units up to which two ends of a cloud are linked across a gap; a link that costs as much has no confidence. Half of
+`merge.max_cost`, as an end that stays free costs half of it."""

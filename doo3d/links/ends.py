@@ -154,6 +154,11 @@ class Ends:
         return self.config.tangent_window_radii * self.radius
 
     @property
+    def max_gap(self) -> float:
+        """The longest gap between two ends, m (px in 2-D): `merge.max_gap`, times `gap_unit`."""
+        return self.config.gap * self.gap_unit
+
+    @property
     def unit_cost(self) -> float:
         """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
         return unit_cost(self.points.shape[1]) / self.gap_unit
@@ -162,8 +167,8 @@ class Ends:
     def pairs(self) -> tuple[Floats, Floats, Floats]:
         """Distance, turn and bend of each pair of ends, (E, E) each, symmetric.
 
-        The turn is the angle of a line that leaves by one end straight on and enters by the other, the bend the larger one of an
-        end with the straight line to the other: both radians, 0 to pi, and 0 for ends at one place.
+        The turn is the angle between the tangent of one end and the reversed tangent of the other; the bend is the larger of the
+        angles between the tangents and the straight line from end to end, 0 for ends at one place. Both are in radians, 0 to pi.
         """
         gap = self.points - self.points[:, None]
         distance = np.linalg.norm(gap, axis=2)
@@ -196,7 +201,7 @@ class Ends:
         """
         config, of_chain = self.config, np.arange(len(cost)) // 2
         factor = 1 if config.chains is None else FORCED_COST_FACTOR
-        allowed = (self.distance <= factor * config.gap * self.gap_unit) & (cost <= factor * config.max_cost)
+        allowed = (self.distance <= factor * self.max_gap) & (cost <= factor * config.max_cost)
         allowed &= ~(self.closed | self.closed[:, None])
         if config.chains is None:
             allowed &= self.turns <= self.max_turn

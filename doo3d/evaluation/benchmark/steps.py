@@ -177,13 +177,13 @@ ABLATIONS: dict[str, Ablation] = {
         made_for=DEPTH,
     ),
     "bodies": Ablation(
-        places={"doo3d.links.branches.branches:body_meetings": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
+        places={"doo3d.links.branches.branches:body_contacts": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
     ),
     "necks": Ablation(
         places={"doo3d.links.branches.attachments:NECK_COST": 0.0}, modules=("links.branches.necks",), made_for=BRANCHED
     ),
     "joins across gaps of a branched cloud": Ablation(
-        places={"doo3d.links.branches.branches:end_joins": _nothing},
+        places={"doo3d.links.branches.branches:gap_links": _nothing},
         modules=("links.branches.clouds",),
         made_for=("harness clouds",),
     ),
