@@ -1,4 +1,4 @@
-"""The confidence of connections of chain ends: what each saves against the best alternative without it."""
+"""The confidence of links: what each saves against the best alternative without it."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..types import Floats, Ints
-from .candidates import Link
+from .ends import Link
 from .matching import Rows, find_rings
 
 MAX_ALTERNATIVES = 32
-"""Other ends that are tried for each of the two ends of a connection: those that promise the lowest cost."""
+"""Other ends that are tried for each of the two ends of a link: those that promise the lowest cost."""
 
 
 def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_rings: bool = False) -> list[float]:
-    """Return the confidence of each connection, 0 to 1: how much the best solution without the connection costs more.
+    """Return the confidence of each link, 0 to 1: how much the best solution without the link costs more.
 
-    The confidence is the rise of the total cost divided by `max_cost`. The total is the cost of all connections, plus half of
-    `max_cost` for each end that stays free. In the solution without a connection each of its two ends stays free or is connected
-    to another end. If that other end was connected itself, its former partner stays free or is connected elsewhere.
+    The confidence is the rise of the total cost divided by `max_cost`. The total is the cost of all links, plus half of
+    `max_cost` for each end that stays free. In the solution without a link each of its two ends stays free or is linked to
+    another end. If that other end was linked itself, its former partner stays free or is linked to a third end.
 
     Parameters
     ----------
     links
-        the chosen connections.
+        the chosen links.
     cost
-        (E, E) cost units, cost of connecting each pair of E ends, gap path included. Only entries [i, j] with i < j are used;
-        infinite where a connection is not allowed.
+        (E, E) cost units, cost of linking each pair of E ends, gap path included. Only entries [i, j] with i < j are used;
+        infinite where a link is not allowed.
     max_cost
-        cost of leaving both ends of a connection free. If infinite, a little over twice the largest finite cost is used.
+        cost of leaving both ends of a link free. If infinite, a little over twice the largest finite cost is used.
     allow_rings
-        True if an alternative may connect the two ends of one chain.
+        True if an alternative may link the two ends of one chain.
 
     Returns
     -------
-    One confidence per connection, in the order of the links; 0 if a solution without the connection costs no more,
+    One confidence per link, in the order of the links; 0 if a solution without the link costs no more,
     1 - cost / `max_cost` if the only alternative is to leave both ends free.
     """
     if not np.isfinite(max_cost):
@@ -47,26 +47,26 @@ def confidences(links: Sequence[Link], cost: Floats, max_cost: float, allow_ring
 
 
 class Exchanges:
-    """Other matchings of the ends, in which up to three connections are exchanged. Row -1, the last of the arrays, is no end.
+    """Other matchings of the ends, in which up to three links are exchanged. Row -1, the last of the arrays, is no end.
 
     Attributes
     ----------
     free
         cost of leaving two ends free.
     pairs
-        the ends of each connection.
+        the ends of each link.
     total
         (E + 1, E + 1), cost of each pair; half of `free` with no end.
     partner, loss
-        (E + 1,), what each end is connected to, -1 for nothing, and the cost that this takes in the total.
+        (E + 1,), the end that each end is linked to, -1 for none, and what that costs of the total.
     host, alone
-        (E + 1,), the free end to which each end would be connected if it lost its partner, -1 for none, and the cost of that.
+        (E + 1,), the free end to which each end would be linked if it lost its partner, -1 for none, and the cost of that.
     """
 
     def __init__(self, links: Sequence[Link], cost: Floats, free: float) -> None:
         """Prepare the exchanges; links, cost : as for `confidences`."""
         count = len(cost)
-        self.free, self.pairs = free, [(link.first.row, link.second.row) for link in links]
+        self.free, self.pairs = free, [link.rows for link in links]
         self.total = np.full((count + 1, count + 1), free / 2)
         self.total[:-1, :-1] = np.minimum(cost, cost.T)
         self.total[self.total > free] = np.inf
@@ -81,10 +81,10 @@ class Exchanges:
         self.host[-1], self.alone[-1], self.loss[-1] = -1, 0.0, 0.0
 
     def rises_without(self, allow_rings: bool) -> list[float]:
-        """Return the least rise of the total cost without each connection, of its ends a and b.
+        """Return the least rise of the total cost without each link, of its ends a and b.
 
-        Then a is connected to c and b to d, or to nothing. Their partners e and f are connected to each other, to the free ends g
-        and h, or to nothing. All exchanges of all connections are weighed at once: (L, A + 1, A + 1) for A alternatives each.
+        Then a is linked to c and b to d, or to no end. Their partners e and f are linked to each other, to the free ends g and h,
+        or to no end. All exchanges of all links are weighed at once: (L, A + 1, A + 1) for A alternatives each.
         """
         a, b = np.array(self.pairs).T[:, :, None, None]
         c, d = self._others(a), self._others(b).swapaxes(1, 2)
@@ -113,9 +113,9 @@ class Exchanges:
         return least
 
     def _others(self, ends: Ints) -> Ints:
-        """Return what each of L connected ends (L, 1, 1) may be connected to instead, the cheapest first, and no end: (L, A, 1).
+        """Return the ends that each of L linked ends (L, 1, 1) may be linked to instead, the cheapest first, (L, A, 1).
 
-        Less is padded by no end, -1.
+        The last is -1, no end; fewer than A are padded with -1.
         """
         rows = ends.ravel()
         total = self.total[rows, :-1].copy()

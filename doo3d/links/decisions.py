@@ -1,4 +1,4 @@
-"""The record of what merging decided: each connection with its cost, term by term, and its cheapest alternative."""
+"""The record of the links: each with its cost, term by term, and its cheapest alternative."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..geometry.assembly import Assembly
 from ..types import Floats
-from .candidates import Link, Pair, ends_of
+from .ends import Link, Pair, ends_of
 from .terms.gap_path import GapCost, GapPaths
 
 TOO_MANY = "too many chains"
@@ -18,8 +18,8 @@ TOO_MANY = "too many chains"
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """Two chain ends that are or could be connected, and the cost of connecting them.
+class LinkCandidate:
+    """Two chain ends that are or could be linked, and the cost of linking them.
 
     Costs are in cost units: 1 per mm of gap (1 per px in 2-D), plus angles in radians times their weights.
 
@@ -49,29 +49,29 @@ class Candidate:
 
     @property
     def cost(self) -> float:
-        """The whole cost of the connection in cost units: the sum of all terms and of the cost of the gap path."""
+        """The whole cost of the link in cost units: the sum of all terms and of the cost of the gap path."""
         return sum(self.terms.values()) + sum(self.gap_cost)
 
 
 @dataclass(frozen=True)
-class MergeDecision:
-    """One connection that was made, and its cheapest alternative.
+class LinkDecision:
+    """One link, and its cheapest alternative.
 
     Attributes
     ----------
     chosen
-        the two ends that were connected.
+        the two ends that were linked.
     runner_up
         the cheapest other pair that includes one of the two ends; None if there is none. To find it, the gaps of all pairs are
         taken as straight.
     confidence
-        confidence of the connection, 0 to 1.
+        confidence of the link, 0 to 1.
     kept
-        False if the object that the connection belongs to was dropped.
+        False if the object that the link belongs to was dropped.
     """
 
-    chosen: Candidate
-    runner_up: Candidate | None
+    chosen: LinkCandidate
+    runner_up: LinkCandidate | None
     confidence: float
     kept: bool = True
 
@@ -88,7 +88,7 @@ class DroppedChain:
         m (px in 2-D), sum of its segments.
     setting
         the setting that dropped it: "merge.chains" (too many objects) or "merge.min_length" (object too short); or TOO_MANY, if
-        it was left out before the ends were joined.
+        it was left out before the ends were linked.
     """
 
     joints: Floats
@@ -98,7 +98,7 @@ class DroppedChain:
 
 @dataclass(frozen=True)
 class Merged:
-    """The objects that merging put together from chains, and a record of what it decided.
+    """The objects, each put together from chains, and a record of the links.
 
     Attributes
     ----------
@@ -111,11 +111,11 @@ class Merged:
     notes
         messages to the user, one sentence each: that there were too many chains.
     is_refused
-        True if fewer chains are wanted than are left, and the others could only be joined where the camera sees no object.
+        True if fewer chains are wanted than are left, and the others could only be linked where the camera sees no object.
     """
 
     assemblies: list[Assembly]
-    record: Callable[[], tuple[MergeDecision, ...]] = field(default=tuple, repr=False, compare=False)
+    record: Callable[[], tuple[LinkDecision, ...]] = field(default=tuple, repr=False, compare=False)
     dropped: tuple[DroppedChain, ...] = ()
     notes: tuple[str, ...] = ()
     is_refused: bool = False
@@ -126,8 +126,8 @@ class Merged:
         return sum(item.length for item in self.dropped if item.setting == "merge.chains")
 
     @cached_property
-    def decisions(self) -> tuple[MergeDecision, ...]:
-        """One record per connection made, the cheapest connection first."""
+    def decisions(self) -> tuple[LinkDecision, ...]:
+        """One record per link, the cheapest link first."""
         return self.record()
 
 
@@ -138,38 +138,38 @@ def record_decisions(
     terms: dict[str, Floats],
     alternatives: Floats,
     gap_paths: GapPaths,
-) -> tuple[MergeDecision, ...]:
-    """Return one record per connection, the cheapest first, with its cost and its cheapest alternative.
+) -> tuple[LinkDecision, ...]:
+    """Return one record per link, the cheapest first, with its cost and its cheapest alternative.
 
-    The alternative is the cheapest other connection of one of its two ends; None if no other is allowed.
+    The alternative is the cheapest other link of one of its two ends; None if no other is allowed.
 
     Parameters
     ----------
     links
-        the chosen connections.
+        the chosen links.
     confidence
-        confidence of each connection, 0 to 1.
+        confidence of each link, 0 to 1.
     kept
-        for each connection, whether it is part of an object that was kept.
+        for each link, whether it is part of an object that was kept.
     terms
         name of the term -> (E, E) cost units, what the term adds to the cost of each pair of E ends.
     alternatives
-        (E, E) cost units, cost of connecting each pair of ends across a straight gap. Only entries [i, j] with i < j are used;
-        infinite where a connection is not allowed.
+        (E, E) cost units, cost of linking each pair of ends across a straight gap. Only entries [i, j] with i < j are used;
+        infinite where a link is not allowed.
     gap_paths
         the gap paths of all pairs of ends, with their costs.
     """
     symmetric = np.minimum(alternatives, alternatives.T)
     points, names = gap_paths.ends.points, ends_of(len(alternatives) // 2)
 
-    def candidate(a: int, b: int) -> Candidate:
+    def candidate(a: int, b: int) -> LinkCandidate:
         a, b = min(a, b), max(a, b)
         costs = {name: float(term[a, b]) for name, term in terms.items()}
-        return Candidate((names[a], names[b]), points[[a, b]], costs, gap_paths)
+        return LinkCandidate((names[a], names[b]), points[[a, b]], costs, gap_paths)
 
     records = []
     for i in sorted(range(len(links)), key=lambda i: links[i].cost):
-        a, b = links[i].first.row, links[i].second.row
+        a, b = links[i].rows
         others = symmetric[[a, b]]
         others[0, b] = others[1, a] = np.inf
         cheapest = int(np.argmin(others))
@@ -178,5 +178,5 @@ def record_decisions(
             if np.isfinite(others.flat[cheapest])
             else None
         )
-        records.append(MergeDecision(candidate(a, b), runner_up, confidence[i], kept[i]))
+        records.append(LinkDecision(candidate(a, b), runner_up, confidence[i], kept[i]))
     return tuple(records)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -14,30 +14,27 @@ from ..geometry.curves import Curves
 from ..scene.scene import Scene
 from ..types import Floats
 from ..types.stopwatch import timed
-from .candidates import Candidates, End, Link, ends_of
+from .cheapest import Groups
 from .confidence import confidences
 from .decisions import TOO_MANY, DroppedChain, Merged, record_decisions
-from .greedy import ChainGroups
+from .ends import End, Ends, Link, ends_of
 from .solve import solve
 from .terms import cost_terms, pair_costs
 from .terms.gap_path import GapPaths
 
 MAX_CHAINS = 500
-"""Chains at most whose ends are joined, the longest: the costs of all pairs of their ends, and the matching, take about a second.
-A frame of an object has a few dozen."""
-
-NO_CHAINS = Curves.of([])
+"""Number of chains whose ends are linked, the longest: the costs of all pairs of their ends, and the matching, take about a
+second. A frame of an object has a few dozen."""
 
 
 @timed("merge")
 def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Merged:
     """Decide which chain ends belong together, and put the chains of each object in order.
 
-    Ends are connected at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the
-    wanted number of chains is left. The part of a gap path in free space, which the camera saw to be empty, costs extra. The
-    objects of at least `config.min_length` radii are kept or, if `config.chains` is set, that number of objects, the longest. If
-    the object is not given, `confidence.most_probable_chains` chooses among the objects later, since an edge may be longer than
-    the cable.
+    Ends are linked at the lowest total cost (equation 5 of Keipour et al., RA-L 2022) until no pair is cheap enough or the wanted
+    number of chains is left. The length of a gap path in free space, which the camera saw to be empty, costs extra. The objects
+    of at least `config.min_length` radii are kept or, if `config.chains` is set, that number of objects, the longest. If the
+    object is not given, the judge chooses among the objects later, since an edge may be longer than the cable.
     Of more than MAX_CHAINS (500) chains only the longest are used, and a note says so.
 
     Parameters
@@ -53,7 +50,7 @@ def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConf
 
     Returns
     -------
-    The objects, longest first, a record of each connection, and the chains dropped.
+    The objects, longest first, a record of each link, and the chains dropped.
 
     Raises
     ------
@@ -64,32 +61,28 @@ def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConf
     chains, left_out = _longest(chains)
     if config.free_space_weight:
         scene = scene.with_support(chains)
-    ends = Candidates.of(chains, scene, segment_length, config)
+    ends = Ends.of(chains, scene, segment_length, config)
     terms = cost_terms(ends, scene)
     cost = pair_costs(ends, terms, scene)
-    gap_paths = GapPaths(ends, scene)
-    sizes = (chains.counts - 1).tolist()
+    gap_paths, sizes = GapPaths(ends, scene), chains.counts - 1
     links = solve(cost, sizes, gap_paths.costs, config, gap_paths.with_straight_gaps, gap_paths.forced_costs)
     alternatives = gap_paths.with_straight_gaps(cost)
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 
     of_end = {end: value for link, value in zip(links, confidence, strict=True) for end in link.pair}
-    routes = trace_routes(chains.closed.tolist(), links)
-    built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in routes]
+    built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in trace_routes(chains.closed.tolist(), links)]
     built.sort(key=lambda item: -item[1].segments)
-    least, setting = config.min_length * scene.radius, "merge.min_length"
-    count = sum(assembly.segments * segment_length >= least for _, assembly in built)
+    count = sum(assembly.segments * segment_length >= config.min_length * scene.radius for _, assembly in built)
     if config.chains is not None:
-        count, setting = max(config.chains, count if scene.ranks_by_confidence else 0), "merge.chains"
-    kept = built[:count]
-    used = {end.chain for route, _ in kept for end in route.entries}
+        count = max(config.chains, count if scene.ranks_by_confidence else 0)
+    used = {end.chain for route, _ in built[:count] for end in route.entries}
+    kept = [link.first.chain in used for link in links]
+    setting = "merge.min_length" if config.chains is None else "merge.chains"
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
-    refusal = _refusal_notes(links, sizes, cost, gap_paths, "most probable" if scene.ranks_by_confidence else "longest")
+    refusal = _refusal_notes(Groups(sizes, links), cost, gap_paths, "most probable" if scene.ranks_by_confidence else "longest")
     return Merged(
-        [assembly for _, assembly in kept],
-        partial(
-            record_decisions, links, confidence, [link.first.chain in used for link in links], terms, alternatives, gap_paths
-        ),
+        [assembly for _, assembly in built[:count]],
+        partial(record_decisions, links, confidence, kept, terms, alternatives, gap_paths),
         tuple(DroppedChain(joints, (len(joints) - 1) * segment_length, why) for joints, why in dropped),
         (*_notes(left_out), *ends.notes, *refusal),
         bool(refusal),
@@ -99,12 +92,13 @@ def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConf
 def _longest(chains: Curves) -> tuple[Curves, Curves]:
     """Return the MAX_CHAINS chains with the most segments, of equal ones the first, and the others, each in the order given."""
     if len(chains) <= MAX_CHAINS:
-        return chains, NO_CHAINS
+        return chains, Curves.of([])
     order = np.argsort(-chains.counts, kind="stable").tolist()
     return chains.of_numbers(sorted(order[:MAX_CHAINS])), chains.of_numbers(sorted(order[MAX_CHAINS:]))
 
 
 def _notes(left_out: Curves) -> tuple[str, ...]:
+    """Return the note on chains that were left out since there are too many."""
     if not len(left_out):
         return ()
     most = int(left_out.counts.max()) - 1
@@ -114,24 +108,31 @@ def _notes(left_out: Curves) -> tuple[str, ...]:
     )
 
 
-def _refusal_notes(links: Sequence[Link], sizes: list[int], cost: Floats, gap_paths: GapPaths, which: str) -> tuple[str, ...]:
-    """Return a note if fewer chains are wanted than are left, since the others could only be joined in the open.
+def _refusal_notes(groups: Groups, cost: Floats, gap_paths: GapPaths, which: str) -> tuple[str, ...]:
+    """Return a note if more chains are left than are wanted, since the others could only be linked in the open.
 
-    which : the chains that are kept, such as "longest".
+    Parameters
+    ----------
+    groups
+        the groups of chains that are linked.
+    cost
+        (E, E) cost units, cost of linking each pair of ends; infinite where a link is not allowed.
+    gap_paths
+        the costs of the gaps.
+    which
+        the chains that are kept, such as "longest".
     """
-    wanted = gap_paths.ends.config.chains
-    if wanted is None:
+    config = gap_paths.ends.config
+    found = len(set(groups.group[groups.is_large].tolist()))
+    if config.chains is None or found <= config.chains:
         return ()
-    groups = ChainGroups(len(sizes), links)
-    large = groups.in_large(sizes)
-    found = len(set(groups.group[large].tolist()))
-    if found <= wanted:
-        return ()
-    first, second = np.nonzero(np.isfinite(cost) & np.repeat(large, 2) & np.repeat(large, 2)[:, None])
+    large = np.repeat(groups.is_large, 2)
+    first, second = np.nonzero(np.isfinite(cost) & large & large[:, None])
     apart = groups.are_apart(first, second)
-    pairs = [(End(a // 2, a % 2), End(b // 2, b % 2)) for a, b in zip(first[apart].tolist(), second[apart].tolist(), strict=True)]
-    if not any(gap_paths.cost(pair).open > gap_paths.ends.config.max_cost for pair in pairs):
+    pairs = zip(first[apart].tolist(), second[apart].tolist(), strict=True)
+    if not any(gap_paths.cost((End.at(a), End.at(b))).open > config.max_cost for a, b in pairs):
         return ()
+    wanted = config.chains
     kept = f"{which} is" if wanted == 1 else f"{wanted} {which} are"
     return (
         f"merge: {wanted} chain{'s' * (wanted != 1)} wanted (merge.chains), but {found} found: the camera sees bare surface or "
@@ -147,10 +148,10 @@ class Route:
     Attributes
     ----------
     entries
-        one `End` (chain and side) per chain, in the order in which the object runs through the chains: the end at which it
-        enters the chain. It leaves at the other end.
+        one `End` (chain and side) per chain, in the order in which the object runs through the chains: the end at which the
+        object enters the chain. It leaves at the other end.
     closed
-        True if the last chain is connected to the first, or if the only chain is a ring.
+        True if the last chain is linked to the first, or if the only chain is a ring.
     """
 
     entries: tuple[End, ...]
@@ -167,35 +168,35 @@ class Route:
 
 
 def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[Route]:
-    """Return in which order and direction the connections lead through the chains, one route per object.
+    """Return in which order and direction the links lead through the chains, one route per object.
 
-    A chain without a connection is a route of its own. Routes between two free ends come first, in the order of their first ends,
-    then rings that the connections close. Each chain is in exactly one route.
+    A chain without a link is a route of its own. Routes between two free ends come first, in the order of their first ends, then
+    rings that the links close. Each chain is in exactly one route.
 
     Parameters
     ----------
     closed
         for each chain, whether it is a ring; links refer to chains by index.
     links
-        the connections; no end is in two of them.
+        the links; no end is in two of them.
     """
     partner = {link.first: link.second for link in links} | {link.second: link.first for link in links}
-    free = [end for end in ends_of(len(closed)) if end not in partner]
+    ends = ends_of(len(closed))
     visited: set[int] = set()
     routes = []
-    for start in [*free, *(End(chain, 0) for chain in range(len(closed)))]:
+    for start in [*(end for end in ends if end not in partner), *ends[::2]]:
         if start.chain in visited:
             continue
         entries = [start]
-        while (end := partner.get(entries[-1].other)) is not None and end != start:
+        while (end := partner.get(entries[-1].other, start)) != start:
             entries.append(end)
         visited |= {entry.chain for entry in entries}
-        routes.append(Route(tuple(entries), end is not None or closed[start.chain]))
+        routes.append(Route(tuple(entries), start in partner or closed[start.chain]))
     return routes
 
 
-def _assembly(route: Route, chains: Curves, gap_paths: GapPaths, of_end: dict[End, float]) -> Assembly:
-    """Return the assembly of a route; of_end : confidence of the connection of each joined end."""
+def _assembly(route: Route, chains: Curves, gap_paths: GapPaths, of_end: Mapping[End, float]) -> Assembly:
+    """Return the assembly of a route; of_end : confidence of the link of each linked end."""
     return Assembly(
         pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in route.entries),
         gap_paths=tuple(gap_paths.path(*gap) for gap in route.gaps),

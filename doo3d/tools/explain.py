@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..config import Config, ConfigLike, as_config
-from ..links import Candidate, MergeDecision
+from ..links import LinkCandidate, LinkDecision
 from ..pipeline import Stages, run_stages
 from ..segment.working_picture import enlarged_points
 from ..types import Array, Chain, Cloud, Floats, Frame, Image
@@ -46,10 +46,10 @@ class Choice:
     terms: dict[str, float]
 
     @staticmethod
-    def of(candidate: Candidate, scale: int = 1) -> Choice:
+    def of(candidate: LinkCandidate, scale: int = 1) -> Choice:
         """Return the Choice for two ends that the merge stage considered.
 
-        candidate : the merge stage's record of the two ends. scale : `Stages.scale`. The terms "free space", "unknown" and
+        candidate : the merge stage's record of the two ends. scale : that of the stages. The terms "free space", "unknown" and
         "bare surface", the costs of the path across the gap, come last in `terms`.
         """
         gap = candidate.gap_cost
@@ -84,7 +84,7 @@ class Merge:
     kept: bool = True
 
     @staticmethod
-    def of(decision: MergeDecision, stages: Stages) -> Merge:
+    def of(decision: LinkDecision, stages: Stages) -> Merge:
         """Return the Merge for one connection that the merge stage made.
 
         decision : the merge stage's record of the connection. stages : the products of all stages.

@@ -17,8 +17,8 @@ from doo3d.geometry.curves import Curves
 from doo3d.geometry.gap_path import gap_path
 from doo3d.geometry.polyline import unit
 from doo3d.links import merge
-from doo3d.links.candidates import Candidates, Link, ends_of
 from doo3d.links.confidence import confidences
+from doo3d.links.ends import Ends, Link, ends_of
 from doo3d.links.terms.gap_path import GapPaths
 from doo3d.types import Camera, Chain, Connection, Detection
 
@@ -169,11 +169,11 @@ def test_gaps_through_free_space_are_no_alternatives():
     depth[122:] = 0.9
     nothing = np.zeros_like(points), np.zeros(3, dtype=bool), RADIUS
     scene = frame_scene(doo3d.Frame(None, depth, camera), np.zeros_like(depth, bool), radius=RADIUS, visibility__margin=0.01)
-    seen = GapPaths(Candidates(points, *nothing, MergeConfig()), scene).with_straight_gaps(cost)
+    seen = GapPaths(Ends(points, *nothing, MergeConfig()), scene).with_straight_gaps(cost)
     assert seen[0, 1] == 40
     assert seen[0, 2] > 200
     assert np.isinf(seen[1]).all()
-    blind = GapPaths(Candidates(points, *nothing, MergeConfig(tangent_window_radii=1.0)), empty_scene()).with_straight_gaps(cost)
+    blind = GapPaths(Ends(points, *nothing, MergeConfig(tangent_window_radii=1.0)), empty_scene()).with_straight_gaps(cost)
     assert blind[0, 1] == pytest.approx(40 + 2 * 40)
     assert cost[0, 2] == 40
 

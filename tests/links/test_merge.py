@@ -13,7 +13,7 @@ from doo3d.config import MergeConfig, load_config
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import unit
 from doo3d.links import merge
-from doo3d.links.candidates import End
+from doo3d.links.ends import End
 from doo3d.types import Camera, Frame
 
 STEP, RADIUS = 0.01, 0.004

@@ -12,7 +12,7 @@ from doo3d.errors import ConfigError
 from doo3d.geometry.curves import Curves
 from doo3d.geometry.polyline import unit
 from doo3d.links import merge
-from doo3d.links.candidates import Candidates
+from doo3d.links.ends import Ends
 from doo3d.links.terms import TERMS, cost_terms
 from doo3d.plugins import CUSTOM_COSTS
 
@@ -28,7 +28,7 @@ def terms_of(points, directions):
     """Return distance, direction and curvature of each pair of ends, with weights of 1, in px and radians or m and radians."""
     config = MergeConfig(direction_weight=1, curvature_weight=1)
     straight = np.zeros(len(points), dtype=bool), 1.0
-    costs = cost_terms(Candidates(points, directions, *straight, config), empty_scene(points.shape[1]))
+    costs = cost_terms(Ends(points, directions, *straight, config), empty_scene(points.shape[1]))
     return costs["distance"] / (1000 if points.shape[1] == 3 else 1), costs["direction"], costs["curvature"]
 
 
@@ -93,9 +93,9 @@ def test_ends_in_plain_view_of_each_pair_cost_extra(monkeypatch):
     scene = empty_scene()
     monkeypatch.setattr(EmptyScene, "sees_space", True)
     monkeypatch.setattr(EmptyScene, "is_exposed", lambda *_: np.array([True, False, True]))
-    costly = Candidates(points, directions, *straight, MergeConfig(exposed_end_cost=10))
+    costly = Ends(points, directions, *straight, MergeConfig(exposed_end_cost=10))
     assert cost_terms(costly, scene)["exposed ends"].tolist() == [[20, 10, 20], [10, 0, 10], [20, 10, 20]]
-    assert "exposed ends" not in cost_terms(Candidates(points, directions, *straight, MergeConfig()), scene)
+    assert "exposed ends" not in cost_terms(Ends(points, directions, *straight, MergeConfig()), scene)
 
 
 def line(x, y):
@@ -121,8 +121,8 @@ def test_a_custom_cost_decides_between_equal_pairs(monkeypatch):
 
 
 def test_a_term_is_a_line_in_the_table(monkeypatch):
-    """A function of the candidates and the frame that is entered in TERMS decides between equal pairs."""
-    monkeypatch.setitem(TERMS, "low", lambda candidates, _: 1e4 * np.maximum(0, np.add.outer(*[candidates.points[:, 1]] * 2)))
+    """A function of the ends and the scene that is entered in TERMS decides between equal pairs."""
+    monkeypatch.setitem(TERMS, "low", lambda ends, _: 1e4 * np.maximum(0, np.add.outer(*[ends.points[:, 1]] * 2)))
     assert joined() == {0.0, -0.01}
 
 
@@ -141,11 +141,11 @@ def test_pairs_beyond_a_limit_are_not_allowed(allow_closed):
         np.arange(12) // 2 == 2,
     )
     config = MergeConfig(chains=None, max_gap=0.9, max_cost=0.8, allow_closed_chains=allow_closed)
-    candidates = Candidates(points, tangents, closed, 0.01, config, max_turn=2.0)
+    ends = Ends(points, tangents, closed, 0.01, config, max_turn=2.0)
     expected = cost.copy()
-    expected[(candidates.distance > 0.9) | (cost > 0.8) | (candidates.turns > 2.0) | np.tri(12, dtype=bool)] = np.inf
+    expected[(ends.distance > 0.9) | (cost > 0.8) | (ends.turns > 2.0) | np.tri(12, dtype=bool)] = np.inf
     expected[closed] = expected[:, closed] = np.inf
     if not allow_closed:
         expected[np.arange(0, 12, 2), np.arange(1, 12, 2)] = np.inf
-    np.testing.assert_array_equal(candidates.limited(cost, empty_scene()), expected)
+    np.testing.assert_array_equal(ends.limited(cost, empty_scene()), expected)
     assert np.isfinite(expected).any()

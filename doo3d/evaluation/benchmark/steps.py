@@ -149,7 +149,7 @@ ABLATIONS: dict[str, Ablation] = {
     "forks of a crossing united": Ablation(places={"doo3d.skeleton.traverse:JUNCTION_MERGE_DISTANCE_RADII": 0.0}),
     "paths cut back at junctions": Ablation(places={"doo3d.skeleton.traverse:TOUCHING_RADII": 0.0}),
     "gaps along which the object is seen": Ablation(
-        places={"doo3d.links.candidates:depth_gaps": lambda *_: {}}, modules=("links.depth_gaps",), made_for=DEPTH
+        places={"doo3d.links.ends:depth_gaps": lambda *_: ({}, ())}, modules=("links.depth_gaps",), made_for=DEPTH
     ),
     "cost of bends": Ablation({"merge.direction_weight": 0, "merge.curvature_weight": 0}),
     "cost of free space": Ablation({"merge.free_space_weight": 0}),
@@ -177,13 +177,13 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.judge.interpretations:OTHERS": ()}, modules=("judge.interpretations",), made_for=DEPTH
     ),
     "bodies": Ablation(
-        places={"doo3d.links.branches.branches:body_meetings": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
+        places={"doo3d.links.branches.branches:body_contacts": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
     ),
     "necks": Ablation(
         places={"doo3d.links.branches.attachments:NECK_COST": 0.0}, modules=("links.branches.necks",), made_for=BRANCHED
     ),
     "joins across gaps of a branched cloud": Ablation(
-        places={"doo3d.links.branches.branches:end_joins": _nothing},
+        places={"doo3d.links.branches.branches:gap_links": _nothing},
         modules=("links.branches.clouds",),
         made_for=("harness clouds",),
     ),

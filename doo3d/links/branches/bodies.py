@@ -13,19 +13,20 @@ from scipy.spatial import cKDTree
 
 from ...geometry.curves import Curves
 from ...geometry.polyline import angle, unit
-from .costs import BRANCH_COST, MISFIT_COST, TURN_COST
-from .strands import Meeting, SampledChain, stretch_inside
+from ...scene.scene import Scene
+from ..costs import BRANCH_COST, MISFIT_COST
+from .strands import ContactCandidate, SampledChain, stretch_inside
 
 CONTACT_RADII, CONTACT_SAMPLES = 0.65, 6
 """Sums of radii between two axes up to which strands may meet, and samples from one contact on up to which it is one stretch."""
 
 
-def body_meetings(strands: Sequence[SampledChain]) -> list[Meeting]:
-    """Return the possible junctions where two strands pass each other in contact, away from their ends.
+def body_contacts(strands: Sequence[SampledChain], scene: Scene) -> list[ContactCandidate]:
+    """Return the contacts at which two strands pass each other away from their ends, which may be junctions.
 
-    A meeting for each contact. Its gain is the cost of a crossing minus that of two opposite branches.
+    The gain of each is the cost of a crossing minus that of two opposite branches.
     """
-    meetings = []
+    contacts = []
     for a, p, b, q in _nearest_samples(strands):
         first, second = strands[a], strands[b]
         at = float(first.along[p]), float(second.along[q])
@@ -36,11 +37,11 @@ def body_meetings(strands: Sequence[SampledChain]) -> list[Meeting]:
             apart = float(np.linalg.norm(first.points[p] - second.points[q])) / both
             gain = MISFIT_COST * (1 - 2 * apart)
         else:
-            gain = TURN_COST * planar_turn(first, at[0], second, at[1])
+            gain = scene.config.merge.angle_weights[0] * planar_turn(first, at[0], second, at[1])
         weight = np.array([first.radii[p] ** 2, second.radii[q] ** 2])
         middle = (weight[0] * first.points[p] + weight[1] * second.points[q]) / weight.sum()
-        meetings.append(Meeting(gain - BRANCH_COST, middle, ((a, at[0]), (b, at[1]))))
-    return meetings
+        contacts.append(ContactCandidate(gain - BRANCH_COST, middle, ((a, at[0]), (b, at[1]))))
+    return contacts
 
 
 def planar_turn(first: SampledChain, at: float, second: SampledChain, place: float) -> float:

@@ -1,6 +1,6 @@
-"""Attach and join ends in clouds, where no camera shows empty space.
+"""Attach and link ends in clouds, where no camera shows empty space.
 
-Where part of the surface was not measured, the two sides are joined straight across the gap, at a low cost per length, unless
+Where part of the surface was not measured, the two sides are linked straight across the gap, at a low cost per length, unless
 they are connected otherwise.
 """
 
@@ -10,54 +10,48 @@ import numpy as np
 
 from ...geometry.polyline import angle
 from ...geometry.radii import NODE_RADII
-from ...types import Floats
-from .costs import JOIN_COST, TIP_COST, TURN_COST
-from .strands import FreeEnds, Meeting, SampledChain
+from ..costs import GAP_LINK_COST, TIP_COST
+from ..ends import End, Ends
+from .strands import ContactCandidate, SampledChain
 
 HIDDEN_WEIGHT = 0.1
-"""Weight of the gain of a connection across a gap of a cloud: it is made where nothing else connects the end."""
+"""Weight of the gain of a contact or a link across a gap of a cloud: it is chosen where nothing else connects the end."""
 
 GAP_COST = 0.3
 """Cost units per mm of a gap between parts that nothing else connects: a gap of 0.25 m leaves room for a bend of 30 degrees."""
 
 
-def hidden_attachment(point: Floats, tangent: Floats, strand: SampledChain, max_gap: float) -> tuple[float, float] | None:
-    """Find the position on a strand that an end points at across a gap without points.
+def hidden_attachment(ends: Ends, row: int, host: SampledChain) -> tuple[float, float]:
+    """Find the position on a strand at which an end points across a gap without points.
 
-    Parameters
-    ----------
-    point, tangent
-        (3,) m and unit, the end and its direction.
-    strand
-        the other strand.
-    max_gap
-        m, longest gap.
+    ends, row : the ends of all strands, and the row of the end. host : the other strand.
 
     Returns
     -------
-    Gain of the junction in cost units, and arc length on the strand, m. None if leaving the end free costs less.
+    Gain of the contact in cost units, and arc length on the strand, m. Both are 0 if leaving the end free costs less.
     """
-    offset = strand.points - point
+    offset = host.points - ends.points[row]
     distance = np.linalg.norm(offset, axis=1)
-    turn = angle(np.broadcast_to(tangent, offset.shape), offset)
-    cost = np.where(distance <= max_gap, 1000 * GAP_COST * distance + TURN_COST * turn, np.inf)
+    turn = angle(np.broadcast_to(ends.tangents[row], offset.shape), offset)
+    per_length, per_radian = 1000 * GAP_COST, ends.config.angle_weights[0]
+    cost = np.where(distance <= ends.max_gap, per_length * distance + per_radian * turn, np.inf)
     best = int(cost.argmin())
-    at = float(strand.along[best])
-    if cost[best] >= TIP_COST or strand.is_near_end(at, NODE_RADII * float(strand.radii[best])):
-        return None
+    at = float(host.along[best])
+    if cost[best] >= TIP_COST or host.is_near_end(at, NODE_RADII * float(host.radii[best])):
+        return 0.0, 0.0
     return HIDDEN_WEIGHT * (TIP_COST - float(cost[best])), at
 
 
-def end_joins(ends: FreeEnds, max_gap: float) -> list[Meeting]:
-    """Return the possible joins of two free ends across a gap of at most `max_gap`, m."""
-    offset = ends.points[None] - ends.points[:, None]
-    distance = np.linalg.norm(offset, axis=2)
-    outward = np.broadcast_to(ends.tangents[:, None], offset.shape)
-    bend = angle(outward, offset)
-    turn = angle(outward, -outward.swapaxes(0, 1))
-    cost = 1000 * GAP_COST * distance + TURN_COST * (turn + np.maximum(bend, bend.T))
-    possible = np.triu((cost < JOIN_COST) & (distance <= max_gap), 1)
+def gap_links(ends: Ends) -> list[ContactCandidate]:
+    """Return the possible links of two ends across a gap of at most `merge.max_gap`."""
+    distance, turn, bend = ends.pairs
+    cost = 1000 * GAP_COST * distance + ends.config.angle_weights[0] * (turn + bend)
+    allowed = (cost < GAP_LINK_COST) & (distance <= ends.max_gap) & ~(ends.closed | ends.closed[:, None])
     return [
-        Meeting(HIDDEN_WEIGHT * (JOIN_COST - float(cost[a, b])), (ends.points[a] + ends.points[b]) / 2, (), (a, b))
-        for a, b in np.argwhere(possible).tolist()
+        ContactCandidate(
+            HIDDEN_WEIGHT * (GAP_LINK_COST - float(cost[a, b])),
+            (ends.points[a] + ends.points[b]) / 2,
+            ends=(End.at(a), End.at(b)),
+        )
+        for a, b in np.argwhere(np.triu(allowed, 1)).tolist()
     ]

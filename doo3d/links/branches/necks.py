@@ -12,7 +12,7 @@ from ...geometry.curves import runs
 from ...geometry.polyline import unit
 from ...scene.scene import Scene
 from ...types import Bools, Floats, Ints
-from .strands import ARM_RADII, SampledChain, across_view
+from .strands import ARM_RADII, SampledChain, across_view, view_direction
 
 FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
 """Distances of the cuts: the first cut from the trunk's axis, in radii of the trunk; and from the trunk's surface, in radii of
@@ -46,7 +46,7 @@ def neck_share(branch: Floats, radius: float, trunk: SampledChain, at: float, sc
     """
     place, sample = trunk.at(at), int(np.abs(trunk.along - at).argmin())
     surface = float(trunk.radii[sample])
-    towards = None if scene.viewpoint is None else unit(place - scene.viewpoint)
+    towards = view_direction(place, scene)
     along = unit(across_view(trunk.direction(sample), towards))
     count = round((surface + ARM_RADII[1] * radius) / max(float(np.linalg.norm(branch[1] - branch[0])), 1e-12))
     line = across_view(branch[: max(2, count)] - place, towards)

@@ -9,28 +9,29 @@ import numpy as np
 
 from ...geometry.disjoint_set import DisjointSet
 from ...types import Chain, ChainEnd, Floats, Junction, LinearObject
+from ..ends import End
 
 
 @dataclass
 class Node:
-    """A junction before the chains are cut: one or more meetings at one position.
+    """A junction before the chains are cut: one or more contacts at one position.
 
     Attributes
     ----------
     position
         (D,) m (px in 2-D).
     gains
-        gain of each meeting, cost units.
+        gain of each contact, cost units.
     bodies
         index of each strand that runs through the junction -> arc length on it, m (px in 2-D).
     ends
-        rows in `FreeEnds` of the ends that are attached there.
+        the ends that are attached there.
     """
 
     position: Floats
     gains: list[float]
     bodies: dict[int, float]
-    ends: list[int]
+    ends: list[End]
 
 
 @dataclass(frozen=True)

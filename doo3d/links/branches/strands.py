@@ -12,8 +12,10 @@ from scipy.spatial import cKDTree
 from ...geometry.curves import Curves
 from ...geometry.limits import MAX_SAMPLES
 from ...geometry.polyline import arc_length, resample, unit
-from ...geometry.radii import STEP_RADII
+from ...geometry.radii import NODE_RADII, STEP_RADII
+from ...scene.scene import Scene
 from ...types import Bools, Chain, Floats, Ints
+from ..ends import End, Ends
 
 ARM_RADII = (2.0, 8.0)
 """Distances from a position, in radii, between which direction and radius of a strand on one side of it are measured. The second
@@ -60,6 +62,17 @@ class SampledChain:
         return Curves.of([self.chain.joints]).ends(max(ARM_RADII[1] * self.radius, MIN_STEPS * self.chain.segment_length))
 
     @cached_property
+    def end_radii(self) -> tuple[float, float]:
+        """The radius beside each end, m (px in 2-D)."""
+        return self.radius_near(0.0, 1), self.radius_near(self.length, -1)
+
+    @cached_property
+    def near_ends(self) -> Bools:
+        """The samples that belong to a tip, within NODE_RADII (3) radii of an end, (S,) bool; none of a ring."""
+        from_end = np.minimum(self.along, self.length - self.along)
+        return np.asarray((from_end <= NODE_RADII * self.radii) & (not self.chain.closed))
+
+    @cached_property
     def tree(self) -> cKDTree:
         """The k-d tree of the samples."""
         return cKDTree(self.points)
@@ -74,7 +87,7 @@ class SampledChain:
         return np.asarray(resample(self.points, np.array([position]))[0])
 
     def is_near_end(self, position: float, limit: float) -> bool:
-        """Tell whether a position lies within `limit` of an end, m (px in 2-D); a ring has none."""
+        """Return whether an arc length is within `limit` of an end, m (px in 2-D); a ring has no ends."""
         return not self.chain.closed and min(position, self.length - position) < limit
 
     def direction(self, sample: int) -> Floats:
@@ -109,9 +122,14 @@ class SampledChain:
         return unit(self.at(far) - self.at(near))
 
 
-def across_view(vectors: Floats, towards: Floats | None) -> Floats:
-    """Return vectors (..., 3) without their component along the view direction `towards`, (3,) unit; unchanged if it is None."""
-    return vectors if towards is None else vectors - (vectors @ towards)[..., None] * towards
+def view_direction(point: Floats, scene: Scene) -> Floats:
+    """Return the direction from the viewpoint to a position, (D,) unit; zeros in an image, and where no viewpoint is known."""
+    return np.zeros(len(point)) if scene.viewpoint is None else unit(point - scene.viewpoint)
+
+
+def across_view(vectors: Floats, towards: Floats) -> Floats:
+    """Return vectors (..., D) without their component along the view direction `towards`, (D,) unit or zeros."""
+    return vectors - (vectors @ towards)[..., None] * towards
 
 
 def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain) -> tuple[float, float]:
@@ -127,21 +145,23 @@ def stretch_inside(branch: SampledChain, at: float, trunk: SampledChain) -> tupl
         the strand that is passed through.
     """
     before, after = np.flatnonzero(branch.along < at)[::-1], np.flatnonzero(branch.along > at)
-    low, high = _first_outside(branch, before, trunk), _first_outside(branch, after, trunk)
-    return (0.0 if low is None else float(branch.along[low])), (branch.length if high is None else float(branch.along[high]))
+    return _first_outside(branch, before, trunk, 0.0), _first_outside(branch, after, trunk, branch.length)
 
 
-def _first_outside(branch: SampledChain, samples: Ints, trunk: SampledChain) -> int | None:
-    """Return the first of some samples of a branch that lies outside a trunk, more than 0.8 radii from its surface; or None."""
+def _first_outside(branch: SampledChain, samples: Ints, trunk: SampledChain, otherwise: float) -> float:
+    """Return the arc length of the first of some samples of a branch that is more than 0.8 radii outside of a trunk's surface.
+
+    otherwise : returned if there is no such sample.
+    """
     start = 0
     while start < len(samples):  # nearly always one of the first is outside
         some = samples[start : 2 * start + 16]
         distance, nearest = trunk.tree.query(branch.points[some])
         outside = some[distance >= trunk.radii[nearest] + JUNCTION_RADII * branch.radius]
         if len(outside):
-            return int(outside[0])
+            return float(branch.along[outside[0]])
         start += len(some)
-    return None
+    return otherwise
 
 
 def strands_of(chains: Sequence[Chain], known: Sequence[SampledChain] = ()) -> list[SampledChain]:
@@ -175,52 +195,32 @@ def box_distances(points: Floats, strands: Sequence[SampledChain]) -> Floats:
     return np.asarray(np.linalg.norm(outside, axis=2))
 
 
-@dataclass(frozen=True)
-class FreeEnds:
-    """The E ends of open strands.
-
-    Attributes
-    ----------
-    strand, side
-        (E,) int, index of the strand, and 0 for its first end, 1 for its last.
-    points
-        (E, D) m (px in 2-D), positions.
-    tangents
-        (E, D) outward unit tangents.
-    """
-
-    strand: Ints
-    side: Ints
-    points: Floats
-    tangents: Floats
-
-
-def free_ends(strands: Sequence[SampledChain]) -> FreeEnds:
-    """Return position and tangent of the ends of all open strands."""
-    rows = np.flatnonzero(np.repeat([not strand.chain.closed for strand in strands], 2))
+def ends_of_strands(strands: Sequence[SampledChain], scene: Scene) -> Ends:
+    """Return the ends of all strands, in their order."""
     points = np.concatenate([strand.points[[0, -1]] for strand in strands])
     tangents = np.concatenate([strand.ends for strand in strands])
-    return FreeEnds(rows // 2, rows % 2, points[rows], tangents[rows])
+    closed = np.repeat([strand.chain.closed for strand in strands], 2)
+    return Ends(points, tangents, closed, scene.radius, scene.config.merge, scene.gap_unit)
 
 
 @dataclass(frozen=True)
-class Meeting:
-    """A possible junction, or a possible join of two ends across a gap of a cloud.
+class ContactCandidate:
+    """A possible contact of two strands, and so a junction; or a possible link of two ends across a gap of a cloud.
 
     Attributes
     ----------
     gain
-        cost of the best other explanation minus that of a junction, cost units; a junction is likely if positive.
+        cost of the best other explanation minus that of a junction or link, cost units; above 0 if these are likely.
     position
         (D,) m (px in 2-D), where the axes meet.
     bodies
         (strand, arc length) of each strand that runs through the junction.
     ends
-        rows in `FreeEnds` of the ends that meet there. With the bodies they are two: an end that is attached to a strand, two
-        strands that pass each other, or two ends that are joined across a gap.
+        the ends at the junction. Bodies and ends are two together: an end that is attached to a strand, two strands that pass
+        each other, or two ends that are linked across a gap.
     """
 
     gain: float
     position: Floats
-    bodies: tuple[tuple[int, float], ...]
-    ends: tuple[int, ...] = ()
+    bodies: tuple[tuple[int, float], ...] = ()
+    ends: tuple[End, ...] = ()

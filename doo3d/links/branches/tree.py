@@ -1,4 +1,4 @@
-"""Choose the junctions among all meetings, and cut the chains there."""
+"""Choose the junctions among all candidates, and cut the chains there."""
 
 from __future__ import annotations
 
@@ -15,52 +15,46 @@ from ...geometry.polyline import resample
 from ...geometry.radii import NODE_RADII
 from ...kernels import nearest
 from ...types import Chain, Connection, Floats, Junction, LinearObject
+from ..costs import GAP_LINK_COST
+from ..ends import End
 from .clouds import HIDDEN_WEIGHT
-from .costs import JOIN_COST
 from .objects import Node, Piece, assembled
-from .strands import ARM_RADII, JUNCTION_RADII, FreeEnds, Meeting, SampledChain, stretch_inside
+from .strands import ARM_RADII, JUNCTION_RADII, ContactCandidate, SampledChain, stretch_inside
 
 
-def choose(meetings: Sequence[Meeting], strands: Sequence[SampledChain], ends: FreeEnds) -> list[Meeting]:
-    """Choose the meetings that are junctions: a maximum-weight spanning forest of the strands (Kruskal), with the gain as weight.
+def choose(candidates: Sequence[ContactCandidate], count: int) -> list[ContactCandidate]:
+    """Choose the contacts that are junctions, and the links: a maximum-weight spanning forest (Kruskal), with the gain as weight.
 
-    No junction closes a ring of strands, so objects are trees, and an end is attached to one strand at most.
+    No contact closes a ring of strands, so objects are trees, and an end is in one contact or link at most.
 
-    Parameters
-    ----------
-    meetings
-        all possible junctions.
-    strands
-        all strands.
-    ends
-        the free ends that `meetings` refer to.
+    candidates : all possible contacts and links. count : number of strands.
 
     Returns
     -------
-    The meetings chosen, by descending gain, all above 0.
+    The candidates chosen, by descending gain, all above 0.
     """
-    objects = DisjointSet(range(len(strands)))
-    used: set[int] = set()
-    chosen: list[Meeting] = []
-    for meeting in sorted(meetings, key=lambda item: -item.gain):
-        members = [*(strand for strand, _ in meeting.bodies), *(int(ends.strand[row]) for row in meeting.ends)]
-        if meeting.gain > 0 and used.isdisjoint(meeting.ends) and objects.join(*members):
-            used.update(meeting.ends)
-            chosen.append(meeting)
+    objects = DisjointSet(range(count))
+    used: set[End] = set()
+    chosen: list[ContactCandidate] = []
+    for candidate in sorted(candidates, key=lambda item: -item.gain):
+        members = [*(strand for strand, _ in candidate.bodies), *(end.chain for end in candidate.ends)]
+        if candidate.gain > 0 and used.isdisjoint(candidate.ends) and objects.join(*members):
+            used.update(candidate.ends)
+            chosen.append(candidate)
     return chosen
 
 
-def nodes_of(chosen: Sequence[Meeting], strands: Sequence[SampledChain]) -> list[Node]:
-    """Combine chosen meetings to junctions: meetings close to each other on one strand are one junction."""
+def nodes_of(contacts: Sequence[ContactCandidate], strands: Sequence[SampledChain]) -> list[Node]:
+    """Return the junctions of contacts; those close to each other on one strand are one junction."""
     nodes: list[Node] = []
-    for meeting in chosen:
-        near = [node for node in nodes if any(_is_at(node, strands[strand], strand, at) for strand, at in meeting.bodies)]
+    for contact in contacts:
+        near = [node for node in nodes if any(_is_at(node, strands[strand], strand, at) for strand, at in contact.bodies)]
         if not near:
-            near = [Node(meeting.position, [], {}, [])]
+            near = [Node(contact.position, [], {}, [])]
             nodes += near
-        near[0].gains.append(meeting.gain)
-        near[0].bodies = {**dict(meeting.bodies), **near[0].bodies}
-        near[0].ends += meeting.ends
+        near[0].gains.append(contact.gain)
+        near[0].bodies = {**dict(contact.bodies), **near[0].bodies}
+        near[0].ends += contact.ends
     return nodes
 
 
@@ -70,80 +64,67 @@ def _is_at(node: Node, strand: SampledChain, number: int, at: float) -> bool:
     return number in node.bodies and abs(node.bodies[number] - at) < limit
 
 
-def parted(strands: Sequence[SampledChain], chosen: Sequence[Meeting]) -> list[Chain]:
-    """Separate two opposite branches that were joined through their trunk.
+def parted(strands: Sequence[SampledChain], contacts: Sequence[ContactCandidate]) -> list[Chain]:
+    """Cut two opposite branches that are one strand through their trunk, where they enter and leave the trunk.
 
-    Of the two strands of such a meeting, the thinner one is the pair of branches. It is cut where it
-    enters and leaves the trunk; its two new ends are attached later, one by one.
+    Of two strands that pass each other, the thinner one is the pair of branches. Its new ends are attached later, one by one.
 
-    Parameters
-    ----------
-    strands
-        the chains as they were found, as samples.
-    chosen
-        the chosen meetings; only those of two passing strands are used.
+    strands : all strands. contacts : those chosen, of which those of two passing strands are used.
     """
     inside: dict[int, list[tuple[float, float]]] = {}
-    for meeting in chosen:
-        if not meeting.ends:
-            radii = [min(strands[number].radius_near(at, side) for side in (-1, 1)) for number, at in meeting.bodies]
-            (branch, at), (trunk, _) = meeting.bodies[:: 1 if radii[0] <= radii[1] else -1]
+    for contact in (contact for contact in contacts if not contact.ends):
+        radii = [min(strands[number].radius_near(at, side) for side in (-1, 1)) for number, at in contact.bodies]
+        (branch, at), (trunk, _) = contact.bodies[:: 1 if radii[0] <= radii[1] else -1]
+        if not strands[branch].chain.closed:
             inside.setdefault(branch, []).append(stretch_inside(strands[branch], at, strands[trunk]))
     result = []
     for number, strand in enumerate(strands):
-        if number not in inside or strand.chain.closed:
-            result.append(strand.chain)
-            continue
-        bounds = [0.0, *(value for stretch in sorted(inside[number]) for value in stretch), strand.length]
-        for low, high in zip(bounds[::2], bounds[1::2], strict=True):
-            kept = (strand.along > low) & (strand.along < high)
-            if high - low > NODE_RADII * strand.radius and kept.sum() > 1:
-                joints = equal_segments(strand.points[kept], strand.chain.segment_length)
-                if len(joints) > 1:
-                    result.append(chain_of(joints, [strand]))
+        bounds = [0.0, *(value for stretch in sorted(inside.get(number, ())) for value in stretch), strand.length]
+        parts = zip(bounds[::2], bounds[1::2], strict=True)
+        result += [piece for part in parts for piece in _part(strand, *part)] if number in inside else [strand.chain]
     return result
 
 
-def joined(strands: Sequence[SampledChain], ends: FreeEnds, chosen: Sequence[Meeting]) -> list[Chain]:
-    """Join strands across gaps of a cloud, each at one end at most.
+def _part(strand: SampledChain, low: float, high: float) -> list[Chain]:
+    """Return the part of a strand between two arc lengths, m (px in 2-D); nothing if it is too short for a chain."""
+    kept = (strand.along > low) & (strand.along < high)
+    if high - low <= NODE_RADII * strand.radius or kept.sum() < 2:
+        return []
+    joints = equal_segments(strand.points[kept], strand.chain.segment_length)
+    return [chain_of(joints, [strand])] if len(joints) > 1 else []
+
+
+def linked(strands: Sequence[SampledChain], chosen: Sequence[ContactCandidate]) -> list[Chain]:
+    """Link strands across gaps of a cloud, each at one end at most.
 
     Gaps are filled with arc-line-arc (Dubins CSC) paths, whose segments are occluded.
 
-    Parameters
-    ----------
-    strands
-        the chains as they were found, as samples.
-    ends
-        the free ends of all chains.
-    chosen
-        the chosen meetings; only those of two ends are used.
+    strands : all strands. chosen : the contacts and links chosen, of which the links are used.
     """
     left, made = dict(enumerate(strands)), []
-    for meeting in chosen:
-        numbers = ends.strand[list(meeting.ends)].tolist()
-        if len(numbers) < 2 or not left.keys() >= set(numbers):
+    for link in chosen:
+        if len(link.ends) < 2 or not left.keys() >= {end.chain for end in link.ends}:
             continue
-        both = [left.pop(number) for number in numbers]
-        before, after = (strand.points[:: 1 if ends.side[row] else -1] for row, strand in zip(meeting.ends, both, strict=True))
+        both = [left.pop(end.chain) for end in link.ends]
+        before, after = (strand.points[:: 1 if end.side else -1] for end, strand in zip(link.ends, both, strict=True))
+        leaving, entering = (strand.ends[end.side] for end, strand in zip(link.ends, both, strict=True))
         after, length = after[::-1], both[0].chain.segment_length
-        (start, end), (leaving, entering) = ends.points[list(meeting.ends)], ends.tangents[list(meeting.ends)]
-        way = gap_path(start, leaving, end, entering).points(min(both[0].radius, length))[1:-1]
-        place = (way if len(way) else before)[len(way) // 2 - (not len(way))], meeting.gain / (HIDDEN_WEIGHT * JOIN_COST)
-        made.append(chain_of(equal_segments(np.concatenate((before, way, after)), length), both, [place]))
+        path = gap_path(before[-1], leaving, after[0], entering).points(min(both[0].radius, length))[1:-1]
+        middle = path[len(path) // 2] if len(path) else before[-1]
+        place = middle, link.gain / (HIDDEN_WEIGHT * GAP_LINK_COST)
+        made.append(chain_of(equal_segments(np.concatenate((before, path, after)), length), both, [place]))
     return [*(strand.chain for strand in left.values()), *made]
 
 
 def cut(
-    strands: Sequence[SampledChain], ends: FreeEnds, nodes: Sequence[Node], length: float
+    strands: Sequence[SampledChain], nodes: Sequence[Node], length: float
 ) -> tuple[list[Chain], list[Junction], list[LinearObject]]:
     """Cut all chains at the junctions, and assemble the pieces to objects.
 
     Parameters
     ----------
     strands
-        the chains as they were found, as samples.
-    ends
-        the free ends of all chains.
+        all strands.
     nodes
         the junctions.
     length
@@ -151,13 +132,13 @@ def cut(
 
     Returns
     -------
-    chains, junctions, objects : as `Detection` holds them; a chain that meets no junction is returned as it was.
+    chains, junctions, objects : as `Detection` holds them; a chain without a junction is returned as it was.
     """
     pieces: list[Piece] = []
-    tips = {(int(ends.strand[row]), int(ends.side[row])): k for k, node in enumerate(nodes) for row in node.ends}
+    tips = {end: k for k, node in enumerate(nodes) for end in node.ends}
     for number, strand in enumerate(strands):
         stops = sorted((node.bodies[number], k) for k, node in enumerate(nodes) if number in node.bodies)
-        own = tips.get((number, 0)), tips.get((number, 1))
+        own = tips.get(End(number, 0)), tips.get(End(number, 1))
         if not stops and own == (None, None):
             pieces.append(Piece(strand.chain, own))
         else:
@@ -194,17 +175,17 @@ def _pieces(
     return pieces
 
 
-def chain_of(joints: Floats, strands: Sequence[SampledChain], joins: Sequence[tuple[Floats, float]] = ()) -> Chain:
-    """Return a chain with new joints along strands; radii, occlusion and connections are those of the nearest places.
+def chain_of(joints: Floats, strands: Sequence[SampledChain], links: Sequence[tuple[Floats, float]] = ()) -> Chain:
+    """Return a chain with new joints along strands; radii, occlusion and links are those of the nearest positions.
 
     Parameters
     ----------
     joints
         (N + 1, D) m (px in 2-D), joints a segment apart. Segments farther than one from the strands are occluded.
     strands
-        the strands that the chain is a part of, or that it joins.
-    joins
-        position (D,) and confidence of each join of these strands.
+        the strands that the chain is a part of, or that it links.
+    links
+        position (D,) and confidence of each link of these strands.
     """
     chains = [strand.chain for strand in strands]
     length = chains[0].segment_length
@@ -215,7 +196,7 @@ def chain_of(joints: Floats, strands: Sequence[SampledChain], joins: Sequence[tu
     margin = min(round(ARM_RADII[0] * strands[0].radius / length), len(middles) // 2)
     places = [(_middles(chain.joints)[each.segment], each.confidence) for chain in chains for each in chain.connections]
     connections = []
-    for place, confidence in [*places, *joins]:
+    for place, confidence in [*places, *links]:
         distance = np.linalg.norm(middles - place, axis=1)
         if distance.min() < length:
             connections.append(Connection(int(distance.argmin()), confidence))

@@ -9,10 +9,10 @@ from ...errors import ConfigError
 from ...plugins import CUSTOM_COSTS
 from ...scene.scene import Scene
 from ...types import Floats
-from ..candidates import Candidates
+from ..ends import Ends
 
 
-def custom_terms(config: MergeConfig) -> dict[str, Callable[[Candidates, Scene], Floats]]:
+def custom_terms(config: MergeConfig) -> dict[str, Callable[[Ends, Scene], Floats]]:
     """Return the terms that `merge.custom_costs` names, each with its weight.
 
     Raises
@@ -22,7 +22,7 @@ def custom_terms(config: MergeConfig) -> dict[str, Callable[[Candidates, Scene],
     return {name: _custom_term(name, weight) for name, weight in config.custom_costs.items()}
 
 
-def _custom_term(name: str, weight: float) -> Callable[[Candidates, Scene], Floats]:
+def _custom_term(name: str, weight: float) -> Callable[[Ends, Scene], Floats]:
     if name not in CUSTOM_COSTS:
         raise ConfigError(
             f"merge.custom_costs: there is no cost {name!r}; doo3d.plugins.CUSTOM_COSTS holds "
@@ -30,4 +30,4 @@ def _custom_term(name: str, weight: float) -> Callable[[Candidates, Scene], Floa
             code="cost-unknown",
         )
     cost = CUSTOM_COSTS[name]
-    return lambda candidates, _: weight * cost(candidates.points, candidates.tangents)
+    return lambda ends, _: weight * cost(ends.points, ends.tangents)

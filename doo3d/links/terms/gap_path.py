@@ -15,14 +15,16 @@ from ...geometry.radii import STEP_RADII
 from ...scene.scene import Scene
 from ...scene.states import OPEN, PointVisibility
 from ...types import Bools, Floats, Ints
-from ..candidates import FORCED_COST_FACTOR, Candidates, End, Pair
+from ..costs import length_costs
+from ..ends import FORCED_COST_FACTOR, End, Ends, Pair
 
 CONNECTION_POINTS = 20
 CONNECTION_SHARES = np.linspace(0, 1, CONNECTION_POINTS)
-"""Points on the straight connection of two near ends, of which none may lie in free space for the gap to cost nothing."""
+"""Number of points on the straight line between two near ends, and their shares of its length. The gap costs nothing if none of
+them is in free space."""
 
 CONNECTION_SAMPLES = (np.arange(12) + 0.5) / 12
-"""Fractions of the straight connection at which its visibility is asked for `with_straight_gaps`."""
+"""Shares of a straight gap at which `with_straight_gaps` classifies positions."""
 
 
 class GapCost(NamedTuple):
@@ -31,11 +33,11 @@ class GapCost(NamedTuple):
     Attributes
     ----------
     free_space
-        cost of the length that runs through space the camera saw to be empty, or out of the image.
+        cost of the length in space that the camera saw to be empty, or outside the image.
     unknown
-        cost of the length that runs through places without a depth reading.
+        cost of the length at places without a depth reading.
     bare
-        cost of the length that runs over the bare surface that the object lies on; as much per length as free space.
+        cost of the length over the bare surface that the object lies on; as much per length as free space.
     """
 
     free_space: float
@@ -44,13 +46,13 @@ class GapCost(NamedTuple):
 
     @property
     def open(self) -> float:
-        """The cost of the length where the camera would have seen an object: free space and bare surface."""
+        """The cost of the length where the camera would have seen the object: in free space and over bare surface."""
         return self.free_space + self.bare
 
 
 @dataclass(frozen=True)
 class GapPaths:
-    """The gap paths (paths across the gap) of all pairs of chain ends, and their costs, each computed on first use and kept.
+    """The gap paths (paths across gaps) of all pairs of chain ends, and their costs, each computed on first use and kept.
 
     Attributes
     ----------
@@ -61,7 +63,7 @@ class GapPaths:
         distinguishes free from hidden space.
     """
 
-    ends: Candidates
+    ends: Ends
     scene: Scene
     _paths: dict[Pair, GapPath] = field(default_factory=dict, repr=False)
     _costs: dict[Pair, GapCost] = field(default_factory=dict, repr=False)
@@ -86,10 +88,10 @@ class GapPaths:
         return self._paths[start, end]
 
     def costs(self, pairs: Sequence[Pair]) -> list[float]:
-        """Return the cost of the gap path of each pair of ends: what its length in free space and in unknown space costs.
+        """Return the cost of the gap path of each pair of ends: of its lengths in free space, in unknown space, on bare surface.
 
-        The cost is 0 for ends nearer than `tangent_window_radii` radii whose straight connection meets no free space, and for all
-        pairs if both weights are 0.
+        The cost is 0 for ends closer than `tangent_window_radii` radii if the straight line between them meets no free space, and
+        for all pairs if both weights are 0.
 
         Parameters
         ----------
@@ -107,12 +109,12 @@ class GapPaths:
         return [sum(self._costs[pair]) for pair in pairs]
 
     def forced_costs(self, pairs: Sequence[Pair]) -> list[float]:
-        """Return the cost of the gap path of each pair for connections that a wanted number of chains forces.
+        """Return the cost of the gap path of each pair for links that only the wanted number of chains makes.
 
-        The number makes bends and distances likely that otherwise are not, but no object where the camera would have seen it. So
-        for a tip in plain view, free space and bare surface cost FORCED_COST_FACTOR times as much, as the limit does. Where the
-        mask goes on at both ends, only the depth of the object is lost, so that the gap path is beside it: then bare surface
-        costs nothing. In 2-D and for clouds the costs are those of `costs`.
+        The number makes large bends and distances likely, but no object where the camera would have seen one. So if one end is a
+        tip in plain view, free space and bare surface cost FORCED_COST_FACTOR times as much, as the limit does. Otherwise the
+        mask continues at both ends, only the depth is missing, and the gap path is beside the object: then bare surface costs
+        nothing. In 2-D and for clouds the costs are those of `costs`.
         """
         costs = []
         for pair, cost in zip(pairs, self.costs(pairs), strict=True):
@@ -132,7 +134,7 @@ class GapPaths:
         return self._costs.get(pair, GapCost(0.0, 0.0))
 
     def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
-        """Return the costs of gap paths; a short gap costs nothing if its straight connection meets no free space."""
+        """Return the costs of gap paths; a short gap costs nothing if the straight line between its ends meets no free space."""
         first, second = np.array([(a.row, b.row) for a, b in pairs]).T.copy()
         ends, is_near = self.ends.points, self.ends.distance[first, second] < self.ends.window
         costly = ~is_near
@@ -144,8 +146,7 @@ class GapPaths:
         if costly.any():
             spacing = STEP_RADII * self.ends.radius
             paths = [self.path(a, b).points(spacing) for (a, b), is_costly in zip(pairs, costly, strict=True) if is_costly]
-            weights = (self.ends.config.free_space_weight, self.ends.config.unknown_weight, self.ends.config.free_space_weight)
-            cost[costly] = self.ends.unit_cost * self.scene.gap_lengths(paths) * weights
+            cost[costly] = length_costs(paths, self.scene, self.ends.config, self.ends.unit_cost)
         return [GapCost(*row) for row in cost.tolist()]
 
     def with_straight_gaps(self, cost: Floats) -> Floats:
@@ -156,7 +157,7 @@ class GapPaths:
         Parameters
         ----------
         cost
-            (E, E) cost units, cost of connecting each pair of E ends without the gap; infinite where ends may not be connected.
+            (E, E) cost units, cost of linking each pair of E ends without the gap; infinite where a link is not allowed.
 
         Returns
         -------

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from ...scene.scene import Scene
 from ...types import Floats
-from ..candidates import Candidates
+from ..ends import Ends
 
 
-def distance(candidates: Candidates, _: Scene) -> Floats:
+def distance(ends: Ends, _: Scene) -> Floats:
     """Return the distance of each pair of ends times `merge.distance_weight`, (E, E) cost units."""
-    return candidates.config.distance_weight * candidates.unit_cost * candidates.distance
+    return ends.config.distance_weight * ends.unit_cost * ends.distance
 
 
-def direction(candidates: Candidates, _: Scene) -> Floats:
+def direction(ends: Ends, _: Scene) -> Floats:
     """Return the turn half way between each pair of ends times `merge.direction_weight`, (E, E) cost units."""
-    return candidates.config.angle_weights[0] * candidates.pairs[1]
+    return ends.config.angle_weights[0] * ends.pairs[1]
 
 
-def curvature(candidates: Candidates, _: Scene) -> Floats:
+def curvature(ends: Ends, _: Scene) -> Floats:
     """Return the larger bend of each pair of ends times `merge.curvature_weight`, (E, E) cost units.
 
     The bend of an end is the angle between its tangent half way and the straight line to the other end; 0 for ends that coincide.
     """
-    return candidates.config.angle_weights[1] * candidates.pairs[2]
+    return ends.config.angle_weights[1] * ends.pairs[2]

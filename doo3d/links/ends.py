@@ -1,4 +1,4 @@
-"""The ends of chains, and the pairs of ends that may be linked."""
+"""The ends of chains, the pairs of ends that may be linked, and links."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from ..geometry.curves import Curves
 from ..geometry.polyline import angle
 from ..scene.scene import Scene
 from ..types import Bools, Floats
+from .costs import unit_cost
 from .depth_gaps import Gaps, depth_gaps
 
 FORCED_COST_FACTOR = 3.0
-"""Multiple of `max_cost` that a connection may cost, and of `max_gap` that it may span, where fewer chains are wanted than are
-left otherwise: hands and boxes before a cable are wider than other gaps."""
+"""Multiple of `max_cost` that a link may cost, and of `max_gap` that it may span, if more chains are left than are wanted: hands
+and boxes in front of a cable are wider than other gaps."""
 
 IMAGE_BORDER_RADII = 8.0
-"""Radii from the edge of the view within which an end exits it; two such ends are not joined."""
+"""Radii from the edge of the view within which an end leaves the view; two such ends are not linked."""
 
 
 class End(NamedTuple):
@@ -29,13 +30,18 @@ class End(NamedTuple):
     Attributes
     ----------
     chain
-        index of the chain in the list of chains that are merged.
+        index of the chain.
     side
         0 for the chain's first joint, 1 for its last.
     """
 
     chain: int
     side: int
+
+    @classmethod
+    def at(cls, row: int) -> End:
+        """Return the end at a row of arrays over all ends of all chains."""
+        return cls(*divmod(row, 2))
 
     @property
     def row(self) -> int:
@@ -52,11 +58,11 @@ class End(NamedTuple):
 
 
 Pair = tuple[End, End]
-"""Two ends that are or could be joined, the lower first."""
+"""Two ends that are or could be linked, the lower first."""
 
 
 class Link(NamedTuple):
-    """A connection (join) of two chain ends and its cost. Links sort by cost.
+    """Two chain ends that belong together, and the cost of linking them. Links sort by cost.
 
     Attributes
     ----------
@@ -76,6 +82,11 @@ class Link(NamedTuple):
         """The two ends, (first, second)."""
         return self.first, self.second
 
+    @property
+    def rows(self) -> tuple[int, int]:
+        """The rows of the two ends in arrays over all ends of all chains."""
+        return self.first.row, self.second.row
+
 
 def ends_of(count: int) -> list[End]:
     """Return both ends of each of `count` chains: side 0, side 1 of chain 0, then of chain 1, and so on."""
@@ -83,8 +94,8 @@ def ends_of(count: int) -> list[End]:
 
 
 @dataclass(frozen=True)
-class Candidates:
-    """The E ends of all chains as arrays, and their pairs: rows 2 c and 2 c + 1 are the first and the last joint of chain c.
+class Ends:
+    """The E ends of all chains as arrays, and their pairs. Rows 2 c and 2 c + 1 are the first and the last joint of chain c.
 
     Attributes
     ----------
@@ -107,10 +118,10 @@ class Candidates:
     chains
         the joints of the chains.
     seen
-        gaps along which the object is seen in the mask: rows of two ends, the lower first -> (P, D) m, the points from the first
-        to the second. Nothing is to be weighed there; the costs of these pairs are 0.
+        gaps in which only the depth is missing: rows of two ends, the lower first -> (P, D) m, the points from the first to the
+        second. The costs of these pairs are 0.
     notes
-        messages to the user: that such gaps were not looked for.
+        messages to the user: such gaps were not searched.
     """
 
     points: Floats
@@ -126,7 +137,7 @@ class Candidates:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Candidates:
+    def of(cls, chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Ends:
         """Measure position and outward tangent of both ends of each chain, at least one.
 
         A parabola is fitted to the last `merge.tangent_window_radii` radii of a chain, at least to its last segment.
@@ -139,20 +150,25 @@ class Candidates:
 
     @cached_property
     def window(self) -> float:
-        """Length along an end from which its tangent is taken, m (px in 2-D); ends nearer to each other than this are near."""
+        """The length of chain at an end from which its tangent is taken, m (px in 2-D). Ends closer than this are near."""
         return self.config.tangent_window_radii * self.radius
+
+    @property
+    def max_gap(self) -> float:
+        """The longest gap between two ends, m (px in 2-D): `merge.max_gap`, times `gap_unit`."""
+        return self.config.gap * self.gap_unit
 
     @property
     def unit_cost(self) -> float:
         """The number of cost units per unit of length: 1000 per m in 3-D, which is 1 per mm, over `gap_unit`; 1 per px in 2-D."""
-        return 1000.0 / self.gap_unit if self.points.shape[1] == 3 else 1.0
+        return unit_cost(self.points.shape[1]) / self.gap_unit
 
     @cached_property
     def pairs(self) -> tuple[Floats, Floats, Floats]:
         """Distance, turn and bend of each pair of ends, (E, E) each, symmetric.
 
-        The turn is the angle of a line that leaves by one end straight on and enters by the other, the bend the larger one of an
-        end with the straight line to the other: both radians, 0 to pi, and 0 for ends at one place.
+        The turn is the angle between the tangent of one end and the reversed tangent of the other; the bend is the larger of the
+        angles between the tangents and the straight line from end to end, 0 for ends at one place. Both are in radians, 0 to pi.
         """
         gap = self.points - self.points[:, None]
         distance = np.linalg.norm(gap, axis=2)
@@ -170,7 +186,7 @@ class Candidates:
         return self.pairs[1]
 
     def limited(self, cost: Floats, scene: Scene) -> Floats:
-        """Return the cost of connecting each pair of ends, infinite where a connection is not allowed.
+        """Return the cost of linking each pair of ends, infinite where a link is not allowed.
 
         Not allowed are ends farther apart than `max_gap`; costs above `max_cost` (3 times both if `chains` is set); ends of a
         ring; the two ends of one chain, unless `allow_closed_chains` is set; and two ends that both leave the view, unless
@@ -185,9 +201,9 @@ class Candidates:
         """
         config, of_chain = self.config, np.arange(len(cost)) // 2
         factor = 1 if config.chains is None else FORCED_COST_FACTOR
-        allowed = (self.distance <= factor * config.gap * self.gap_unit) & (cost <= factor * config.max_cost)
+        allowed = (self.distance <= factor * self.max_gap) & (cost <= factor * config.max_cost)
         allowed &= ~(self.closed | self.closed[:, None])
-        if self.max_turn < np.pi and config.chains is None:
+        if config.chains is None:
             allowed &= self.turns <= self.max_turn
         if not config.allow_closed_chains:
             allowed &= of_chain != of_chain[:, None]
