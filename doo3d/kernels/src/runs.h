@@ -12,6 +12,8 @@ constexpr double STRAIGHT = 0.955, DIAGONAL = 1.3693;
 // The True pixels [start, end) of a row.
 struct Run {
     std::int32_t row, start, end;
+
+    Index size() const { return end - start; }
 };
 
 // Return the runs of a mask (height, width), row by row, each from the left.

@@ -33,7 +33,7 @@ std::vector<double> divided(const double* points, Index count, Index dim, bool c
 struct Chains {
     std::vector<double> joints;
     std::vector<Index> bounds{0};
-    std::vector<std::uint8_t> closed;
+    std::vector<Byte> closed;
 };
 
 // The names are the paper's: p_s start of the current segment, p_c point being traversed, p_e its end, p_t the
@@ -85,21 +85,17 @@ auto fit_chains(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed
     }
     require(total / length < 1e8, "the points are over 1e8 times as long as a segment");
     Chains chains;
-    {
-        nb::gil_scoped_release released;
-        for (Index c = 0; c < lines; ++c) {
-            const Index count = bounds(c + 1) - bounds(c);
-            if (count < 2) continue;
-            const Index before = Index(chains.bounds.size());
-            const double* first = points.data() + bounds(c) * dim;
-            traverse_contour(divided(first, count, dim, closed(c), length), dim, length, min_cosine, chains);
-            const Index laid = Index(chains.bounds.size()) - before;
-            chains.closed.insert(chains.closed.end(), laid, closed(c) && laid == 1);
-        }
+    for (Index c = 0; c < lines; ++c) {
+        const Index count = bounds(c + 1) - bounds(c);
+        if (count < 2) continue;
+        const Index before = Index(chains.bounds.size());
+        const double* first = points.data() + bounds(c) * dim;
+        traverse_contour(divided(first, count, dim, closed(c), length), dim, length, min_cosine, chains);
+        const Index laid = Index(chains.bounds.size()) - before;
+        chains.closed.insert(chains.closed.end(), laid, closed(c) && laid == 1);
     }
-    const Index size = chains.bounds.back();
-    return std::make_tuple(to_numpy(std::move(chains.joints), size, dim), to_numpy(std::move(chains.bounds)),
-                           to_numpy_bool(chains.closed));
+    return std::make_tuple(rows_of(std::move(chains.joints), dim), std::move(chains.bounds),
+                           flags(std::move(chains.closed)));
 }
 
 }  // namespace
@@ -129,5 +125,5 @@ void bind_segment_fitting(Module& m) {
     // bounds : (C + 1,) int64, row of the first joint of each chain; the last entry is J. Each chain has at least two joints; there
     //     is none where the points do not reach over one segment
     // closed : (C,) bool, True for the only chain of a ring
-    m.def("fit_chains", &fit_chains, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "length"_a, "min_cosine"_a);
+    m.def("fit_chains", &fit_chains, "points"_array, "bounds"_array, "closed"_array, "length"_a, "min_cosine"_a);
 }

@@ -76,10 +76,8 @@ auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double stre
     require(order >= 1 && order <= 8, "order is not from 1 to 8");
     require(Index(weights.shape(0)) == count && Index(weights.shape(1)) == dim && Index(weights.shape(2)) == dim,
             "weights are not one matrix (D, D) per point");
-    ReleasedGil released;
     auto smooth = whittaker(values.data(), weights.data(), count, dim, strength, order);
-    released.end();
-    return to_numpy(std::move(smooth), count, dim);
+    return shaped(std::move(smooth), count, dim);
 }
 
 }  // namespace
@@ -102,5 +100,5 @@ void bind_whittaker(Module& m) {
     // -------
     // (P, D) float64; the given points if there are no more than `order`. A ValueError says if the weights are too few to determine
     // the result, such as all zero.
-    m.def("whittaker_smooth", &whittaker_smooth, "values"_a.noconvert(), "weights"_a.noconvert(), "strength"_a, "order"_a);
+    m.def("whittaker_smooth", &whittaker_smooth, "values"_array, "weights"_array, "strength"_a, "order"_a);
 }

@@ -169,7 +169,7 @@ inline std::vector<Part> parts_of(const std::vector<Run>& runs) {
         }
         Part& part = parts[number[first]];
         part.runs.push_back(runs[i]);
-        part.size += runs[i].end - runs[i].start;
+        part.size += runs[i].size();
     }
     return parts;
 }

@@ -26,6 +26,9 @@ struct Box {
     Index top = 0, bottom = 0, left = 0, right = 0;
 };
 
+// Return the box of runs in the order of their rows.
+Box box_of(const std::vector<Run>& runs);
+
 // Pixels of a medial axis, from the bottom row of the mask to the top, and their distances from its outside, px.
 struct MedialAxis {
     std::vector<Index> rows, columns;

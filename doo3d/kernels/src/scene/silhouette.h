@@ -1,13 +1,14 @@
 // The middle and the width of a mask across paths.
 #pragma once
 
+#include "image.h"
 #include "nearest.h"
 
 // Samples along paths, with the unit axes along and across each: (count, dim) in space, or in the image where there is no camera.
 struct SilhouetteSamples {
-    Index count, dim;
+    Index count;
     const double *positions, *tangents, *lateral;
-    const double* camera;  // fx, fy, cx, cy
+    const Camera* camera;
 };
 
 // Pixels (u, v) of a mask, (count, 2), and how many pixels each stands for.

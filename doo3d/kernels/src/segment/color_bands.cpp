@@ -366,15 +366,12 @@ auto color_bands(Volume<Byte> color, Volume<float> around, Vector<double> deviat
     const Thresholds thresholds{float(limits(0)), float(limits(1)), float(limits(2)), float(limits(3)), float(limits(4))};
     MeasuredParts found;
     std::vector<std::int64_t> surface;
-    {
-        nb::gil_scoped_release released;
-        Bands bands(color, around, deviations, thresholds);
-        bands.grow(seeds);
-        const std::vector<Part> parts = bands.parts();
-        surface = bands.like_surface(parts, beside, reach);
-        found = measure(parts, height, width, min_pixels, BitImage(height, width));
-    }
-    return std::tuple_cat(found.to_python(), std::make_tuple(to_numpy(std::move(surface))));
+    Bands bands(color, around, deviations, thresholds);
+    bands.grow(seeds);
+    const std::vector<Part> parts = bands.parts();
+    surface = bands.like_surface(parts, beside, reach);
+    found = measure(parts, height, width, min_pixels, BitImage(height, width));
+    return std::tuple_cat(found.to_python(), std::make_tuple(std::move(surface)));
 }
 
 }  // namespace
@@ -411,6 +408,6 @@ void bind_color_bands(Module& m) {
     //     `holds` are False.
     // surface : (N,) row-major indices of the pixels of `beside`, in tiles within `reach` of a band's, that do not differ; those in
     //     tiles that were not evaluated count as such.
-    m.def("color_bands", &color_bands, "color"_a.noconvert(), "around"_a.noconvert(), "deviation"_a.noconvert(), "seeds"_a.noconvert(),
-          "beside"_a.noconvert(), "reach"_a, "min_pixels"_a, "limits"_a.noconvert());
+    m.def("color_bands", &color_bands, "color"_array, "around"_array, "deviation"_array, "seeds"_array,
+          "beside"_array, "reach"_a, "min_pixels"_a, "limits"_array);
 }

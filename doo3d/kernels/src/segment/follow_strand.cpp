@@ -1,4 +1,4 @@
-#include "arrays.h"
+#include "image.h"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,6 @@
 namespace {
 
 using Color = std::array<double, 3>;
-
-// Return the index (0 to size - 1) that an index one beyond is mirrored to.
-Index mirrored(Index i, Index size) { return size == 1 ? 0 : i < 0 ? 1 : i >= size ? size - 2 : i; }
 
 struct Position {
     double u, v;
@@ -254,13 +251,8 @@ auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints,
     require(radius > 0 && std::isfinite(max_length * radius), "the radius is not positive, or the length not finite");
     require(step >= 0.01, "a step is less than 0.01 radii");
     for (std::size_t i = 0; i < 2 * joints.shape(0); ++i) require(std::abs(joints.data()[i]) < 1e6, "a joint is not finite, or too far away");
-    std::vector<double> path;
-    {
-        nb::gil_scoped_release release;
-        path = Follower(image, mask, radius, step, noise).follow(joints, max_length, min_extension);
-    }
-    const std::size_t count = path.size() / 2;
-    return to_numpy(std::move(path), count, 2);
+    std::vector<double> path = Follower(image, mask, radius, step, noise).follow(joints, max_length, min_extension);
+    return rows_of(std::move(path), 2);
 }
 
 }  // namespace
@@ -294,6 +286,6 @@ void bind_follow_strand(Module& m) {
     // Raises
     // ------
     // ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
-    m.def("follow_strand", &follow_strand, "image"_a.noconvert(), "mask"_a.noconvert(), "joints"_a.noconvert(), "radius"_a, "max_length"_a,
+    m.def("follow_strand", &follow_strand, "image"_array, "mask"_array, "joints"_array, "radius"_a, "max_length"_a,
           nb::kw_only(), "step"_a, "min_extension"_a, "noise"_a);
 }

@@ -152,31 +152,28 @@ auto fit_lines(Matrix<double> points, Matrix<double> at, Matrix<double> distance
     count_visits(size * nearest * levels);
     Lines lines(size);
     std::copy(at.data(), at.data() + 3 * size, lines.center.begin());
-    {
-        const double *p = points.data(), *centers = at.data(), *d = distance.data();
-        const Index* near_index = index.data();
-        nb::gil_scoped_release released;
-        Neighborhood near;
-        std::vector<Byte> member;
-        std::vector<Index> todo;
-        for (Index level = 0; level < levels; ++level) {
-            const double scale = scales(level);
-            todo.clear();
-            Index used = 2;
-            for (Index s = 0; s < size; ++s) {
-                if (lines.found[s] || !(d[(s + 1) * nearest - 1] >= scale || nearest == count)) continue;
-                todo.push_back(s);
-                while (used < nearest && d[s * nearest + used] < 1.2 * scale) ++used;
-            }
-            for (const Index s : todo) {
-                fill(near, p, centers + 3 * s, d + s * nearest, near_index + s * nearest, used, scale);
-                lines.take(s, fit(near, scale, widths(level), candidates, member), scale, min_points(level), max_spread_ratio);
-            }
+    const double *p = points.data(), *centers = at.data(), *d = distance.data();
+    const Index* near_index = index.data();
+    Neighborhood near;
+    std::vector<Byte> member;
+    std::vector<Index> todo;
+    for (Index level = 0; level < levels; ++level) {
+        const double scale = scales(level);
+        todo.clear();
+        Index used = 2;
+        for (Index s = 0; s < size; ++s) {
+            if (lines.found[s] || !(d[(s + 1) * nearest - 1] >= scale || nearest == count)) continue;
+            todo.push_back(s);
+            while (used < nearest && d[s * nearest + used] < 1.2 * scale) ++used;
+        }
+        for (const Index s : todo) {
+            fill(near, p, centers + 3 * s, d + s * nearest, near_index + s * nearest, used, scale);
+            lines.take(s, fit(near, scale, widths(level), candidates, member), scale, min_points(level), max_spread_ratio);
         }
     }
-    return std::make_tuple(to_numpy_bool(lines.found), to_numpy(std::move(lines.center), size, 3),
-                           to_numpy(std::move(lines.direction), size, 3), to_numpy(std::move(lines.across)),
-                           to_numpy(std::move(lines.spacing)), to_numpy(std::move(lines.scale)), to_numpy(std::move(lines.count)));
+    return std::make_tuple(flags(std::move(lines.found)), rows_of(std::move(lines.center), 3),
+                           rows_of(std::move(lines.direction), 3), std::move(lines.across),
+                           std::move(lines.spacing), std::move(lines.scale), std::move(lines.count));
 }
 
 }  // namespace
@@ -215,6 +212,6 @@ void bind_line_fitting(Module& m) {
     // spacing : (S,) float64 m, mean distance of the points along the line
     // scale : (S,) float64 m
     // count : (S,) int64, number of points of the line
-    m.def("fit_lines", &fit_lines, "points"_a.noconvert(), "at"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
-          "scales"_a.noconvert(), "widths"_a.noconvert(), "min_points"_a.noconvert(), "candidates"_a, "max_spread_ratio"_a);
+    m.def("fit_lines", &fit_lines, "points"_array, "at"_array, "distance"_array, "index"_array,
+          "scales"_array, "widths"_array, "min_points"_array, "candidates"_a, "max_spread_ratio"_a);
 }

@@ -99,23 +99,20 @@ auto fit_plane(StridedMatrix<double> points, Matrix<Index> corners, double dista
     for (std::size_t k = 0; k < corners.size(); ++k) require(corners.data()[k] >= 0 && corners.data()[k] < count, "a corner is no point");
     require(refinements >= 0 && refinements <= 1000, "refinements are not from 0 to 1000");
     Plane best;
-    {
-        nb::gil_scoped_release released;
-        const Columns columns(points);
-        Index most = -1;
-        best.offset = columns.axis(2)[0];
-        for (Index k = 0; k < Index(corners.shape(0)); ++k) {
-            Plane plane;
-            if (!set_through(columns, corners.data() + 3 * k, plane)) continue;
-            const Index near = count_near(columns, plane, distance, most);
-            if (near <= most) continue;
-            best = plane;
-            most = near;
-        }
-        std::vector<Byte> inlier(count, 0);
-        for (Index k = 0; k < refinements && most >= 0 && refine(columns, 2 * distance, inlier, best); ++k) continue;
+    const Columns columns(points);
+    Index most = -1;
+    best.offset = columns.axis(2)[0];
+    for (Index k = 0; k < Index(corners.shape(0)); ++k) {
+        Plane plane;
+        if (!set_through(columns, corners.data() + 3 * k, plane)) continue;
+        const Index near = count_near(columns, plane, distance, most);
+        if (near <= most) continue;
+        best = plane;
+        most = near;
     }
-    return std::make_pair(to_numpy(std::vector<double>(best.normal, best.normal + 3)), best.offset);
+    std::vector<Byte> inlier(count, 0);
+    for (Index k = 0; k < refinements && most >= 0 && refine(columns, 2 * distance, inlier, best); ++k) continue;
+    return std::make_pair(std::vector<double>(best.normal, best.normal + 3), best.offset);
 }
 
 enum Level : Byte { NONE, LOW, SEED };
@@ -137,7 +134,7 @@ void reach_from_seeds(Byte* levels, Index height, Index width) {
     std::vector<Byte> has_seed(runs.size(), 0);
     count_visits(Index(runs.size()));
     const auto pixels = [&](const Run& run) { return levels + run.row * width + run.start; };
-    const auto size = [](const Run& run) { return std::size_t(run.end - run.start); };
+    const auto size = [](const Run& run) { return std::size_t(run.size()); };
     for (std::size_t i = 0; i < runs.size(); ++i) {
         has_seed[sets.root(std::int32_t(i))] |= std::memchr(pixels(runs[i]), SEED, size(runs[i])) != nullptr;
     }
@@ -149,20 +146,14 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
     require(Index(along_u.shape(0)) == width, "along_u is not one per column");
     require(Index(along_v.shape(0)) == height, "along_v is not one per row");
     require(low <= high, "low is above high");
-    auto* selected = new bool[std::max<Index>(size, 1)];
-    nb::capsule owner(selected, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
-    {
-        nb::gil_scoped_release released;
-        auto* levels = reinterpret_cast<Byte*>(selected);
-        count_visits(size);
-        std::vector<float> u(width);
-        for (Index c = 0; c < width; ++c) u[c] = along_u(c);
-        for (Index row = 0; row < height; ++row) {
-            find_levels(depth.data() + row * width, u.data(), along_v(row), float(offset), float(low), float(high), width, levels + row * width);
-        }
-        reach_from_seeds(levels, height, width);
+    count_visits(size);
+    std::vector<Byte> levels(size);
+    const std::vector<float> u = dense(along_u);
+    for (Index row = 0; row < height; ++row) {
+        find_levels(depth.data() + row * width, u.data(), along_v(row), float(offset), float(low), float(high), width, &levels[row * width]);
     }
-    return MatrixResult<bool>(selected, {std::size_t(height), std::size_t(width)}, owner);
+    reach_from_seeds(levels.data(), height, width);
+    return Array<Byte, 2, bool>{std::move(levels), {std::size_t(height), std::size_t(width)}};
 }
 
 }  // namespace
@@ -187,7 +178,7 @@ void bind_plane(Module& m) {
     // offset : m; points p on the plane have normal @ p = offset.
     //
     // If the corners of every plane are on one line, the result is the plane z = constant through the first point.
-    m.def("fit_plane", &fit_plane, "points"_a.noconvert(), "corners"_a.noconvert(), "distance"_a, "refinements"_a);
+    m.def("fit_plane", &fit_plane, "points"_array, "corners"_array, "distance"_a, "refinements"_a);
     // Select the pixels raised from a plane towards the camera: hysteresis threshold of their height.
     //
     // A pixel of depth z lies offset - z (along_u + along_v) above the plane. Pixels higher than `high` are selected, and pixels
@@ -207,6 +198,6 @@ void bind_plane(Module& m) {
     // Returns
     // -------
     // (H, W) bool
-    m.def("raised_pixels", &raised_pixels, "depth"_a.noconvert(), "along_u"_a.noconvert(), "along_v"_a.noconvert(), "offset"_a,
+    m.def("raised_pixels", &raised_pixels, "depth"_array, "along_u"_array, "along_v"_array, "offset"_a,
           "low"_a, "high"_a);
 }

@@ -7,7 +7,6 @@
 namespace {
 
 constexpr Index LOOKAHEAD = 3, SAMPLE = 5;  // steps whose mean decides; numbers of a sample: x, y, angle, width, score
-const double PI = std::acos(-1.0);
 
 // Turns per step that are tried, in degrees: a strand bends with a radius of 16 px at least. px sideways that are tried at each step.
 constexpr double TURNS_DEGREES[] = {-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0}, SHIFTS_PX[] = {-1.0, 0.0, 1.0};
@@ -175,13 +174,8 @@ auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color,
     require(start(0) >= 0 && start(1) >= 0 && start(0) <= double(columns - 1) && start(1) <= double(height - 1), "start is not in the image");
     const Limits limits{step, color_scale, max_color_cost, color_cost, max_score, same_turn};
     count_visits(Index(std::size(TURNS_DEGREES) * std::size(SHIFTS_PX)));
-    std::vector<double> samples;
-    {
-        nb::gil_scoped_release released;
-        samples = Follower(score, width, color, widths, limits)(start(0), start(1), start(2), taken, angles);
-    }
-    const std::size_t count = samples.size() / SAMPLE;
-    return to_numpy(std::move(samples), count, SAMPLE);
+    std::vector<double> samples = Follower(score, width, color, widths, limits)(start(0), start(1), start(2), taken, angles);
+    return rows_of(std::move(samples), SAMPLE);
 }
 
 }  // namespace
@@ -220,7 +214,7 @@ void bind_ribbon_tracing(Module& m) {
     // -------
     // (P, 5) x, y, direction, running mean of the width, and score less the cost of the color, NaN where the strand is not seen; the
     // last sample is seen.
-    m.def("follow_ribbon", &follow_ribbon, "score"_a.noconvert(), "width"_a.noconvert(), "color"_a.noconvert(), "taken"_a.noconvert(),
-          "angles"_a.noconvert(), "start"_a.noconvert(), "widths"_a.noconvert(), nb::kw_only(), "step"_a, "color_scale"_a,
+    m.def("follow_ribbon", &follow_ribbon, "score"_array, "width"_array, "color"_array, "taken"_array,
+          "angles"_array, "start"_array, "widths"_array, nb::kw_only(), "step"_a, "color_scale"_a,
           "max_color_cost"_a, "color_cost"_a, "max_score"_a, "same_turn"_a);
 }

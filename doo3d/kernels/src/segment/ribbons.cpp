@@ -371,22 +371,19 @@ auto ribbon_scores(Volume<float> image, Index directions, Vector<double> widths,
     count_visits(Index(size * count * (1 + widths.shape(0))));
     std::vector<float> scores(size * count);
     std::vector<Byte> best(size * count);
-    {
-        nb::gil_scoped_release released;
-        const Centered centered(image);
-        Ribbons ribbons(centered.square, widths, noise, length_widths, min_length);
-        std::vector<float> score;
-        std::vector<Byte> which;
-        for (std::size_t direction = 0; direction < count; ++direction) {
-            Turned turned(centered, std::acos(-1.0) * double(direction) / double(count));
-            const std::size_t pixels = std::size_t(turned.height * turned.width);
-            score.resize(std::max(score.size(), pixels));
-            which.resize(std::max(which.size(), pixels));
-            ribbons.score(turned, score.data(), which.data());
-            turned.turn_back(score.data(), which.data(), scores.data() + direction * size, best.data() + direction * size);
-        }
+    const Centered centered(image);
+    Ribbons ribbons(centered.square, widths, noise, length_widths, min_length);
+    std::vector<float> score;
+    std::vector<Byte> which;
+    for (std::size_t direction = 0; direction < count; ++direction) {
+        Turned turned(centered, PI * double(direction) / double(count));
+        const std::size_t pixels = std::size_t(turned.height * turned.width);
+        score.resize(std::max(score.size(), pixels));
+        which.resize(std::max(which.size(), pixels));
+        ribbons.score(turned, score.data(), which.data());
+        turned.turn_back(score.data(), which.data(), scores.data() + direction * size, best.data() + direction * size);
     }
-    return std::make_tuple(to_numpy(std::move(scores), count, height, width), to_numpy(std::move(best), count, height, width));
+    return std::make_tuple(shaped(std::move(scores), count, height, width), shaped(std::move(best), count, height, width));
 }
 
 }  // namespace
@@ -416,6 +413,6 @@ void bind_ribbons(Module& m) {
     // -------
     // score : (D, H, W) float32, of the width that scores most.
     // width : (D, H, W) uint8, the index of that width.
-    m.def("ribbon_scores", &ribbon_scores, "image"_a.noconvert(), "directions"_a, "widths"_a.noconvert(), "noise"_a, "length_widths"_a,
+    m.def("ribbon_scores", &ribbon_scores, "image"_array, "directions"_a, "widths"_array, "noise"_a, "length_widths"_a,
           "min_length"_a);
 }

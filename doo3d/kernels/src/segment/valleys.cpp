@@ -17,7 +17,7 @@ struct Detectors {
 
     Detectors(double across, double along, Index orientations)
         : half(Index(std::ceil(2 * std::max(across, along)))), orientations(orientations) {
-        const double turn = std::acos(-1.0) / double(orientations);
+        const double turn = PI / double(orientations);
         for (Index o = 0; o <= orientations / 2; ++o) add(turn * double(o), across, along);
     }
 
@@ -150,7 +150,6 @@ auto valley_depth(Matrix<float> image, Matrix<bool> wanted, double across, doubl
     std::vector<float> depth(rows * columns, 0.0f);
     std::vector<Byte> best(rows * columns, 0);
     if (rows && columns) {
-        nb::gil_scoped_release release;
         const Detectors detectors(across, along, orientations);
         const Padded padded(image, detectors.half);
         Responses responses(padded, detectors);
@@ -171,7 +170,7 @@ auto valley_depth(Matrix<float> image, Matrix<bool> wanted, double across, doubl
             }
         }
     }
-    return std::make_pair(to_numpy(std::move(depth), rows, columns), to_numpy(std::move(best), rows, columns));
+    return std::make_pair(shaped(std::move(depth), rows, columns), shaped(std::move(best), rows, columns));
 }
 
 }  // namespace
@@ -198,5 +197,5 @@ void bind_valleys(Module& m) {
     // -------
     // depth : (H, W) float32, in the unit of the image; 0 where it is not wanted
     // orientation : (H, W) uint8, number of the orientation that responds most
-    m.def("valley_depth", &valley_depth, "image"_a.noconvert(), "wanted"_a.noconvert(), "across"_a, "along"_a, "orientations"_a);
+    m.def("valley_depth", &valley_depth, "image"_array, "wanted"_array, "across"_a, "along"_a, "orientations"_a);
 }

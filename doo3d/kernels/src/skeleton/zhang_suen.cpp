@@ -82,7 +82,6 @@ namespace {
 auto thin_pixels(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 2, "coords are not (N, 2)");
-    ReleasedGil released;
     Index height = 1, width = 1;
     for (Index i = 0; i < count; ++i) {
         require(coords(i, 0) >= 1 && coords(i, 1) >= 1, "coords are not 1 or more");
@@ -106,8 +105,7 @@ auto thin_pixels(StridedMatrix<Index> coords) {
     }
     thin_codes(codes.data(), width, pixels);
     for (Index i = 0; i < count; ++i) kept[i] |= codes[pixels[i]] != 0;
-    released.end();
-    return to_numpy_bool(kept);
+    return flags(std::move(kept));
 }
 
 }  // namespace
@@ -119,5 +117,5 @@ void bind_zhang_suen(Module& m) {
     //
     // coords : (N, 2) int64 >= 1, row and column of each of N pixels, in lexicographic order. Returns (N,) bool, True on the
     // skeleton.
-    m.def("thin_pixels", &thin_pixels, "coords"_a.noconvert());
+    m.def("thin_pixels", &thin_pixels, "coords"_array);
 }

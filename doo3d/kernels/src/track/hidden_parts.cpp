@@ -189,7 +189,6 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment) {
     require(Index(seen.shape(0)) == count && Index(seen.shape(1)) == size, "seen is not one value per joint");
     require(segment > 0, "segment is not positive");
     const Frames frames{joints.data(), bytes_of(seen), count, size, segment};
-    ReleasedGil released;
     std::vector<double> result(joints.data(), joints.data() + count * size * 3);
     for (const double value : result) require(std::isfinite(value), "a coordinate is not finite");
     std::vector<Index> last(size, -1), later(count * size, count);
@@ -227,8 +226,7 @@ auto carry_hidden(Volume<double> joints, Matrix<bool> seen, double segment) {
             if (is_carried) lay(first, end, segments.data(), places);
         }
     }
-    released.end();
-    return to_numpy(std::move(result), count, size, 3);
+    return shaped(std::move(result), count, size, 3);
 }
 
 }  // namespace
@@ -257,5 +255,5 @@ void bind_hidden_parts(Module& m) {
     // Returns
     // -------
     // (T, J, 3) float64 m
-    m.def("carry_hidden", &carry_hidden, "joints"_a.noconvert(), "seen"_a.noconvert(), "segment"_a);
+    m.def("carry_hidden", &carry_hidden, "joints"_array, "seen"_array, "segment"_a);
 }

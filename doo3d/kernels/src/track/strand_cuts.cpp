@@ -28,7 +28,7 @@ WITH_AVX2 void place_costs(const Places& places, const double* point, double var
 }
 
 // Add what a point costs to each state, or to the cheapest change of state, and note which were changed.
-WITH_AVX2 void advance(double* __restrict sums, std::uint8_t* __restrict changed, const double* __restrict costs, Index states, double limit) {
+WITH_AVX2 void advance(double* __restrict sums, Byte* __restrict changed, const double* __restrict costs, Index states, double limit) {
     for (Index s = 0; s < states; ++s) changed[s] = sums[s] > limit;
     for (Index s = 0; s < states; ++s) sums[s] = (sums[s] > limit ? limit : sums[s]) + costs[s];
 }
@@ -162,7 +162,7 @@ private:
     std::vector<Cut> cut_moved(const std::array<double, 3>& moved, double& cost) const {
         const Index states = 2 * starts_;
         std::vector<double> costs(repeated_[0].size()), total(states, 0.0);
-        std::vector<std::uint8_t> changed(count_ * states, 0);
+        std::vector<Byte> changed(count_ * states, 0);
         std::vector<Index> best(count_, 0);
         std::vector<Cut> cuts;
         for (Index k = 0; k < count_; ++k) {
@@ -198,7 +198,6 @@ auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matr
     require(Index(arcs.shape(0)) == count, "arcs is not one value per point");
     require(Index(cut.shape(0)) == count, "cut is not one value per point");
     require(step > 0 && deviation > 0 && shift > 0 && outside > 0, "step, deviation, shift or outside is not positive");
-    ReleasedGil released;
     std::vector<Cut> cuts;
     if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), step, deviation, outside, shift).cheapest();
     std::vector<Index> before;
@@ -207,8 +206,7 @@ auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matr
         before.push_back(each.before);
         skipped.push_back(each.skipped * step);
     }
-    released.end();
-    return std::make_pair(to_numpy(std::move(before)), to_numpy(std::move(skipped)));
+    return std::make_pair(std::move(before), std::move(skipped));
 }
 
 }  // namespace
@@ -241,6 +239,6 @@ void bind_strand_cuts(Module& m) {
     // -------
     // before : (K,) int64, indices of points, ascending; empty if the strand is best left whole. skipped : (K,) float64 m, how much
     // farther along the object, or less far, the next part lies than it would uncut; infinite if it runs in the other direction.
-    m.def("strand_cuts", &strand_cuts, "points"_a.noconvert(), "arcs"_a.noconvert(), "length"_a, "places"_a.noconvert(), "step"_a,
-          "deviation"_a, "outside"_a, "shift"_a, "cut"_a.noconvert());
+    m.def("strand_cuts", &strand_cuts, "points"_array, "arcs"_array, "length"_a, "places"_array, "step"_a,
+          "deviation"_a, "outside"_a, "shift"_a, "cut"_array);
 }

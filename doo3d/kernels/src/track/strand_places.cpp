@@ -153,7 +153,6 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
             "bounds, lengths and tips do not fit each other");
     require(expected.shape(0) >= 2 && std::isfinite(length) && length > 0, "the object has no length");
     require(steps >= 1 && steps <= 100 && length_error > 0 && length_error <= 1, "steps or the error of lengths are out of bounds");
-    ReleasedGil released;
     const Object object = sampled(expected, length, tolerance, steps, length_error * length, shift_tolerances, max_tip_cost);
     const std::vector<double> places = dense(points), directions = dense(sights);
     std::vector<Strand> all(strands);
@@ -186,14 +185,13 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
         }
     }
     std::vector<double> starts, costs;
-    std::vector<std::uint8_t> backwards;
+    std::vector<Byte> backwards;
     for (const Strand& strand : all) {
         starts.push_back(strand.start);
         costs.push_back(strand.cost);
         backwards.push_back(strand.backwards);
     }
-    released.end();
-    return std::make_tuple(to_numpy(std::move(starts)), to_numpy(std::move(costs)), to_numpy_bool(backwards));
+    return std::make_tuple(std::move(starts), std::move(costs), flags(std::move(backwards)));
 }
 
 }  // namespace
@@ -229,7 +227,7 @@ void bind_strand_places(Module& m) {
     // starts : (C,) float64 m, arc length of the object at which the strand begins; NaN if it has no place
     // costs : (C,) float64
     // backwards : (C,) bool, True for a strand that begins with its last point
-    m.def("strand_places", &strand_places, "points"_a.noconvert(), "arcs"_a.noconvert(), "sights"_a.noconvert(),
-          "bounds"_a.noconvert(), "lengths"_a.noconvert(), "tips"_a.noconvert(), "expected"_a.noconvert(), "length"_a, "tolerance"_a,
+    m.def("strand_places", &strand_places, "points"_array, "arcs"_array, "sights"_array,
+          "bounds"_array, "lengths"_array, "tips"_array, "expected"_array, "length"_a, "tolerance"_a,
           nb::kw_only(), "steps"_a, "length_error"_a, "shift_tolerances"_a, "max_tip_cost"_a);
 }

@@ -91,7 +91,6 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
     require(intrinsics.shape(0) == 4 && pose.shape(0) == 4 && pose.shape(1) == 4, "intrinsics and pose are not (4,) and (4, 4)");
     require(light.shape(0) == 2 && noise.shape(0) == 2, "light or noise is not (2,)");
     count_visits(2 * height * width);
-    ReleasedGil released;
     const Views views{from_gray, from_inverse, to_gray, to_inverse, intrinsics, light, pose, height, width};
     std::vector<Pixel> pixels;
     pixels.reserve(std::size_t(height * width));
@@ -122,8 +121,7 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
         for (std::size_t j = 0; j < i; ++j) sums[i * (unknowns + 1) + j] = sums[j * (unknowns + 1) + i];
     }
     std::vector<double> summary{of_gray, of_inverse, gray_loss, inverse_loss, double(known), double(pixels.size()), agreeing};
-    released.end();
-    return std::make_pair(to_numpy(std::move(sums), unknowns, unknowns + 1), to_numpy(std::move(summary)));
+    return std::make_pair(rows_of(std::move(sums), unknowns + 1), std::move(summary));
 }
 
 }  // namespace
@@ -157,7 +155,7 @@ void bind_view_alignment(Module& m) {
     // gain; offset); turn and shift are to be applied to the left of the pose. summary : (7,) float64: noise of the brightness and
     // of inverse depth; sums of the losses of either, in squared standard deviations; number of pixels that are known in the first
     // view, of those that the second view shows, and of those whose residuals weigh a quarter at least.
-    m.def("view_alignment", &view_alignment, "from_gray"_a.noconvert(), "from_inverse"_a.noconvert(), "to_gray"_a.noconvert(),
-          "to_inverse"_a.noconvert(), "intrinsics"_a.noconvert(), "pose"_a.noconvert(), "light"_a.noconvert(), "noise"_a.noconvert(),
+    m.def("view_alignment", &view_alignment, "from_gray"_array, "from_inverse"_array, "to_gray"_array,
+          "to_inverse"_array, "intrinsics"_array, "pose"_array, "light"_array, "noise"_array,
           "outlier"_a);
 }
