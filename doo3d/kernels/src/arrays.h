@@ -13,10 +13,15 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
+// and the standard library for all kernels
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -70,20 +75,6 @@ template <class T>
 using StridedMatrix = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;  // of any layout, read by (row, column)
 template <class T>
 using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-
-// The values of a vector from Python or of one made here.
-template <class T>
-class Values {
-public:
-    Values(const Vector<T>& values) : data_(values.data()), size_(values.shape(0)), stride_(values.stride(0)) {}
-    Values(const std::vector<T>& values) : data_(values.data()), size_(Index(values.size())) {}
-    T operator()(Index i) const { return data_[i * stride_]; }
-    Index size() const { return size_; }
-
-private:
-    const T* data_;
-    Index size_, stride_ = 1;
-};
 
 // results: a vector becomes an array (size,). Kernels run without Python's lock, see `documented.h`; what they return becomes an array
 // afterwards, whose memory is that of the vector.

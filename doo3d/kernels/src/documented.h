@@ -37,11 +37,6 @@ public:
         return *this;
     }
     template <class Function, class... Extra>
-    Class& def_init(Function&& constructor, const Extra&... extra) {
-        Base::def("__init__", std::forward<Function>(constructor), extra..., WithoutGil());
-        return *this;
-    }
-    template <class Function, class... Extra>
     Class& def(const char* name, Function&& method, const Extra&... extra) {
         Base::def(name, std::forward<Function>(method), extra..., WithoutGil(), docstring(name_ + "." + name));
         return *this;

@@ -3,8 +3,6 @@
 
 #include "arrays.h"
 
-#include <optional>
-
 // Return the row-major index of the pixel at a position, px (u, v); -1 beyond the image.
 inline Index pixel_at(double u, double v, Index height, Index width) {
     u = std::nearbyint(u);

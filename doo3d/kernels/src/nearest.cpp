@@ -1,8 +1,6 @@
 // Nearest targets of many points, and how the points around some places spread.
 #include "nearest.h"
 
-#include <array>
-
 namespace {
 
 auto nearest(Matrix<double> points, Matrix<double> targets, double reach) {

@@ -3,8 +3,6 @@
 
 #include "arrays.h"
 
-#include <algorithm>
-
 // Return the arc length from the first of P >= 1 points to each.
 inline std::vector<double> arc_lengths(const std::vector<double>& points, Index dim) {
     std::vector<double> along(points.size() / dim);
@@ -16,8 +14,7 @@ inline std::vector<double> arc_lengths(const std::vector<double>& points, Index 
 }
 
 // Return the unit tangents at the points by central differences; one-sided at the ends of a polyline that is not closed.
-std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds,
-                                   const std::vector<Byte>& closed);
+std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds, const std::vector<Byte>& closed);
 
 // Compute the place at an arc length: `points` gives a coordinate by (point, axis), `along` the arc lengths of points from the first on.
 // Lengths below 0 or beyond the last of `along` give that point.

@@ -3,9 +3,6 @@
 
 #include "arrays.h"
 
-#include <algorithm>
-#include <numeric>
-
 // px: chamfer distance of OpenCV (DIST_L2, 3 x 3) between pixels side by side, and across a corner.
 constexpr double STRAIGHT = 0.955, DIAGONAL = 1.3693;
 

@@ -75,8 +75,7 @@ void set_radii(Samples& samples, const std::vector<double>& measured, const std:
 }
 
 // The depth noise of the axis in radii, as second differences so far apart that their pooled points are not the same tell it.
-double depth_noise(const Samples& samples, const std::vector<double>& target, const AcrossAxes& axes,
-                   const std::vector<double>& weight) {
+double depth_noise(const Samples& samples, const std::vector<double>& target, const AcrossAxes& axes, const std::vector<double>& weight) {
     const Index apart = 2 * samples.half + 1;
     std::vector<double> relative;
     const auto is_measured = [&](Index s) { return weight[s] > 0 && !samples.filled[s]; };
@@ -238,12 +237,12 @@ Samples samples_of(const Matrix<double>& points, const Vector<Index>& bounds, co
     return samples;
 }
 
-auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius,
-                  Index half, Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
-                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Index iterations,
-                  double touching_radii, double own_radii, double sunk_radii, double central_part, double smoothing_radii,
-                  double max_strength, double least_weight, double ring_overlap, double path_weight, double depth_weight,
-                  double gap_weight, double radius_tolerance, double noise_radii, double deviations) {
+auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius, Index half,
+                  Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
+                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Index iterations, double touching_radii, double own_radii,
+                  double sunk_radii, double central_part, double smoothing_radii, double max_strength, double least_weight,
+                  double ring_overlap, double path_weight, double depth_weight, double gap_weight, double radius_tolerance,
+                  double noise_radii, double deviations) {
     Samples samples = samples_of(points, bounds, closed, filled, radius, half);
     const Settings known{touching_radii, own_radii,    sunk_radii, central_part,     smoothing_radii, max_strength, least_weight, ring_overlap,
                          path_weight,    depth_weight, gap_weight, radius_tolerance, noise_radii,     deviations};
@@ -252,8 +251,7 @@ auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> clos
     require(camera.shape(0) == (samples.dim == 3 ? 4 : 0), "camera is not (4,) in space, or not (0,) in the image");
     require(samples.dim == 2 || surface.shape(1) == 3, "surface is not (N, 3)");
     require(plane.shape(0) == 4 || plane.shape(0) == 0, "plane is neither (4,) nor (0,)");
-    const std::vector<double> normal = dense(plane);
-    const Values<double> off(beside);
+    const std::vector<double> normal = dense(plane), off = dense(beside);
     const std::optional<Camera> view = camera_of(camera);
     const PlaneView level{{depth, mask}, view ? &*view : nullptr, normal.data(), off, own_radii, sunk_radii};
     level.readings.check();
@@ -318,10 +316,9 @@ void bind_axes_in_mask(Module& m) {
     // ------
     // ValueError
     //     If a sample lies behind the camera.
-    m.def("axes_in_mask", &axes_in_mask, "points"_array, "bounds"_array, "closed"_array, "filled"_array,
-          "radius"_array, "half"_a, "pixels"_array, "share"_a, "surface"_array, "camera"_array,
-          "depth"_array, "mask"_array, "plane"_array, "beside"_array, "iterations"_a,
-          nb::kw_only(), "touching_radii"_a, "own_radii"_a, "sunk_radii"_a, "central_part"_a, "smoothing_radii"_a, "max_strength"_a,
-          "least_weight"_a, "ring_overlap"_a, "path_weight"_a, "depth_weight"_a, "gap_weight"_a, "radius_tolerance"_a, "noise_radii"_a,
-          "deviations"_a);
+    m.def("axes_in_mask", &axes_in_mask, "points"_array, "bounds"_array, "closed"_array, "filled"_array, "radius"_array, "half"_a,
+          "pixels"_array, "share"_a, "surface"_array, "camera"_array, "depth"_array, "mask"_array, "plane"_array, "beside"_array,
+          "iterations"_a, nb::kw_only(), "touching_radii"_a, "own_radii"_a, "sunk_radii"_a, "central_part"_a, "smoothing_radii"_a,
+          "max_strength"_a, "least_weight"_a, "ring_overlap"_a, "path_weight"_a, "depth_weight"_a, "gap_weight"_a, "radius_tolerance"_a,
+          "noise_radii"_a, "deviations"_a);
 }

@@ -1,8 +1,6 @@
 // Circles through the points of cross-sections, by the fit of Kasa (1976) and then Gauss-Newton.
 #include "pooled_sums.h"
 
-#include <algorithm>
-
 namespace {
 
 // Solve three linear equations by elimination with partial pivoting; the result takes the place of the right side.
@@ -91,8 +89,8 @@ void refine(Circles& circles, const Sections& points, bool fits_radius) {
     }
 }
 
-auto fit_circles(Vector<Index> sample, Vector<double> lateral, Vector<double> depth, Vector<Index> path, Vector<double> radius,
-                 Index half, Index steps, double min_points) {
+auto fit_circles(Vector<Index> sample, Vector<double> lateral, Vector<double> depth, Vector<Index> path, Vector<double> radius, Index half,
+                 Index steps, double min_points) {
     const std::size_t size = path.shape(0);
     require(lateral.shape(0) == sample.shape(0) && depth.shape(0) == sample.shape(0), "lateral and depth are not one per point");
     require(radius.shape(0) == size || radius.shape(0) == 0, "radius is neither one per sample nor empty");
@@ -137,6 +135,6 @@ void bind_circle_fitting(Module& m) {
     // center : (S, 2) float64 m, lateral and depth offset of the circle's center; meaningless where the radius is NaN
     // radius : (S,) float64 m; NaN where there are too few points
     // count : (S,) float64, number of points, after pooling
-    m.def("fit_circles", &fit_circles, "sample"_array, "lateral"_array, "depth"_array, "path"_array,
-          "radius"_array, "half"_a, "steps"_a, "min_points"_a);
+    m.def("fit_circles", &fit_circles, "sample"_array, "lateral"_array, "depth"_array, "path"_array, "radius"_array, "half"_a, "steps"_a,
+          "min_points"_a);
 }

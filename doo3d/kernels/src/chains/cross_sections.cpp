@@ -9,11 +9,11 @@ namespace {
 auto window_sum(Vector<double> values, Vector<Index> path, Index half) {
     require(values.shape(0) == path.shape(0), "values and path have different lengths");
     require(half >= 0, "half is negative");
-    return pooled(dense(values).data(), path, half);
+    return pooled(dense(values).data(), dense(path), half);
 }
 
-auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Index> index, Matrix<double> positions,
-                     Matrix<double> lateral, Matrix<double> depth, Vector<double> reach) {
+auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Index> index, Matrix<double> positions, Matrix<double> lateral,
+                     Matrix<double> depth, Vector<double> reach) {
     const Index count = points.shape(0), size = positions.shape(0);
     require(points.shape(1) == 3 && positions.shape(1) == 3, "points and positions are not (., 3)");
     require(lateral.shape(1) == 3 && depth.shape(1) == 3, "lateral and depth are not (., 3)");
@@ -35,8 +35,8 @@ auto section_offsets(Matrix<double> points, Vector<double> distance, Vector<Inde
     return std::make_tuple(std::move(sample), std::move(across), std::move(behind));
 }
 
-auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> depth, Vector<Index> path, Vector<double> radius,
-                Index half, double central_part, double outlier_medians) {
+auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> depth, Vector<Index> path, Vector<double> radius, Index half,
+                double central_part, double outlier_medians) {
     const Index count = sample.shape(0), size = path.shape(0);
     require(Index(lateral.shape(0)) == count && Index(depth.shape(0)) == count, "lateral and depth are not one per point");
     require(Index(radius.shape(0)) == size, "radius is not one per sample");
@@ -51,7 +51,7 @@ auto axis_depth(Vector<Index> sample, Vector<double> lateral, Vector<double> dep
         kept.push_back(s);
         behind.push_back(depth(k) + std::sqrt(radius(s) * radius(s) - lateral(k) * lateral(k)));
     }
-    PooledMeans means = means_without_outliers(std::move(kept), std::move(behind), path, half, outlier_medians);
+    PooledMeans means = means_without_outliers(std::move(kept), std::move(behind), dense(path), half, outlier_medians);
     return std::make_tuple(std::move(means.mean), std::move(means.count));
 }
 
@@ -85,9 +85,9 @@ auto half_shell_spread(Vector<Index> sample, Vector<double> lateral, Vector<Inde
 
 }  // namespace
 
-PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double> values, const Values<Index>& path, Index half,
+PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double> values, const std::vector<Index>& path, Index half,
                                    double outlier_medians) {
-    const Index size = path.size();
+    const Index size = Index(path.size());
     PooledMeans means;
     for (const bool last : {false, true}) {
         count_visits(Index(sample.size()));
@@ -147,8 +147,8 @@ void bind_cross_sections(Module& m) {
     // -------
     // sample : (K,) int64, the sample of each of the K points that are left
     // u, w : (K,) float64 m, their offsets from the sample along its lateral and its depth axis
-    m.def("section_offsets", &section_offsets, "points"_array, "distance"_array, "index"_array,
-          "positions"_array, "lateral"_array, "depth"_array, "reach"_array);
+    m.def("section_offsets", &section_offsets, "points"_array, "distance"_array, "index"_array, "positions"_array, "lateral"_array,
+          "depth"_array, "reach"_array);
     // Average how far behind each sample the axis of the object lies, over the surface points near it.
     //
     // A point with the lateral offset u and the depth offset w tells w + sqrt(r^2 - u^2), where r is the radius.
@@ -174,8 +174,8 @@ void bind_cross_sections(Module& m) {
     // -------
     // mean : (S,) float64 m, positive away from the sensor; 0 where there are no points
     // count : (S,) float64, number of points in each mean
-    m.def("axis_depth", &axis_depth, "sample"_array, "lateral"_array, "depth"_array, "path"_array,
-          "radius"_array, "half"_a, "central_part"_a, "outlier_medians"_a);
+    m.def("axis_depth", &axis_depth, "sample"_array, "lateral"_array, "depth"_array, "path"_array, "radius"_array, "half"_a,
+          "central_part"_a, "outlier_medians"_a);
     // Measure how the points of each cross-section spread across the line of sight.
     //
     // Parameters

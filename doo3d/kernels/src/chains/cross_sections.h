@@ -29,5 +29,5 @@ struct PooledMeans {
 
 // Pool the values of points, of which each belongs to a sample, with those of `half` neighbors on either side of it: over all points
 // first, then over those that lie no more than `outlier_medians` median residuals from that mean.
-PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double> values, const Values<Index>& path, Index half,
+PooledMeans means_without_outliers(std::vector<Index> sample, std::vector<double> values, const std::vector<Index>& path, Index half,
                                    double outlier_medians);

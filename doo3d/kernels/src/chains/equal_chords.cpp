@@ -2,8 +2,6 @@
 #include "order_statistics.h"
 #include "polyline.h"
 
-#include <algorithm>
-
 namespace {
 
 // Joints (J, D), and the position of each along the polyline (J,).
@@ -255,6 +253,5 @@ void bind_equal_chords(Module& m) {
     // joints : (J, D) float64, the joints of all chains, one chain after the other
     // bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
     //     segment or curled up within one
-    m.def("equal_segments", &equal_segments, "points"_array, "bounds"_array, "closed"_array,
-          "shifts"_array, "length"_a, "most_samples"_a);
+    m.def("equal_segments", &equal_segments, "points"_array, "bounds"_array, "closed"_array, "shifts"_array, "length"_a, "most_samples"_a);
 }

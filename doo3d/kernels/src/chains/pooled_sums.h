@@ -6,7 +6,7 @@
 // Sums over the points of each sample, and of its neighbors on the same path: one column for each value of a point.
 class PooledSums {
 public:
-    PooledSums(const Vector<Index>& sample, const Vector<Index>& path, Index half) : sample_(sample), path_(path), half_(half) {
+    PooledSums(const Vector<Index>& sample, const Vector<Index>& path, Index half) : sample_(sample), path_(dense(path)), half_(half) {
         require(half >= 0, "half is negative");
         const Index size = path.shape(0);
         for (std::size_t k = 0; k < sample.shape(0); ++k) {
@@ -19,7 +19,7 @@ public:
     auto of(PointValues values) const {
         constexpr std::size_t columns = std::tuple_size_v<decltype(values(Index(0)))>;
         std::array<std::vector<double>, columns> sums;
-        for (auto& column : sums) column.resize(path_.shape(0));
+        for (auto& column : sums) column.resize(path_.size());
         for (std::size_t k = 0; k < sample_.shape(0); ++k) {
             const auto row = values(Index(k));
             for (std::size_t c = 0; c < columns; ++c) sums[c][sample_(k)] += row[c];
@@ -30,6 +30,6 @@ public:
 
 private:
     const Vector<Index>& sample_;
-    const Vector<Index>& path_;
+    const std::vector<Index> path_;
     Index half_;
 };

@@ -1,37 +1,26 @@
 // Unit axes of the cross-sections of strands.
 #include "cross_sections.h"
+#include "vector3.h"
+
+AcrossAxes axes_across(const double* positions, const double* tangents, Index size, const double* viewpoint) {
+    count_visits(size);
+    AcrossAxes axes;
+    Vec lateral{};
+    for (Index s = 0; s < size; ++s) {
+        const Vec tangent = vec(tangents + 3 * s);
+        const bool turns = !viewpoint && s > 0;
+        Vec side = turns ? plus(lateral, tangent, -dot(lateral, tangent)) : perpendicular(tangent);
+        if (viewpoint) side = cross(minus(vec(positions + 3 * s), vec(viewpoint)), tangent);
+        const double square = dot(side, side), least = turns ? 1e-6 : 0.0;
+        lateral = square <= least * least ? perpendicular(tangent) : over(side, std::sqrt(square));
+        const Vec depth = cross(tangent, lateral);
+        axes.lateral.insert(axes.lateral.end(), lateral.begin(), lateral.end());
+        axes.depth.insert(axes.depth.end(), depth.begin(), depth.end());
+    }
+    return axes;
+}
 
 namespace {
-
-void cross(const double* a, const double* b, double* result) {
-    for (int d = 0; d < 3; ++d) result[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
-}
-
-// Write the vector scaled to length 1; return false for one that is shorter than `least`.
-bool scale_to_unit(const double* vector, double least, double* result) {
-    const double square = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
-    if (square <= least * least) return false;
-    for (int d = 0; d < 3; ++d) result[d] = vector[d] / std::sqrt(square);
-    return true;
-}
-
-// Write the part of a vector that is perpendicular to a unit vector.
-void without(const double* vector, const double* direction, double* result) {
-    const double along = vector[0] * direction[0] + vector[1] * direction[1] + vector[2] * direction[2];
-    for (int d = 0; d < 3; ++d) result[d] = vector[d] - along * direction[d];
-}
-
-// Write a unit vector perpendicular to a direction, made from the coordinate axis that it is least along.
-void perpendicular(const double* direction, double* result) {
-    int least = 0;
-    for (int d = 1; d < 3; ++d) {
-        if (std::fabs(direction[d]) < std::fabs(direction[least])) least = d;
-    }
-    double axis[3] = {0, 0, 0}, side[3];
-    axis[least] = 1.0;
-    without(axis, direction, side);
-    if (!scale_to_unit(side, 0.0, result)) std::copy(axis, axis + 3, result);
-}
 
 auto section_axes(Matrix<double> positions, Matrix<double> tangents, Vector<double> viewpoint) {
     const Index size = positions.shape(0);
@@ -44,29 +33,6 @@ auto section_axes(Matrix<double> positions, Matrix<double> tangents, Vector<doub
 }
 
 }  // namespace
-
-AcrossAxes axes_across(const double* positions, const double* tangents, Index size, const double* viewpoint) {
-    count_visits(size);
-    AcrossAxes axes{std::vector<double>(3 * size), std::vector<double>(3 * size)};
-    double side[3];
-    for (Index s = 0; s < size; ++s) {
-        const double* tangent = tangents + 3 * s;
-        double *lateral = axes.lateral.data() + 3 * s, least = 0.0;
-        if (viewpoint) {
-            double ray[3];
-            for (int d = 0; d < 3; ++d) ray[d] = positions[3 * s + d] - viewpoint[d];
-            cross(ray, tangent, side);
-        } else if (s > 0) {
-            without(lateral - 3, tangent, side);
-            least = 1e-6;
-        } else {
-            perpendicular(tangent, side);
-        }
-        if (!scale_to_unit(side, least, lateral)) perpendicular(tangent, lateral);
-        cross(tangent, lateral, axes.depth.data() + 3 * s);
-    }
-    return axes;
-}
 
 void bind_section_axes(Module& m) {
     // Return two unit axes across the object at each sample: across the line of sight, and away from the sensor.

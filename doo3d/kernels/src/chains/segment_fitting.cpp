@@ -1,7 +1,5 @@
 #include "arrays.h"
 
-#include <algorithm>
-
 namespace {
 
 double distance(const double* a, const double* b, Index dim) { return std::sqrt(squared_distance(a, b, dim)); }

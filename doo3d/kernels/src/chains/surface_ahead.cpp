@@ -202,6 +202,6 @@ void bind_surface_ahead(Module& m) {
     // -----
     // The points are compared with the ends whose boxes reach into their cell, so that the time grows with the number of points and
     // not with that of ends.
-    m.def("surface_ahead", &surface_ahead, "points"_array, "samples"_array, "ends"_array,
-          "tangents"_array, "reach"_array, "max_offset"_array, "max_gap"_array, "window"_a);
+    m.def("surface_ahead", &surface_ahead, "points"_array, "samples"_array, "ends"_array, "tangents"_array, "reach"_array,
+          "max_offset"_array, "max_gap"_array, "window"_a);
 }

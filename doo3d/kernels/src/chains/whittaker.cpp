@@ -1,7 +1,5 @@
 #include "whittaker.h"
 
-#include <algorithm>
-
 namespace {
 
 // Solve banded, symmetric, positive definite equations by Cholesky's factorization within the band. band[i][k] is the entry in row i and

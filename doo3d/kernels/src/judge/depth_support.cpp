@@ -86,8 +86,8 @@ struct Support {
 
 // The readings that count for all segments of a chain are found first, since the noise of the chain tells which of them agree.
 auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> radius, Matrix<float> depth, Matrix<bool> mask,
-                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral,
-                   double surface_radii, double lying_radii, double deviations) {
+                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral, double surface_radii,
+                   double lying_radii, double deviations) {
     check_bounds(bounds, joints.shape(0));
     require(joints.shape(1) == 3, "joints are not (J, 3)");
     require(plane.shape(0) == 0 || plane.shape(0) == 4, "plane is neither (4,) nor (0,)");
@@ -146,7 +146,6 @@ void bind_depth_support(Module& m) {
     //     and by less than the chain's readings may; 0 for a segment behind the camera
     // residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     // offset : (S,) float64 radii, by how much they lie behind the surface, median, whatever the plane explains; NaN with too few
-    m.def("depth_support", &depth_support, "joints"_array, "bounds"_array, "radius"_array, "depth"_array,
-          "mask"_array, "camera"_array, "plane"_array, "positions"_array, "lateral"_array, nb::kw_only(),
-          "surface_radii"_a, "lying_radii"_a, "deviations"_a);
+    m.def("depth_support", &depth_support, "joints"_array, "bounds"_array, "radius"_array, "depth"_array, "mask"_array, "camera"_array,
+          "plane"_array, "positions"_array, "lateral"_array, nb::kw_only(), "surface_radii"_a, "lying_radii"_a, "deviations"_a);
 }

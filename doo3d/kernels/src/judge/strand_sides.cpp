@@ -3,8 +3,6 @@
 #include "lab.h"
 #include "order_statistics.h"
 
-#include <algorithm>
-
 namespace {
 
 constexpr double SIDE_MARGIN_PX = 2.0;  // px by which a side is farther away: a stereo camera's foreground is wider
@@ -160,7 +158,6 @@ void bind_strand_sides(Module& m) {
     //     window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
     // contrast : difference of the strand's color to the more similar side at a sample that few are below, in 8-bit CIELAB;
     //     infinite without color.
-    m.def("strand_sides", &strand_sides, "view"_array, "across"_array, "reach"_array, "radius"_a,
-          "depth"_array, "color"_array, "mask"_array, "core"_array, "sides"_array,
-          "color_sides"_array);
+    m.def("strand_sides", &strand_sides, "view"_array, "across"_array, "reach"_array, "radius"_a, "depth"_array, "color"_array,
+          "mask"_array, "core"_array, "sides"_array, "color_sides"_array);
 }

@@ -4,8 +4,6 @@
 #include "parabola.h"
 #include "polyline.h"
 
-#include <algorithm>
-
 namespace {
 
 // Samples on both sides of a crossing together that must have been measured, to extrapolate a strand's surface; half of them on each
@@ -256,10 +254,9 @@ void bind_crossing_strands(Module& m) {
     // min_angle
     //     rad; strands that cross at less are taken to cross at this
     Class<CrossingStrands>(m, "CrossingStrands")
-        .def(nb::init<Matrix<double>, Vector<Index>, Vector<bool>, Matrix<Index>, Matrix<Index>, Matrix<double>, Vector<double>, Matrix<double>,
-                      Matrix<double>, Matrix<double>, Vector<double>, double, double>(),
-             "joints"_array, "bounds"_array, "closed"_array, "chain"_array, "segment"_array,
-             "t"_array, "angle"_array, "point"_array, "radius"_array, "half_width"_array,
+        .def(nb::init<Matrix<double>, Vector<Index>, Vector<bool>, Matrix<Index>, Matrix<Index>, Matrix<double>, Vector<double>,
+             Matrix<double>, Matrix<double>, Matrix<double>, Vector<double>, double, double>(), "joints"_array, "bounds"_array,
+             "closed"_array, "chain"_array, "segment"_array, "t"_array, "angle"_array, "point"_array, "radius"_array, "half_width"_array,
              "distances"_array, "margin"_a, "min_angle"_a)
         // Return the positions in the view (C * 2 * S * A, 2), at lateral offsets (A,) half-widths from each sample.
         .def("positions", &CrossingStrands::positions, "offsets"_array)

@@ -15,18 +15,6 @@ double angle_between(Vec a, Vec b) {
     return 2 * std::atan2(norm(minus(a, b)), norm(plus(a, b, 1.0)));
 }
 
-// Return a unit vector square to a direction, always the same for the same direction.
-Vec perpendicular(const Vec& direction, bool planar) {
-    const double x = std::fabs(direction[0]), y = std::fabs(direction[1]), z = std::fabs(direction[2]);
-    Vec axis{1.0, 0.0, 0.0};
-    if (y < x && (planar || y <= z)) {
-        axis = {0.0, 1.0, 0.0};
-    } else if (!planar && z < x && z < y) {
-        axis = {0.0, 0.0, 1.0};
-    }
-    return unit(plus(axis, direction, -dot(axis, direction)));
-}
-
 // Return the arc that leaves `start` in `direction` and ends heading for `target`; none if the target is in the circle.
 std::optional<Arc> turn_towards(const Vec& start, const Vec& direction, const Vec& target, double radius, bool inside, bool planar) {
     const Vec way = minus(target, start);

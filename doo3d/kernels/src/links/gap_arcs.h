@@ -4,8 +4,6 @@
 #include "arrays.h"
 #include "vector3.h"
 
-#include <optional>
-
 // An arc from `start` in `direction`, bending towards `normal` (all unit), by `angle` radians.
 struct Arc {
     Vec start, direction, normal;

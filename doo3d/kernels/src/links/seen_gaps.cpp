@@ -161,7 +161,6 @@ void bind_seen_gaps(Module& m) {
     // pairs : (K, 2) int64, the two ends of each gap, in the order of the line
     // points : (P, 3) float64 m, from the first end along the line to the second; inverse depth is interpolated
     // bounds : (K + 1,) int64, the first point of each gap, and P
-    m.def("gaps_along_lines", &gaps_along_lines, "points"_array, "tangents"_array, "joints"_array,
-          "bounds"_array, "closed"_array, "camera"_array, "radius"_a, "lines"_array,
-          "line_bounds"_array, "reach"_a);
+    m.def("gaps_along_lines", &gaps_along_lines, "points"_array, "tangents"_array, "joints"_array, "bounds"_array, "closed"_array,
+          "camera"_array, "radius"_a, "lines"_array, "line_bounds"_array, "reach"_a);
 }

@@ -1,8 +1,5 @@
 #include "appearance.h"
 
-#include <algorithm>
-#include <array>
-
 namespace {
 
 using Histogram = std::vector<double>;  // of color_cells() cells
@@ -178,9 +175,8 @@ void bind_appearance(Module& m) {
     // least
     //     frequency added to that of each cell, so that none is 0.
     Class<ColorOdds>(m, "ColorOdds")
-        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, double, double>(),
-             "color"_array, "object"_array, "surround"_array, "shades"_array, "shade_share"_a,
-             "smoothing"_a, "least"_a)
+        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, double, double>(), "color"_array,
+             "object"_array, "surround"_array, "shades"_array, "shade_share"_a, "smoothing"_a, "least"_a)
         // The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last.
         .def_prop_ro("log_odds", &ColorOdds::log_odds)
         // The median, nat, of the log-odds over the pixels of the object; 0 without any.

@@ -1,9 +1,6 @@
 #include "depth_facts.h"
 #include "order_statistics.h"
 
-#include <cstdlib>
-#include <limits>
-
 namespace {
 
 // Return the mean of the smaller three quarters of values that are not below 0; 0 of nothing.
@@ -81,20 +78,18 @@ struct PaddedDepth {
 
     PaddedDepth(const FrameFacts& facts, const float* depth, Index padding)
         : facts(facts), pitch(facts.columns() + 2 * padding), padding(padding), image((facts.rows() + 2 * padding) * pitch + BLOCK) {
-        count_visits(facts.count());
-        for (const Run& run : facts.runs()) {
-            const float* from = depth + run.row * facts.width();
+        count_visits(facts.count);
+        for (const Run& run : facts.runs) {
+            const float* from = depth + run.row * facts.width;
             std::copy(from + run.start, from + run.end, at(run.row, run.start));
         }
     }
     ~PaddedDepth() {
-        for (const Run& run : facts.runs()) std::fill_n(at(run.row, run.start), run.size(), 0.0f);
+        for (const Run& run : facts.runs) std::fill_n(at(run.row, run.start), run.size(), 0.0f);
     }
-    PaddedDepth(const PaddedDepth&) = delete;
-    PaddedDepth& operator=(const PaddedDepth&) = delete;
 
     float* at(Index row, Index column) {
-        return image.data() + (row - facts.box().top + padding) * pitch + column - facts.box().left + padding;
+        return image.data() + (row - facts.box.top + padding) * pitch + column - facts.box.left + padding;
     }
 };
 
@@ -102,11 +97,11 @@ struct PaddedDepth {
 
 DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
     std::vector<float> readings, steps;
-    count_visits(3 * facts.count());
-    readings.reserve(facts.count());
-    steps.reserve(facts.count());
-    for (const Run& run : facts.runs()) {
-        const float* z = depth + run.row * facts.width();
+    count_visits(3 * facts.count);
+    readings.reserve(facts.count);
+    steps.reserve(facts.count);
+    for (const Run& run : facts.runs) {
+        const float* z = depth + run.row * facts.width;
         for (Index column = run.start; column < run.end; ++column) {
             if (!(z[column] > 0)) continue;
             readings.push_back(z[column]);
@@ -123,11 +118,11 @@ DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
 // wherever depth is so smooth that quantization hides its noise.
 double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pixels) {
     std::vector<double> steps, bends, jumps;  // first and second differences, and the first ones that are not 0
-    const std::size_t every = std::size_t(std::max<Index>(1, facts.count() / pixels));
+    const std::size_t every = std::size_t(std::max<Index>(1, facts.count / pixels));
     Visits visits;
-    for (std::size_t k = 0; k < facts.runs().size(); k += every) {
-        const Run& run = facts.runs()[k];
-        const float* z = depth + run.row * facts.width();
+    for (std::size_t k = 0; k < facts.runs.size(); k += every) {
+        const Run& run = facts.runs[k];
+        const float* z = depth + run.row * facts.width;
         visits.count += 3 * (run.size());
         for (Index u = run.start + 1; u < run.end; ++u) {
             if (!(z[u - 1] > 0 && z[u] > 0)) continue;
@@ -157,8 +152,8 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     });
     const float beyond = 2 * rule.median - nearest;
     Votes votes;
-    count_visits(facts.count() * (2 * half_width + 1) * (2 * half_width + 1));
-    for (const Run& run : facts.runs()) {
+    count_visits(facts.count * (2 * half_width + 1) * (2 * half_width + 1));
+    for (const Run& run : facts.runs) {
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);
             const float* own = masked.at(run.row, start);
@@ -182,7 +177,7 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
 // far from all of them.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
     enum : Byte { EMPTY, KEPT, FAR };
-    const Box& box = facts.box();
+    const Box& box = facts.box;
     reach = std::min(reach, std::max(facts.rows(), facts.columns()));
     const Index pitch = facts.columns() + 2 * reach;
     Zeros<Byte> zeros((facts.rows() + 2 * reach) * pitch);
@@ -208,10 +203,10 @@ std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, cons
     };
     std::vector<Empty> empty;
     std::vector<Index> far, holes;
-    count_visits(count + facts.count());
+    count_visits(count + facts.count);
     facts.for_each_pixel([&](Index row, Index column) {
         const Index i = at(column, row);
-        if (!(depth[row * facts.width() + column] > 0) && image[i] != KEPT) empty.push_back({column, row, i});
+        if (!(depth[row * facts.width + column] > 0) && image[i] != KEPT) empty.push_back({column, row, i});
     });
     for (const Empty& pixel : empty) {
         if (!has_near(pixel.at, KEPT)) far.push_back(pixel.at);

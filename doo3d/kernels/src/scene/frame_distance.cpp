@@ -2,8 +2,6 @@
 #include "frame_facts.h"
 #include "zhang_suen.h"
 
-#include <cstdlib>
-
 namespace {
 
 // px by which a neighbor of a pixel of the medial axis may be farther from the outside.
@@ -25,26 +23,26 @@ void step_from_rows(float* pixels, Index count, Index step, bool known) {
 
 FrameFacts::~FrameFacts() {
     if (!distance_) return;
-    for (const Run& run : runs_) std::fill_n(distance_at(run.row, run.start), run.size(), 0.0f);
+    for (const Run& run : runs) std::fill_n(distance_at(run.row, run.start), run.size(), 0.0f);
 }
 
 float* FrameFacts::distance_at(Index row, Index column) {
-    return distance_->data() + (row - box_.top + PADDING) * (columns() + 2 * PADDING) + column - box_.left + PADDING;
+    return distance_->data() + (row - box.top + PADDING) * (columns() + 2 * PADDING) + column - box.left + PADDING;
 }
 
 // Two passes, down and up, each along the runs only: what is outside keeps the distance 0.
 const float* FrameFacts::distance() {
     if (distance_) return distance_->data();
     const Index pitch = columns() + 2 * PADDING;
-    count_visits(2 * count_);
+    count_visits(2 * count);
     distance_ = std::make_unique<Zeros<float>>((rows() + 2 * PADDING) * pitch);
-    for (const Run& run : runs_) {
+    for (const Run& run : runs) {
         const Index count = run.size();
         float* pixels = distance_at(run.row, run.start);
         step_from_rows(pixels, count, pitch, false);
         for (Index i = 0; i < count; ++i) pixels[i] = least(pixels[i], pixels[i - 1] + SIDE);
     }
-    for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
+    for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
         const Index count = run->size();
         float* pixels = distance_at(run->row, run->start);
         step_from_rows(pixels, count, -pitch, true);
@@ -54,15 +52,15 @@ const float* FrameFacts::distance() {
 }
 
 const MedialAxis& FrameFacts::axis() {
-    if (has_axis_ || runs_.empty()) return axis_;
+    if (has_axis_ || runs.empty()) return axis_;
     has_axis_ = true;
     distance();
-    count_visits(count_);
+    count_visits(count);
     const Index pitch = columns() + 2 * PADDING;
-    for (std::size_t stop = runs_.size(), start = stop; stop; stop = start) {  // row by row from below, each from the left
-        while (start && runs_[start - 1].row == runs_[stop - 1].row) --start;
+    for (std::size_t stop = runs.size(), start = stop; stop; stop = start) {  // row by row from below, each from the left
+        while (start && runs[start - 1].row == runs[stop - 1].row) --start;
         for (std::size_t k = start; k < stop; ++k) {
-            const Run& run = runs_[k];
+            const Run& run = runs[k];
             const float* pixel = distance_at(run.row, run.start);
             for (Index column = run.start; column < run.end; ++column, ++pixel) {
                 float farthest = most(pixel[-1], pixel[1]);
@@ -78,16 +76,16 @@ const MedialAxis& FrameFacts::axis() {
 }
 
 const std::vector<Index>& FrameFacts::skeleton() {
-    if (!skeleton_.empty() || runs_.empty()) return skeleton_;
+    if (!skeleton_.empty() || runs.empty()) return skeleton_;
     distance();
     const Index width = columns() + 2, pitch = columns() + 2 * PADDING;
     Zeros<Byte> image((rows() + 2) * width);
     Byte* codes = image.data();
-    count_visits(3 * count_);
+    count_visits(3 * count);
     std::vector<std::int32_t> pixels;
     std::vector<Index> kept;
-    pixels.reserve(count_);
-    const auto code_of = [&](Index row, Index column) -> Byte& { return codes[(row - box_.top + 1) * width + column - box_.left + 1]; };
+    pixels.reserve(count);
+    const auto code_of = [&](Index row, Index column) -> Byte& { return codes[(row - box.top + 1) * width + column - box.left + 1]; };
     for_each_pixel([&](Index row, Index column) {
         const float* at = distance_at(row, column);
         Byte& code = code_of(row, column);
@@ -114,10 +112,10 @@ const std::vector<Index>& FrameFacts::skeleton() {
 template <class Visit>
 void FrameFacts::for_each_widened(Index reach, Visit visit) const {
     Index done = 0, row = -1;
-    for (const Run& run : runs_) {
+    for (const Run& run : runs) {
         if (run.row != row) done = 0;
         row = run.row;
-        const Index first = std::max(done, run.start - box_.left - reach), last = std::min(columns(), run.end - box_.left + reach);
+        const Index first = std::max(done, run.start - box.left - reach), last = std::min(columns(), run.end - box.left + reach);
         visit(row, first, last - first);
         done = last;
     }
@@ -129,24 +127,24 @@ std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index re
     const Index width = columns();
     reach = std::min(reach, std::max(rows(), width));
     Zeros<float> spread(rows() * width), peak(rows() * width);
-    const auto at = [&](Zeros<float>& image, Index row, Index column) { return image.data() + (row - box_.top) * width + column; };
+    const auto at = [&](Zeros<float>& image, Index row, Index column) { return image.data() + (row - box.top) * width + column; };
     Visits visits{count};
     std::vector<float> near;
     for_each_widened(reach, [&](Index row, Index first, Index length) {
         near.assign(length + 2 * reach, 0.0f);  // the distances of the row, with `reach` columns on either side
         const Index left = std::max<Index>(first - reach, 0), right = std::min(first + length + reach, width);
-        std::copy_n(distance_at(row, box_.left + left), right - left, near.begin() + left - (first - reach));
+        std::copy_n(distance_at(row, box.left + left), right - left, near.begin() + left - (first - reach));
         float* to = at(spread, row, first);
         for (Index shift = 0; shift <= 2 * reach; ++shift) {
             for (Index i = 0; i < length; ++i) to[i] = most(to[i], near[i + shift]);
         }
         visits.count += (2 * reach + 1) * length;
     });
-    for (const Run& run : runs_) {
+    for (const Run& run : runs) {
         const Index length = run.size();
-        float* to = at(peak, run.row, run.start - box_.left);
-        for (Index row = std::max(box_.top, run.row - reach); row <= std::min(box_.bottom - 1, run.row + reach); ++row) {
-            const float* from = at(spread, row, run.start - box_.left);
+        float* to = at(peak, run.row, run.start - box.left);
+        for (Index row = std::max(box.top, run.row - reach); row <= std::min(box.bottom - 1, run.row + reach); ++row) {
+            const float* from = at(spread, row, run.start - box.left);
             for (Index i = 0; i < length; ++i) to[i] = most(to[i], from[i]);
         }
         visits.count += (2 * reach + 1) * length;
@@ -154,18 +152,18 @@ std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index re
     std::vector<Byte> core(count);
     for (Index k = 0; k < count; ++k) {
         const Index u = pixels[2 * k], v = pixels[2 * k + 1];
-        if (u < box_.left || v < box_.top || u >= box_.right || v >= box_.bottom) continue;
-        const float own = *distance_at(v, u), largest = *at(peak, v, u - box_.left);
+        if (u < box.left || v < box.top || u >= box.right || v >= box.bottom) continue;
+        const float own = *distance_at(v, u), largest = *at(peak, v, u - box.left);
         core[k] = own > 0 && own >= std::min(fraction * largest, largest - margin);
     }
     for_each_widened(reach, [&](Index row, Index first, Index length) { std::fill_n(at(spread, row, first), length, 0.0f); });
-    for (const Run& run : runs_) std::fill_n(at(peak, run.row, run.start - box_.left), run.size(), 0.0f);
+    for (const Run& run : runs) std::fill_n(at(peak, run.row, run.start - box.left), run.size(), 0.0f);
     return core;
 }
 
 // The disc around each pixel of the skeleton is marked in an image of the box with as much around it, and cleared again.
 std::vector<Byte> FrameFacts::near_skeleton(const Index* pixels, Index count, double reach) {
-    reach = std::min(reach, double(height_ + width_));
+    reach = std::min(reach, double(height + width));
     const Index margin = Index(reach), width = columns() + 2 * margin, pitch = columns() + 2;
     std::vector<Byte> near(count);
     Zeros<Byte> image((rows() + 2 * margin) * width);
@@ -184,7 +182,7 @@ std::vector<Byte> FrameFacts::near_skeleton(const Index* pixels, Index count, do
     };
     mark(1);
     for (Index k = 0; k < count; ++k) {
-        const Index column = pixels[2 * k] - box_.left + margin, row = pixels[2 * k + 1] - box_.top + margin;
+        const Index column = pixels[2 * k] - box.left + margin, row = pixels[2 * k + 1] - box.top + margin;
         near[k] = column >= 0 && row >= 0 && column < width && row < rows() + 2 * margin && image.data()[row * width + column];
     }
     mark(0);

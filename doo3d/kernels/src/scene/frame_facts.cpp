@@ -51,47 +51,48 @@ Box box_of(const std::vector<Run>& runs) {
     return box;
 }
 
-FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels) : height_(height), width_(width) {
-    runs_ = runs_of(mask, height, width);
-    for (const Run& run : runs_) selected_ += run.size();
+FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels) : height(height), width(width) {
+    require(height < Index(1) << 30 && width < Index(1) << 30, "the mask is too large");
+    runs = runs_of(mask, height, width);
+    for (const Run& run : runs) selected += run.size();
     if (min_pixels > 1) {
         remove_components(min_pixels);
         fill_holes(min_pixels);
     }
-    box_ = box_of(runs_);
-    count_visits(4 * Index(runs_.size()) + selected_);
-    for (const Run& run : runs_) count_ += run.size();
+    box = box_of(runs);
+    count_visits(4 * Index(runs.size()) + selected);
+    for (const Run& run : runs) count += run.size();
 }
 
 // Remove the 8-connected components that are small with their holes filled.
 void FrameFacts::remove_components(Index min_pixels) {
-    RunSets sets = connected(runs_, 1);
-    const std::vector<Index> size = sizes(runs_, sets);
+    RunSets sets = connected(runs, 1);
+    const std::vector<Index> size = sizes(runs, sets);
     bool any_small = false;
-    for (std::size_t i = 0; i < runs_.size(); ++i) any_small |= size[sets.root(std::int32_t(i))] < min_pixels;
+    for (std::size_t i = 0; i < runs.size(); ++i) any_small |= size[sets.root(std::int32_t(i))] < min_pixels;
     if (!any_small) return;
-    std::vector<std::vector<Run>> small(runs_.size());
-    for (std::size_t i = 0; i < runs_.size(); ++i) {
+    std::vector<std::vector<Run>> small(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
         const std::int32_t root = sets.root(std::int32_t(i));
-        if (size[root] < min_pixels) small[root].push_back(runs_[i]);
+        if (size[root] < min_pixels) small[root].push_back(runs[i]);
     }
-    std::vector<Byte> gone(runs_.size());
-    for (std::size_t i = 0; i < runs_.size(); ++i) gone[i] = !small[i].empty() && filled_size(small[i]) < min_pixels;
+    std::vector<Byte> gone(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) gone[i] = !small[i].empty() && filled_size(small[i]) < min_pixels;
     std::size_t left = 0;
-    for (std::size_t i = 0; i < runs_.size(); ++i) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
         if (gone[sets.root(std::int32_t(i))]) {
-            removed_ += runs_[i].size();
+            removed += runs[i].size();
         } else {
-            runs_[left++] = runs_[i];
+            runs[left++] = runs[i];
         }
     }
-    runs_.resize(left);
+    runs.resize(left);
 }
 
 // Fill the 4-connected holes that are small.
 void FrameFacts::fill_holes(Index min_pixels) {
-    if (runs_.empty()) return;
-    const std::vector<Run> gaps = background_of(runs_);
+    if (runs.empty()) return;
+    const std::vector<Run> gaps = background_of(runs);
     RunSets sets = connected(gaps, 0);
     const std::vector<Index> size = sizes(gaps, sets);
     std::vector<Run> holes;
@@ -100,16 +101,16 @@ void FrameFacts::fill_holes(Index min_pixels) {
         if (root && size[root] < min_pixels) holes.push_back(gaps[i]);
     }
     if (holes.empty()) return;
-    std::vector<Run> merged(runs_.size() + holes.size());
-    std::merge(runs_.begin(), runs_.end(), holes.begin(), holes.end(), merged.begin(),
-               [](const Run& a, const Run& b) { return a.row != b.row ? a.row < b.row : a.start < b.start; });
-    runs_.clear();
+    std::vector<Run> merged(runs.size() + holes.size());
+    std::merge(runs.begin(), runs.end(), holes.begin(), holes.end(), merged.begin(), [](const Run& a,
+               const Run& b) { return a.row != b.row ? a.row < b.row : a.start < b.start; });
+    runs.clear();
     for (const Run& run : merged) {
-        if (!runs_.empty() && runs_.back().row == run.row && runs_.back().end == run.start) {
-            runs_.back().end = run.end;
+        if (!runs.empty() && runs.back().row == run.row && runs.back().end == run.start) {
+            runs.back().end = run.end;
         } else {
-            runs_.push_back(run);
+            runs.push_back(run);
         }
     }
-    for (const Run& run : holes) filled_ += run.size();
+    for (const Run& run : holes) filled += run.size();
 }

@@ -3,46 +3,39 @@
 
 #include <nanobind/stl/optional.h>
 
-#include <algorithm>
-#include <optional>
-
 namespace {
 
 // The facts, with the depth that Python gave, if any.
 struct Facts : FrameFacts {
     std::optional<Matrix<float>> depth;
 
-    using FrameFacts::FrameFacts;
-
+    Facts(Matrix<bool> mask, std::optional<Matrix<float>> depth, Index min_pixels)
+        : FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), min_pixels), depth(std::move(depth)) {
+        require(!this->depth || (Index(this->depth->shape(0)) == height && Index(this->depth->shape(1)) == width),
+                "depth and mask have different shapes");
+    }
     const float* readings() const {
         require(depth.has_value(), "the facts were made without depth");
         return depth->data();
     }
 };
 
-void make(Facts* self, Matrix<bool> mask, std::optional<Matrix<float>> depth, Index min_pixels) {
-    require(mask.shape(0) < (1u << 30) && mask.shape(1) < (1u << 30), "the mask is too large");
-    require(!depth || (depth->shape(0) == mask.shape(0) && depth->shape(1) == mask.shape(1)), "depth and mask have different shapes");
-    new (self) Facts(bytes_of(mask), Index(mask.shape(0)), Index(mask.shape(1)), min_pixels);
-    self->depth = std::move(depth);
-}
-
 auto box(const Facts& facts) {
-    const Box& box = facts.box();
+    const Box& box = facts.box;
     return std::make_tuple(box.top, box.bottom, box.left, box.right);
 }
 
 Array<Byte, 2, bool> mask_image(const Facts& facts) {
-    const std::size_t height = facts.height(), width = facts.width();
+    const std::size_t height = facts.height, width = facts.width;
     std::vector<Byte> image(height * width);
-    for (const Run& run : facts.runs()) std::fill_n(image.data() + run.row * width + run.start, run.size(), 1);
+    for (const Run& run : facts.runs) std::fill_n(image.data() + run.row * width + run.start, run.size(), 1);
     return {std::move(image), {height, width}};
 }
 
 // Sorted by column by counting the pixels of each.
 auto pixels(const Facts& facts) {
-    std::vector<Index> next(facts.columns() + 1), found(2 * facts.count());
-    const Index left = facts.box().left;
+    std::vector<Index> next(facts.columns() + 1), found(2 * facts.count);
+    const Index left = facts.box.left;
     facts.for_each_pixel([&](Index, Index column) { ++next[column - left + 1]; });
     for (Index column = 0; column < facts.columns(); ++column) next[column + 1] += next[column];
     facts.for_each_pixel([&](Index row, Index column) {
@@ -62,7 +55,7 @@ auto skeleton(Facts& facts) {
     std::vector<Index> found;
     const Index width = facts.columns() + 2;
     for (const Index pixel : facts.skeleton()) {
-        found.insert(found.end(), {pixel % width - 1 + facts.box().left, pixel / width - 1 + facts.box().top});
+        found.insert(found.end(), {pixel % width - 1 + facts.box.left, pixel / width - 1 + facts.box.top});
     }
     return rows_of(std::move(found), 2);
 }
@@ -104,15 +97,13 @@ auto holes(const Facts& facts, Matrix<Index> kept, Index reach) {
     return rows_of(depth_holes(facts, facts.readings(), kept.data(), kept.shape(0), reach), 2);
 }
 
-Facts whole(const Matrix<bool>& mask) { return {bytes_of(mask), Index(mask.shape(0)), Index(mask.shape(1)), 0}; }
-
 // Pixels of an axis relative to the mask's first row and column are those of the image.
 auto medial_axis(Matrix<bool> mask) {
-    Facts facts = whole(mask);
+    Facts facts(mask, {}, 0);
     return axis(facts);
 }
 
-auto bounding_box(Matrix<bool> mask) { return box(whole(mask)); }
+auto bounding_box(Matrix<bool> mask) { return box(Facts(mask, {}, 0)); }
 
 }  // namespace
 
@@ -131,15 +122,15 @@ void bind_frame_facts(Module& m) {
     // min_pixels
     //     components and holes of fewer pixels are small
     Class<Facts>(m, "FrameFacts")
-        .def_init(&make, "mask"_array, "depth"_array = nb::none(), "min_pixels"_a = 0)
+        .def(nb::init<Matrix<bool>, std::optional<Matrix<float>>, Index>(), "mask"_array, "depth"_array = nb::none(), "min_pixels"_a = 0)
         // Number of pixels before small components are removed and small holes are filled.
-        .def_prop_ro("selected", &Facts::selected)
+        .def_ro("selected", &Facts::selected)
         // Number of pixels of small components.
-        .def_prop_ro("removed", &Facts::removed)
+        .def_ro("removed", &Facts::removed)
         // Number of pixels of small holes.
-        .def_prop_ro("filled", &Facts::filled)
+        .def_ro("filled", &Facts::filled)
         // Number N of pixels after small components are removed and small holes are filled.
-        .def_prop_ro("count", &Facts::count)
+        .def_ro("count", &Facts::count)
         // First row, row after the last, first column and column after the last that hold pixels; else four 0.
         .def_prop_ro("box", &box)
         // Return the mask (H, W) bool as a new array.

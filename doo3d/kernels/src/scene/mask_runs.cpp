@@ -2,8 +2,6 @@
 
 #include "order_statistics.h"
 
-#include <limits>
-
 namespace {
 
 // Chamfer distances (Rosenfeld and Pfaltz, 1966) of the pixels of a part from those that are not in it, by a pass down and one up, in an

@@ -40,11 +40,11 @@ Projected project_samples(const SilhouetteSamples& samples) {
 }
 
 // Half of the steps in the image to the neighbors on the same path.
-std::vector<double> image_lengths(const std::vector<double>& pixels, const Values<Index>& path) {
-    const Index count = path.size();
+std::vector<double> image_lengths(const std::vector<double>& pixels, const std::vector<Index>& path) {
+    const Index count = Index(path.size());
     std::vector<double> step(count + 1), lengths(count);
     for (Index s = 1; s < count; ++s) {
-        if (path(s) == path(s - 1)) step[s] = std::sqrt(squared_distance(&pixels[2 * s], &pixels[2 * s - 2], 2));
+        if (path[s] == path[s - 1]) step[s] = std::sqrt(squared_distance(&pixels[2 * s], &pixels[2 * s - 2], 2));
     }
     for (Index s = 0; s < count; ++s) lengths[s] = (step[s] + step[s + 1]) / 2;
     return lengths;
@@ -60,14 +60,14 @@ auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double
     require(pixels.shape(1) == 2 && half >= 0, "pixels are not (N, 2), or half is negative");
     const std::optional<Camera> view = camera_of(camera);
     const SilhouetteSamples samples{count, positions.data(), tangents.data(), lateral.data(), view ? &*view : nullptr};
-    Silhouette found = measure_silhouette(samples, path, {pixels.data(), Index(pixels.shape(0)), share}, reach, half);
+    Silhouette found = measure_silhouette(samples, dense(path), {pixels.data(), Index(pixels.shape(0)), share}, dense(reach), half);
     return std::make_tuple(std::move(found.offset), std::move(found.radius));
 }
 
 }  // namespace
 
-Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Index>& path, const MaskPixels& mask,
-                              const Values<double>& reach, Index half) {
+Silhouette measure_silhouette(const SilhouetteSamples& samples, const std::vector<Index>& path, const MaskPixels& mask,
+                              const std::vector<double>& reach, Index half) {
     const Index count = samples.count, size = mask.count;
     const double* pixels = mask.pixels;
     count_visits(count + size);
@@ -79,7 +79,7 @@ Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Ind
     double most = 0.0;
     for (Index s = 0; s < count; ++s) {
         require(std::isfinite(seen.pixels[2 * s]) && std::isfinite(seen.pixels[2 * s + 1]), "a sample is not finite");
-        limit[s] = reach(s) * std::fabs(seen.scale[s]);
+        limit[s] = reach[s] * std::fabs(seen.scale[s]);
         require(limit[s] > 0 && std::isfinite(limit[s]), "reach is not positive and finite");
         most = std::max(most, limit[s]);
     }
@@ -131,6 +131,6 @@ void bind_silhouette(Module& m) {
     // -------
     // offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
     // radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
-    m.def("silhouette", &silhouette, "positions"_array, "tangents"_array, "lateral"_array, "path"_array,
-          "pixels"_array, "share"_a, "camera"_array, "reach"_array, "half"_a);
+    m.def("silhouette", &silhouette, "positions"_array, "tangents"_array, "lateral"_array, "path"_array, "pixels"_array, "share"_a,
+          "camera"_array, "reach"_array, "half"_a);
 }

@@ -25,5 +25,5 @@ struct Silhouette {
 
 // Every pixel within `reach` of the nearest sample belongs to it. The number of pixels of a sample and of `half` neighbors on either
 // side, over their length in the image, is the width there.
-Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Index>& path, const MaskPixels& mask,
-                              const Values<double>& reach, Index half);
+Silhouette measure_silhouette(const SilhouetteSamples& samples, const std::vector<Index>& path, const MaskPixels& mask,
+                              const std::vector<double>& reach, Index half);

@@ -4,8 +4,6 @@
 #include "order_statistics.h"
 #include "polyline.h"
 
-#include <limits>
-
 namespace {
 
 const double NONE = std::nan("");
@@ -81,7 +79,7 @@ double in_deviations(double difference, double deviation) {
 }
 
 auto surface_log_odds(Matrix<double> points, Matrix<Index> pixels, Vector<double> readings, double noise, Matrix<double> ends,
-                    Vector<double> rise, Vector<double> rise_noise, Vector<double> camera, Vector<double> plane) {
+                      Vector<double> rise, Vector<double> rise_noise, Vector<double> camera, Vector<double> plane) {
     const Index count = points.shape(0), number = ends.shape(0);
     require(points.shape(1) == 3 && pixels.shape(1) == 2 && ends.shape(1) == 3, "points, pixels or ends are not (N, 3), (N, 2), (E, 3)");
     require(Index(pixels.shape(0)) == count && Index(readings.shape(0)) == count, "pixels and readings are not one per point");
@@ -132,8 +130,8 @@ void bind_surface_beside(Module& m) {
     // around : (A,) int64, of the pixels at the offsets that are outside the mask
     // rise : (2 C,) float64 m, at the first and the last joint of each chain; NaN where it is not told from zero
     // noise : (2 C,) float64 m, the standard deviation of single readings there; NaN without any
-    m.def("surface_beside", &surface_beside, "joints"_array, "bounds"_array, "camera"_array, "radius"_a,
-          "lateral"_array, "mask"_array, "depth"_array, "min_readings"_a);
+    m.def("surface_beside", &surface_beside, "joints"_array, "bounds"_array, "camera"_array, "radius"_a, "lateral"_array, "mask"_array,
+          "depth"_array, "min_readings"_a);
     // Return the log-odds, by depth, that readings are of the surface beside an object, and not of the object at positions.
     //
     // They are the distance by which the reading is farther than the position and half the rise at the nearest end, in standard
@@ -155,6 +153,6 @@ void bind_surface_beside(Module& m) {
     // Returns
     // -------
     // (N,) float64 nat; 0 where it is not known
-    m.def("surface_log_odds", &surface_log_odds, "points"_array, "pixels"_array, "readings"_array, "noise"_a,
-          "ends"_array, "rise"_array, "rise_noise"_array, "camera"_array, "plane"_array);
+    m.def("surface_log_odds", &surface_log_odds, "points"_array, "pixels"_array, "readings"_array, "noise"_a, "ends"_array, "rise"_array,
+          "rise_noise"_array, "camera"_array, "plane"_array);
 }

@@ -94,6 +94,6 @@ void bind_depth_beside(Module& m) {
     // Returns
     // -------
     // (S,) m; (0,) if less than half of the samples have a reading beside them.
-    m.def("smooth_depth_beside", &smooth_depth_beside, "line"_array, "reach"_array, "beyond"_array,
-          "mask"_array, "depth"_array, "strength"_a);
+    m.def("smooth_depth_beside", &smooth_depth_beside, "line"_array, "reach"_array, "beyond"_array, "mask"_array, "depth"_array,
+          "strength"_a);
 }

@@ -10,9 +10,6 @@
 //
 #include "depth_runs.h"
 
-#include <algorithm>
-#include <limits>
-
 namespace {
 
 using Series = std::vector<double>;
@@ -127,7 +124,7 @@ private:
     const Runs& runs_;
     std::vector<double> cost_;
     std::vector<Index> before_;
-    double least_ = std::numeric_limits<double>::infinity();
+    double least_ = INFINITY;
     Index best_ = 0;
 };
 

@@ -1,10 +1,5 @@
 #include "image.h"
 
-#include <algorithm>
-#include <array>
-#include <iterator>
-#include <limits>
-
 namespace {
 
 using Color = std::array<double, 3>;
@@ -179,7 +174,7 @@ class Follower {
         const std::size_t half = std::size(BESIDE_RADII) / 2;
         for (std::size_t k = 0; k < 2 * half; ++k) {
             const Color background = read(sight.position, lateral, BESIDE_RADII[k]);
-            double least = std::numeric_limits<double>::infinity();
+            double least = INFINITY;
             for (const Color& own : colors) least = std::min(least, distance(background, own));
             sight.contrast[k / half] += least;
         }
@@ -223,7 +218,7 @@ class Follower {
                 fits |= mean_distance(seen[way], k) <= MAX_DISTANCE;
             }
             if (!fits) continue;
-            double best_cost = std::numeric_limits<double>::infinity(), best_distance = 0.0, best_contrast = 0.0;
+            double best_cost = INFINITY, best_distance = 0.0, best_contrast = 0.0;
             Index best = 0;
             for (Index way = 0; way < WAYS; ++way) {
                 const double distance = mean_distance(seen[way], k);
@@ -243,8 +238,8 @@ class Follower {
     }
 };
 
-auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints, double radius, double max_length,
-                   double step, double min_extension, double noise) {
+auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints, double radius, double max_length, double step,
+                   double min_extension, double noise) {
     require(image.shape(2) == 3 && image.shape(0) == mask.shape(0) && image.shape(1) == mask.shape(1), "image and mask do not fit");
     require(image.shape(0) > 0 && image.shape(1) > 0, "the image is empty");
     require(joints.shape(0) > 1 && joints.shape(1) == 2, "joints has to be (N, 2) with two joints at least");
@@ -286,6 +281,6 @@ void bind_follow_strand(Module& m) {
     // Raises
     // ------
     // ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
-    m.def("follow_strand", &follow_strand, "image"_array, "mask"_array, "joints"_array, "radius"_a, "max_length"_a,
-          nb::kw_only(), "step"_a, "min_extension"_a, "noise"_a);
+    m.def("follow_strand", &follow_strand, "image"_array, "mask"_array, "joints"_array, "radius"_a, "max_length"_a, nb::kw_only(), "step"_a,
+          "min_extension"_a, "noise"_a);
 }

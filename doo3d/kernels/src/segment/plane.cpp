@@ -1,8 +1,7 @@
 // A plane in depth: fitted to points, and the pixels raised from it.
 #include "runs.h"
 #include "symmetric.h"
-
-#include <algorithm>
+#include "vector3.h"
 
 namespace {
 
@@ -20,31 +19,22 @@ struct Columns {
         }
     }
     const double* axis(Index d) const { return axes.data() + d * count; }
+    Vec point(Index n) const { return {axis(0)[n], axis(1)[n], axis(2)[n]}; }
 };
 
 struct Plane {
-    double normal[3] = {0, 0, 1}, offset = 0;
-
-    double height(const Columns& points, Index n) const {
-        return points.axis(0)[n] * normal[0] + points.axis(1)[n] * normal[1] + points.axis(2)[n] * normal[2] - offset;
-    }
+    Vec normal{0, 0, 1};
+    double offset = 0;
 };
 
-// Return the plane through three of the points; false if they are on one line.
-bool set_through(const Columns& points, const Index* corners, Plane& plane) {
-    double a[3], b[3], normal[3];
-    for (Index d = 0; d < 3; ++d) {
-        a[d] = points.axis(d)[corners[1]] - points.axis(d)[corners[0]];
-        b[d] = points.axis(d)[corners[2]] - points.axis(d)[corners[0]];
-    }
-    for (Index d = 0; d < 3; ++d) normal[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
-    const double length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    plane.offset = 0.0;
-    for (Index d = 0; d < 3 && length > 0; ++d) {
-        plane.normal[d] = normal[d] / length;
-        plane.offset += plane.normal[d] * points.axis(d)[corners[0]];
-    }
-    return length > 0;
+// Return the plane with a normal through a point.
+Plane plane_through(const Vec& normal, const Vec& point) { return {normal, dot(normal, point)}; }
+
+// Return the plane through three of the points; none if they are on one line.
+std::optional<Plane> plane_of(const Columns& points, const Index* corners) {
+    const Vec corner = points.point(corners[0]);
+    const Vec normal = cross(minus(points.point(corners[1]), corner), minus(points.point(corners[2]), corner));
+    return norm(normal) > 0 ? std::make_optional(plane_through(over(normal, norm(normal)), corner)) : std::nullopt;
 }
 
 // Count the points near a plane; the count ends as soon as the rest of the points cannot make it more than `most`.
@@ -65,31 +55,29 @@ Index count_near(const Columns& points, const Plane& plane, double distance, Ind
 // Fit a plane to its inliers by least squares; false if they are the same as before, or fewer than three.
 bool refine(const Columns& points, double distance, std::vector<Byte>& inlier, Plane& plane) {
     bool changed = false;
-    double number = 0, center[3] = {0, 0, 0}, spread[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, axes[3][3];
+    Vec center{};
+    double number = 0, spread[3][3] = {}, axes[3][3];
     count_visits(points.count);
     for (Index n = 0; n < points.count; ++n) {
-        const Byte near = std::fabs(plane.height(points, n)) < distance;
+        const Byte near = std::fabs(dot(points.point(n), plane.normal) - plane.offset) < distance;
         changed = changed || near != inlier[n];
         inlier[n] = near;
         number += near;
         for (Index d = 0; d < 3; ++d) center[d] += near ? points.axis(d)[n] : 0.0;
     }
     if (number < 3 || !changed) return false;
-    for (double& each : center) each /= number;
+    center = over(center, number);
     for (Index n = 0; n < points.count; ++n) {
         if (!inlier[n]) continue;
+        const Vec moved = minus(points.point(n), center);
         for (Index i = 0; i < 3; ++i) {
-            for (Index j = 0; j < 3; ++j) spread[i][j] += (points.axis(i)[n] - center[i]) * (points.axis(j)[n] - center[j]);
+            for (Index j = 0; j < 3; ++j) spread[i][j] += moved[i] * moved[j];
         }
     }
     diagonalize(spread, axes);
     Index least = 0;
     for (Index k = 1; k < 3; ++k) least = spread[k][k] < spread[least][least] ? k : least;
-    plane.offset = 0.0;
-    for (Index d = 0; d < 3; ++d) {
-        plane.normal[d] = axes[d][least];
-        plane.offset += plane.normal[d] * center[d];
-    }
+    plane = plane_through({axes[0][least], axes[1][least], axes[2][least]}, center);
     return true;
 }
 
@@ -103,24 +91,23 @@ auto fit_plane(StridedMatrix<double> points, Matrix<Index> corners, double dista
     Index most = -1;
     best.offset = columns.axis(2)[0];
     for (Index k = 0; k < Index(corners.shape(0)); ++k) {
-        Plane plane;
-        if (!set_through(columns, corners.data() + 3 * k, plane)) continue;
-        const Index near = count_near(columns, plane, distance, most);
+        const std::optional<Plane> plane = plane_of(columns, corners.data() + 3 * k);
+        const Index near = plane ? count_near(columns, *plane, distance, most) : -1;
         if (near <= most) continue;
-        best = plane;
+        best = *plane;
         most = near;
     }
     std::vector<Byte> inlier(count, 0);
     for (Index k = 0; k < refinements && most >= 0 && refine(columns, 2 * distance, inlier, best); ++k) continue;
-    return std::make_pair(std::vector<double>(best.normal, best.normal + 3), best.offset);
+    return std::make_pair(std::vector<double>(best.normal.begin(), best.normal.end()), best.offset);
 }
 
 enum Level : Byte { NONE, LOW, SEED };
 
 // The height of a pixel of depth z above the plane is offset - z (along_u + along_v). Pixels above `high` are seeds, from which the
 // pixels above `low` are reached.
-WITH_AVX2 void find_levels(const float* __restrict depth, const float* __restrict along_u, float along_v, float offset, float low, float high,
-                           Index width, Byte* __restrict levels) {
+WITH_AVX2 void find_levels(const float* __restrict depth, const float* __restrict along_u, float along_v, float offset, float low,
+                           float high, Index width, Byte* __restrict levels) {
     for (Index c = 0; c < width; ++c) {
         const float z = depth[c], height = offset - (along_v + along_u[c]) * z;
         levels[c] = Byte(Byte((z > 0) & (height > low)) + Byte((z > 0) & (height > high)));
@@ -198,6 +185,5 @@ void bind_plane(Module& m) {
     // Returns
     // -------
     // (H, W) bool
-    m.def("raised_pixels", &raised_pixels, "depth"_array, "along_u"_array, "along_v"_array, "offset"_a,
-          "low"_a, "high"_a);
+    m.def("raised_pixels", &raised_pixels, "depth"_array, "along_u"_array, "along_v"_array, "offset"_a, "low"_a, "high"_a);
 }

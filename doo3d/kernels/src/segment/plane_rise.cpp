@@ -30,9 +30,10 @@ WITH_AVX2 void raise_to_plane(const SampleAxes& samples, const std::vector<doubl
         const double slope = -(away[0] * view.plane[0] + away[1] * view.plane[1] + away[2] * view.plane[2]);
         if (!(low < radius[s] && low > -view.sunk_radii * radius[s] && slope > 0)) continue;
         heights.clear();
-        visits.count += 2 * view.beside.size();
-        for (Index b = 0; b < 2 * view.beside.size(); ++b) {
-            const double offset = (b % 2 ? 1.0 : -1.0) * (radius[s] + view.beside(b / 2) * point[2] / view.camera->fx);
+        const Index readings = 2 * Index(view.beside.size());
+        visits.count += readings;
+        for (Index b = 0; b < readings; ++b) {
+            const double offset = (b % 2 ? 1.0 : -1.0) * (radius[s] + view.beside[b / 2] * point[2] / view.camera->fx);
             const double at[3] = {point[0] + offset * lateral[0], point[1] + offset * lateral[1], point[2] + offset * lateral[2]};
             add_height(view, at, heights);
         }

@@ -8,7 +8,7 @@ struct PlaneView {
     MaskedDepth readings;
     const Camera* camera;
     const double* plane;            // unit normal and height along it
-    const Values<double>& beside;  // px beyond both sides of a strand at which the surface is read
+    const std::vector<double>& beside;  // px beyond both sides of a strand at which the surface is read
     double near_radii, sunk_radii;  // of the plane within which their median is of the plane; below it from which an axis is raised
 };
 

@@ -1,9 +1,5 @@
 #include "arrays.h"
 
-#include <algorithm>
-#include <iterator>
-#include <limits>
-
 namespace {
 
 constexpr Index LOOKAHEAD = 3, SAMPLE = 5;  // steps whose mean decides; numbers of a sample: x, y, angle, width, score
@@ -126,7 +122,7 @@ class Follower {
         Step best{false, x, y, angle, turn, 0.0f, 0};
         const double sideways_u = std::sin(angle), sideways_v = std::cos(angle);
         const double largest = TURNS_DEGREES[std::size(TURNS_DEGREES) - 1] * (PI / 180);
-        double highest = -std::numeric_limits<double>::infinity();
+        double highest = -INFINITY;
         for (const double degrees : TURNS_DEGREES) {
             const double turned = degrees * (PI / 180);
             double along_u[LOOKAHEAD], along_v[LOOKAHEAD], u = 0, v = 0;
@@ -161,9 +157,9 @@ class Follower {
     }
 };
 
-auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color, Matrix<Byte> taken, Matrix<float> angles, Vector<double> start,
-                   Vector<double> widths, double step, double color_scale, double max_color_cost, double color_cost, double max_score,
-                   double same_turn) {
+auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color, Matrix<Byte> taken, Matrix<float> angles,
+                   Vector<double> start, Vector<double> widths, double step, double color_scale, double max_color_cost, double color_cost,
+                   double max_score, double same_turn) {
     const Index height = score.shape(1), columns = score.shape(2);
     const auto is_image = [&](Index rows, Index across) { return rows == height && across == columns; };
     require(score.shape(0) > 0 && width.shape(0) == score.shape(0) && is_image(width.shape(1), width.shape(2)), "score and width differ");
@@ -214,7 +210,6 @@ void bind_ribbon_tracing(Module& m) {
     // -------
     // (P, 5) x, y, direction, running mean of the width, and score less the cost of the color, NaN where the strand is not seen; the
     // last sample is seen.
-    m.def("follow_ribbon", &follow_ribbon, "score"_array, "width"_array, "color"_array, "taken"_array,
-          "angles"_array, "start"_array, "widths"_array, nb::kw_only(), "step"_a, "color_scale"_a,
-          "max_color_cost"_a, "color_cost"_a, "max_score"_a, "same_turn"_a);
+    m.def("follow_ribbon", &follow_ribbon, "score"_array, "width"_array, "color"_array, "taken"_array, "angles"_array, "start"_array,
+          "widths"_array, nb::kw_only(), "step"_a, "color_scale"_a, "max_color_cost"_a, "color_cost"_a, "max_score"_a, "same_turn"_a);
 }

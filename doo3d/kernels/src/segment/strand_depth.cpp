@@ -14,8 +14,6 @@
 #include "strand_smoothing.h"
 #include "whittaker.h"
 
-#include <limits>
-
 namespace {
 
 using Series = std::vector<double>;
@@ -62,7 +60,7 @@ Curve curve_from(const Series& first, const Strand& strand, const std::vector<By
     const std::vector<Index> known = samples_of(counted);
     const double per_meter = std::pow(median(first), 2.0);  // of depth, in inverse depth
     Series smooth = first, cut(count), residual(count);
-    double least_deviation = std::numeric_limits<double>::infinity();
+    double least_deviation = INFINITY;
     for (Index round = 0; round < SMOOTHINGS; ++round) {
         for (Index i = 0; i < count; ++i) residual[i] = filled[i] - smooth[i];
         least_deviation = std::min(least_deviation, deviation(chosen(residual, known)));  // too smooth a curve looks noisy
@@ -111,7 +109,7 @@ Curve smooth_depth(const Vector<double>& inverse, const Vector<bool>& is_measure
     count_visits((SMOOTHINGS + 2) * count);
     require(count >= 4, "there are fewer than four samples");
     strand.filled = interpolated(inverse, count, known);
-    for (Index i = 0; i < count; ++i) strand.surface.push_back(surface.shape(0) ? surface(i) : std::numeric_limits<double>::infinity());
+    for (Index i = 0; i < count; ++i) strand.surface.push_back(surface.shape(0) ? surface(i) : INFINITY);
     strand.radius_px = settings.radius * settings.focal * median(chosen(strand.filled, known));
     const double wanted = std::min(std::nearbyint(MEDIAN_RADII * strand.radius_px), 1e9);
     const Series first = running_median(strand.filled, std::min(std::max<Index>(2, Index(wanted)), count / 4));
@@ -169,7 +167,6 @@ void bind_strand_depth(Module& m) {
     // Raises
     // ------
     // ValueError : lengths differ, nothing is measured, or there are fewer than four samples.
-    m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_array, "measured"_array, "surface"_array, "radius"_a,
-          "focal"_a, "smoothing_radii"_a, nb::kw_only(), "deviations"_a, "noise_radii"_a, "max_in_front"_a,
-          "max_slope"_a);
+    m.def("smooth_strand_depth", &smooth_strand_depth, "inverse"_array, "measured"_array, "surface"_array, "radius"_a, "focal"_a,
+          "smoothing_radii"_a, nb::kw_only(), "deviations"_a, "noise_radii"_a, "max_in_front"_a, "max_slope"_a);
 }

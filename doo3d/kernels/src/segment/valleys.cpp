@@ -5,8 +5,6 @@
 // pixel of the window in place of 8 for 8 orientations. Runs of pixels in a row are summed together, for vector instructions.
 #include "arrays.h"
 
-#include <algorithm>
-
 namespace {
 
 // The detectors of orientations from 0 to a half turn, by the offsets (dx, dy) >= 0 of a quarter of their window. The even parts

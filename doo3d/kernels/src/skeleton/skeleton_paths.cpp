@@ -2,10 +2,6 @@
 #include "nearest.h"
 #include "polyline.h"
 
-#include <algorithm>
-#include <array>
-#include <numeric>
-
 namespace {
 
 using Line = std::vector<double>;  // (P, D) points
@@ -287,7 +283,6 @@ void bind_skeleton_paths(Module& m) {
     // closed : (L,) bool, True for a loop
     // lengths : (3,) float64, lengths of the spurs and of the small loops removed, and length cut from the ends
     // count : number of branches, those too that are beyond `most_branches`
-    m.def("skeleton_paths", &skeleton_paths, "table"_array, "points"_array, "window_half"_a, "least"_array,
-          "trim"_array, "shares"_array, "half_widths"_array, "origin"_array, "corner_widths"_a,
-          "most_branches"_a);
+    m.def("skeleton_paths", &skeleton_paths, "table"_array, "points"_array, "window_half"_a, "least"_array, "trim"_array, "shares"_array,
+          "half_widths"_array, "origin"_array, "corner_widths"_a, "most_branches"_a);
 }

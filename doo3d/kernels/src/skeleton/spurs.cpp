@@ -1,7 +1,6 @@
 // Lines of a 2-D skeleton: where they meet, and their spurs.
 #include "zhang_suen.h"
 
-#include <algorithm>
 #include <queue>
 
 namespace {

@@ -9,9 +9,6 @@
 // A neighborhood is a bit set: bit n is neighbor n.
 #include "thinning.h"
 
-#include <algorithm>
-#include <array>
-
 // A neighbor at a fixed step has its key at a fixed difference, so one pass over the keys with two pointers links all voxels in
 // that direction; the opposite direction comes with it.
 std::vector<std::int32_t> link_neighbors(const std::vector<Index>& keys, Index rows, Index columns) {

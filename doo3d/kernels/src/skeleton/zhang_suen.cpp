@@ -4,9 +4,6 @@
 // blobs and leave lines two pixels wide; with the check at each deletion connected stays connected, and holes stay holes.
 #include "zhang_suen.h"
 
-#include <algorithm>
-#include <array>
-
 namespace {
 
 // The rules for the 256 neighborhoods: deletable in the first and in the second sub-iteration; simple and no end.

@@ -1,7 +1,5 @@
 #include "arrays.h"
 
-#include <algorithm>
-
 namespace {
 
 // Every other joint of a chain, coordinate by coordinate, and how far each gives way.
@@ -87,6 +85,5 @@ void bind_segment_lengths(Module& m) {
     // Returns
     // -------
     // (J, D) float64, m.
-    m.def("equalize_lengths", &equalize_lengths, "joints"_array, "length"_a, "mobility"_array, "rounds"_a,
-          "tolerance"_a);
+    m.def("equalize_lengths", &equalize_lengths, "joints"_array, "length"_a, "mobility"_array, "rounds"_a, "tolerance"_a);
 }

@@ -1,8 +1,6 @@
 // Where the strands of a frame lie along an object whose shape is about known.
 #include "polyline.h"
 
-#include <numeric>
-
 namespace {
 
 constexpr Index BLOCK = 8;  // starts that are tried at once
@@ -227,7 +225,6 @@ void bind_strand_places(Module& m) {
     // starts : (C,) float64 m, arc length of the object at which the strand begins; NaN if it has no place
     // costs : (C,) float64
     // backwards : (C,) bool, True for a strand that begins with its last point
-    m.def("strand_places", &strand_places, "points"_array, "arcs"_array, "sights"_array,
-          "bounds"_array, "lengths"_array, "tips"_array, "expected"_array, "length"_a, "tolerance"_a,
-          nb::kw_only(), "steps"_a, "length_error"_a, "shift_tolerances"_a, "max_tip_cost"_a);
+    m.def("strand_places", &strand_places, "points"_array, "arcs"_array, "sights"_array, "bounds"_array, "lengths"_array, "tips"_array,
+          "expected"_array, "length"_a, "tolerance"_a, nb::kw_only(), "steps"_a, "length_error"_a, "shift_tolerances"_a, "max_tip_cost"_a);
 }

@@ -2,8 +2,6 @@
 #include "arrays.h"
 #include "order_statistics.h"
 
-#include <array>
-
 namespace {
 
 using Slopes = std::array<double, 8>;  // by three turns, three shifts, gain and offset of the brightness
@@ -82,8 +80,8 @@ WITH_AVX2 double add(double residual, const Slopes& slope, double noise, double 
     return r * r * shrunk / 2;
 }
 
-auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to_inverse, Vector<double> intrinsics,
-                    Matrix<double> pose, Vector<double> light, Vector<double> noise, double outlier) {
+auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to_inverse, Vector<double> intrinsics, Matrix<double> pose,
+                    Vector<double> light, Vector<double> noise, double outlier) {
     const Index height = Index(from_gray.shape(0)), width = Index(from_gray.shape(1));
     for (const Image* each : {&from_inverse, &to_gray, &to_inverse}) {
         require(Index(each->shape(0)) == height && Index(each->shape(1)) == width, "the images are not all of one shape (H, W)");
@@ -155,7 +153,6 @@ void bind_view_alignment(Module& m) {
     // gain; offset); turn and shift are to be applied to the left of the pose. summary : (7,) float64: noise of the brightness and
     // of inverse depth; sums of the losses of either, in squared standard deviations; number of pixels that are known in the first
     // view, of those that the second view shows, and of those whose residuals weigh a quarter at least.
-    m.def("view_alignment", &view_alignment, "from_gray"_array, "from_inverse"_array, "to_gray"_array,
-          "to_inverse"_array, "intrinsics"_array, "pose"_array, "light"_array, "noise"_array,
-          "outlier"_a);
+    m.def("view_alignment", &view_alignment, "from_gray"_array, "from_inverse"_array, "to_gray"_array, "to_inverse"_array,
+          "intrinsics"_array, "pose"_array, "light"_array, "noise"_array, "outlier"_a);
 }

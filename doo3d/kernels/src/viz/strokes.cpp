@@ -4,7 +4,6 @@
 // linearly along it. A pixel's coverage by a stroke is the largest of its parts, so parts that overlap show no seams, and the stroke
 // is blended into the layer once. Only the pixels of a row between the outermost touched ones are looked at, so the work follows
 // the strokes and not the size of the layer. A thread that draws lets others run: no Python object is touched while it does.
-#include <algorithm>
 
 #include "arrays.h"
 
@@ -157,6 +156,5 @@ void bind_strokes(Module& m) {
     //     (S, 4) uint8, the color of each stroke, premultiplied RGBA
     // blunt
     //     (S,), whether a stroke is cut off at its first and its last point; otherwise its ends are round
-    m.def("paint_strokes", &paint_strokes, "layer"_array, "points"_array, "stops"_array, "colors"_array,
-          "blunt"_array);
+    m.def("paint_strokes", &paint_strokes, "layer"_array, "points"_array, "stops"_array, "colors"_array, "blunt"_array);
 }
