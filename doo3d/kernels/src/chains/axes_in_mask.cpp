@@ -1,41 +1,10 @@
-#include "cross_sections.h"
+#include "axis_samples.h"
 #include "order_statistics.h"
-#include "plane_rise.h"
 #include "pooling.h"
 #include "polyline.h"
-#include "silhouette.h"
 #include "whittaker.h"
 
 namespace {
-
-struct Settings {
-    double touching_radii, own_radii, sunk_radii, central_part, smoothing_radii, max_strength, least_weight, ring_overlap;
-    double path_weight, depth_weight, gap_weight, radius_tolerance, noise_radii, deviations;
-};
-
-// What is seen of the strands; without a camera the mask alone.
-struct Seen {
-    MaskPixels mask;
-    const Matrix<double>& surface;
-    const Camera* camera;    // if there is one
-    const PlaneView* plane;  // if there is one
-};
-
-// S samples along paths, and what does not change from one iteration to the next.
-struct Samples {
-    Index dim, half;
-    std::vector<Index> bounds, owner;
-    std::vector<Byte> closed, filled;
-    std::vector<double> positions, radius, radii;
-
-    Index size() const { return Index(owner.size()); }
-    Index paths() const { return Index(bounds.size()) - 1; }
-};
-
-// Axes (S, D) as measured, with their weights (S,) across the line of sight and along it.
-struct Measured {
-    std::vector<double> target, lateral_weight, depth_weight;
-};
 
 // Take the median of what was measured along each path for its radius, if anything usable was.
 void set_path_radius(Samples& samples, const std::vector<double>& measured) {
@@ -72,74 +41,6 @@ void set_radii(Samples& samples, const std::vector<double>& measured, const std:
         const std::vector<double> radii = interpolated([&](Index k) { return mean[first + k]; }, length, known);
         std::copy(radii.begin(), radii.end(), samples.radii.begin() + first);
     }
-}
-
-// The depth noise of the axis in radii, as second differences so far apart that their pooled points are not the same tell it.
-double depth_noise(const Samples& samples, const std::vector<double>& target, const AcrossAxes& axes, const std::vector<double>& weight) {
-    const Index apart = 2 * samples.half + 1;
-    std::vector<double> relative;
-    const auto is_measured = [&](Index s) { return weight[s] > 0 && !samples.filled[s]; };
-    for (Index first = 0; first + 2 * apart < samples.size(); ++first) {
-        const Index middle = first + apart, last = middle + apart;
-        if (samples.owner[first] != samples.owner[last]) continue;
-        if (!is_measured(first) || !is_measured(middle) || !is_measured(last)) continue;
-        double change[3];
-        for (Index d = 0; d < 3; ++d) {
-            change[d] = (target[3 * last + d] - 2 * target[3 * middle + d] + target[3 * first + d]) * axes.depth[3 * middle + d];
-        }
-        relative.push_back(std::fabs(change[0] + change[2] + change[1]) / samples.radius[middle]);
-    }
-    return MAD_TO_DEVIATION * finite_median(std::move(relative), 0.0) / std::sqrt(6.0);
-}
-
-// Average how far behind each position (S, 3) the axis lies over the surface points near it: behind a point with the offset u across
-// the line of sight by sqrt(r^2 - u^2), where r is the radius.
-PooledMeans depth_behind(const Samples& samples, const std::vector<double>& positions, const AcrossAxes& axes, const Seen& seen,
-                         const Settings& settings) {
-    double most = 0.0;
-    for (const double radius : samples.radius) most = std::max(most, settings.touching_radii * radius);
-    for (const double value : positions) require(std::isfinite(value), "a target is not finite");
-    const Index count = seen.surface.shape(0);
-    const double* surface = seen.surface.data();
-    Index kept = 0;
-    std::vector<double> behind(count);
-    std::vector<Index> sample(count);
-    const NearestOfPoints nearest(surface, count, positions.data(), samples.size(), 3, most);
-    count_visits(count);
-    for (Index n = 0; n < count; ++n) {
-        const Index s = nearest.index[n];
-        const double radius = samples.radius[s];
-        if (!(nearest.distance[n] < settings.touching_radii * radius)) continue;
-        const auto [u, w] = offsets_in_section(surface + 3 * n, &positions[3 * s], &axes.lateral[3 * s], &axes.depth[3 * s]);
-        sample[kept] = s;
-        behind[kept] = w + std::sqrt(radius * radius - u * u);
-        kept += std::fabs(u) < settings.central_part * radius;  // without a branch: no processor foresees it
-    }
-    sample.resize(kept);
-    behind.resize(kept);
-    return means_without_outliers(std::move(sample), std::move(behind), samples.owner, samples.half, settings.deviations * MAD_TO_DEVIATION);
-}
-
-// Move axes in the middle of the silhouette back to the depth that the surface points tell.
-void add_depth(const Samples& samples, const AcrossAxes& axes, const Seen& seen, const Settings& settings, Measured& measured) {
-    const PooledMeans found = depth_behind(samples, measured.target, axes, seen, settings);
-    std::vector<double> some, &weight = measured.depth_weight;
-    for (const double number : found.count) {
-        if (number > 0) some.push_back(number);
-    }
-    const double usual = finite_median(some, 1.0);
-    for (Index s = 0; s < samples.size(); ++s) {
-        weight[s] = found.count[s] > 0.1 * usual ? std::min(1.0, found.count[s] / usual) : 0.0;
-        weight[s] *= (samples.filled[s] ? settings.gap_weight : 1.0) * settings.depth_weight;
-        const double depth = weight[s] > 0 ? found.mean[s] : 0.0;
-        for (Index d = 0; d < 3; ++d) measured.target[3 * s + d] += depth * axes.depth[3 * s + d];
-    }
-    const double noise = depth_noise(samples, measured.target, axes, weight);
-    const double share = std::pow(std::min(1.0, settings.noise_radii / std::max(noise, 1e-9)), 2);
-    for (double& each : weight) each *= share;
-    if (!seen.plane) return;
-    raise_to_plane({samples.size(), samples.positions.data(), axes.lateral.data(), axes.depth.data()}, samples.radius, *seen.plane,
-                   measured.target);
 }
 
 // If the weights are too few to determine the result, each point has a least weight of its own.

@@ -40,6 +40,10 @@ void traverse_contour(const std::vector<double>& points, Index dim, double lengt
     std::vector<double> p_s(points.data(), points.data() + dim), p_t(p_s), p_e(dim);
     bool update_tip = true;
     Index size = chains.bounds.back();
+    const auto add = [&](const std::vector<double>& joint) {
+        chains.joints.insert(chains.joints.end(), joint.begin(), joint.end());
+        ++size;
+    };
     for (Index i = 0; i < Index(points.size()) / dim; ++i) {
         const double* p_c = points.data() + i * dim;
         const double away = distance(p_c, p_s.data(), dim);
@@ -48,12 +52,8 @@ void traverse_contour(const std::vector<double>& points, Index dim, double lengt
             const bool first = size == chains.bounds.back();
             const double* end = chains.joints.data() + chains.joints.size();
             if (first || cosine(end - 2 * dim, end - dim, p_s.data(), p_e.data(), dim) >= min_cosine) {
-                if (first) {
-                    chains.joints.insert(chains.joints.end(), p_s.begin(), p_s.end());
-                    ++size;
-                }
-                chains.joints.insert(chains.joints.end(), p_e.begin(), p_e.end());
-                ++size;
+                if (first) add(p_s);
+                add(p_e);
                 p_s = p_t = p_e;
             } else {
                 chains.bounds.push_back(size);

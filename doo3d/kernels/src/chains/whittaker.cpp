@@ -42,12 +42,11 @@ std::vector<double> whittaker(const double* values, const double* weights, Index
     count_visits(size * stride);
     for (Index i = 0; i < reach; ++i) band[i * stride + reach] = 1.0;
     double* const rows = band.data() + reach * stride;
-    for (Index first = 0; first + order < count; ++first) {
-        for (Index a = 0; a <= order; ++a) {
-            for (Index b = 0; b <= a; ++b) {
-                const double product = strength * difference[a] * difference[b];
-                for (Index d = 0; d < dim; ++d) rows[((first + a) * dim + d) * stride + reach - (a - b) * dim] += product;
-            }
+    for (Index a = order; a >= 0; --a) {
+        for (Index b = 0; b <= a; ++b) {
+            const double product = strength * difference[a] * difference[b];
+            double* const to = rows + reach - (a - b) * dim;
+            for (Index row = a * dim; row < (count - order + a) * dim; ++row) to[row * stride] += product;
         }
     }
     for (Index p = 0; p < count; ++p) {

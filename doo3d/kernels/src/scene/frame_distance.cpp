@@ -63,8 +63,8 @@ const MedialAxis& FrameFacts::axis() {
             const Run& run = runs[k];
             const float* pixel = distance_at(run.row, run.start);
             for (Index column = run.start; column < run.end; ++column, ++pixel) {
-                float farthest = most(pixel[-1], pixel[1]);
-                for (Index side = -1; side < 2; ++side) farthest = most(farthest, most(pixel[side - pitch], pixel[side + pitch]));
+                const float *up = pixel - pitch, *down = pixel + pitch;
+                const float farthest = std::max({pixel[-1], pixel[1], up[-1], up[0], up[1], down[-1], down[0], down[1]});
                 if (*pixel < farthest - SLACK) continue;
                 axis_.rows.push_back(run.row);
                 axis_.columns.push_back(column);

@@ -57,15 +57,14 @@ class Bands {
         std::vector<Byte> near(rows * columns, FAR);
         const Index around = std::max<Index>((reach + TILE - 1) / TILE, 1);
         std::vector<Index> with_parts;
-        for (const Part& part : parts) {
-            for (const Run& run : part.runs) {
-                for (Index column = run.start / TILE; column <= (run.end - 1) / TILE; ++column) {
-                    const Index tile = run.row / TILE * columns + column;
-                    if (near[tile] != WITH_PARTS) with_parts.push_back(tile);
-                    near[tile] = WITH_PARTS;
-                }
+        const auto add = [&](const Run& run) {
+            for (Index column = run.start / TILE; column <= (run.end - 1) / TILE; ++column) {
+                const Index tile = run.row / TILE * columns + column;
+                if (near[tile] != WITH_PARTS) with_parts.push_back(tile);
+                near[tile] = WITH_PARTS;
             }
-        }
+        };
+        for (const Part& part : parts) std::for_each(part.runs.begin(), part.runs.end(), add);
         for (const Index tile : with_parts) {
             mark_around(tile, around, NEAR, near);
             mark_around(tile, 1, BESIDE, near);

@@ -49,14 +49,8 @@ Vec best_direction(const Neighborhood& near, double scale, double width, Index c
     return best;
 }
 
-// Fit a line by the covariance of its members.
-void fit_members(const Neighborhood& near, const std::vector<Byte>& member, Line& line) {
-    const double number = std::max(line.points, 1.0);
-    Vec total{};
-    for (Index k = 0; k < near.size; ++k) {
-        if (member[k]) total = plus(total, near.offset[k], 1.0);
-    }
-    line.center = over(total, number);
+// Fit a line with a known center by the covariance of its members.
+void fit_direction(const Neighborhood& near, const std::vector<Byte>& member, double number, Line& line) {
     double spread[3][3] = {};
     for (Index k = 0; k < near.size; ++k) {
         if (!member[k]) continue;
@@ -77,14 +71,19 @@ Line fit(const Neighborhood& near, double scale, double width, Index candidates,
     line.direction = best_direction(near, scale, width, candidates);
     member.assign(near.size, 0);
     for (int round = 0; round < 3; ++round) {
+        Vec total{};
         line.points = 0.0;
         for (Index k = 0; k < near.size; ++k) {
             const Vec moved = minus(near.offset[k], line.center);
             const double axial = dot(moved, line.direction), lateral = dot(moved, moved) - axial * axial;
             member[k] = lateral <= width * width && std::fabs(dot(near.offset[k], line.direction)) <= scale;
-            line.points += member[k];
+            if (!member[k]) continue;
+            line.points += 1;
+            total = plus(total, near.offset[k], 1.0);
         }
-        fit_members(near, member, line);
+        const double number = std::max(line.points, 1.0);
+        line.center = over(total, number);
+        fit_direction(near, member, number, line);
     }
     const double ahead = dot(line.center, line.direction);
     double first = 0.0, last = 0.0;

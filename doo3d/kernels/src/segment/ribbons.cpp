@@ -79,12 +79,12 @@ WITH_AVX2 void score_row(const Windows& rows, Index count, Factors to, std::int3
         const float green = difference(i.last[x + G], i.first[x + G]) * to.inside;
         const float blue = difference(i.last[x + B], i.first[x + B]) * to.inside;
         const float own = red * red + green * green + blue * blue, r = red * to.side, g = green * to.side, t = blue * to.side;
-        const auto against = [&](const Rows& side) {
-            const float product = difference(side.last[x + R], side.first[x + R]) * r + difference(side.last[x + G], side.first[x + G]) * g +
-                                  difference(side.last[x + B], side.first[x + B]) * t;
-            return difference(side.last[x + S], side.first[x + S]) * to.square + own - product;
-        };
-        const float up = against(a), down = against(b);
+        const float up = difference(a.last[x + S], a.first[x + S]) * to.square + own -
+                         (difference(a.last[x + R], a.first[x + R]) * r + difference(a.last[x + G], a.first[x + G]) * g +
+                          difference(a.last[x + B], a.first[x + B]) * t);
+        const float down = difference(b.last[x + S], b.first[x + S]) * to.square + own -
+                           (difference(b.last[x + R], b.first[x + R]) * r + difference(b.last[x + G], b.first[x + G]) * g +
+                            difference(b.last[x + B], b.first[x + B]) * t);
         const float value = (up < down ? up : down) / (spread + to.noise);
         which[x] = value > best[x] ? index : which[x];
         best[x] = value > best[x] ? value : best[x];
@@ -130,15 +130,13 @@ class Ribbons {
         for (Index left = 0; left < width; left += STRIP) {
             Blocks blocks;
             Index first = height, last = 0;
-            for (Index at = left; at < std::min(left + STRIP, width); at += BLOCK) {
-                blocks.emplace_back(height, 0);
-                for (Index x = at; x < std::min(at + BLOCK, width); ++x) {
-                    const auto rows = image.rows(x);
-                    if (rows.first >= rows.second) continue;
-                    blocks.back() = {std::min(blocks.back().first, rows.first), std::max(blocks.back().second, rows.second)};
-                }
-                first = std::min(first, blocks.back().first);
-                last = std::max(last, blocks.back().second);
+            for (Index x = left; x < std::min(left + STRIP, width); ++x) {
+                if (x % BLOCK == 0) blocks.emplace_back(height, 0);
+                const auto rows = image.rows(x);
+                if (rows.first >= rows.second) continue;
+                blocks.back() = {std::min(blocks.back().first, rows.first), std::max(blocks.back().second, rows.second)};
+                first = std::min(first, rows.first);
+                last = std::max(last, rows.second);
             }
             if (first < last) score_strip(image, left, first, last, blocks, best + left, which + left);
         }

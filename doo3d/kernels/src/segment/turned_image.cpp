@@ -1,5 +1,44 @@
 #include "turned_image.h"
 
+namespace {
+
+// Find the pixels of the positions along a line; positions beyond the border of the image are moved there.
+WITH_AVX2 void find_pixels(PositionLine line, Index count, std::int32_t* __restrict pixel, float* __restrict along, float* __restrict down) {
+    for (std::int32_t x = 0; x < std::int32_t(count); ++x) {
+        float u = line.start.u + line.step.u * float(x), v = line.start.v + line.step.v * float(x);
+        u = u > 0.0f ? u : 0.0f;
+        v = v > 0.0f ? v : 0.0f;
+        u = u < line.last.u ? u : line.last.u;
+        v = v < line.last.v ? v : line.last.v;
+        const std::int32_t left = std::int32_t(u), above = std::int32_t(v);
+        pixel[x] = above * line.stride + left;
+        along[x] = u - float(left);
+        down[x] = v - float(above);
+    }
+}
+
+WITH_AVX2 void read_between(const float* __restrict image, Index below, const BetweenPixels& at, Index count, float* __restrict pixels) {
+    for (Index x = 0; x < count; ++x) {
+        const float *over = image + Index(at.pixel[x]) * PLANES, *under = over + below, along = at.along[x], down = at.down[x];
+        for (Index k = 0; k < PLANES; ++k) {
+            const float upper = over[k] + along * (over[k + PLANES] - over[k]), lower = under[k] + along * (under[k + PLANES] - under[k]);
+            pixels[x * PLANES + k] = upper + down * (lower - upper);
+        }
+    }
+}
+
+WITH_AVX2 void read_scores(const float* __restrict scores, Index below, const BetweenPixels& at, Index count, float* __restrict read) {
+    const std::int32_t* pixel = at.pixel.data();
+    const float *along = at.along.data(), *down = at.down.data(), *under = scores + below;
+    for (Index x = 0; x < count; ++x) {
+        const float upper = scores[pixel[x]] + along[x] * (scores[pixel[x] + 1] - scores[pixel[x]]);
+        const float lower = under[pixel[x]] + along[x] * (under[pixel[x] + 1] - under[pixel[x]]);
+        read[x] = upper + down[x] * (lower - upper);
+    }
+}
+
+}  // namespace
+
 Centered::Centered(const Volume<float>& image)
     : height(image.shape(0)), width(image.shape(1)), values((height + 1) * (width + 1) * PLANES) {
     double mean[CHANNELS] = {};
@@ -42,55 +81,28 @@ std::pair<Index, Index> Turned::rows(Index column) const {
     return {Index(first), std::max(std::min(Index(last), height), Index(first))};
 }
 
-WITH_AVX2 void Turned::read(Index row, Index first, Index last, float* __restrict pixels) {
+void Turned::read(Index row, Index first, Index last, float* pixels) {
     const double v = double(row), u = double(first);
-    const Index count = last - first, below = PLANES * (image.width + 1);
-    place(count, {float(u0 - sin * v + cos * u), float(v0 + cos * v + sin * u)}, {float(cos), float(sin)}, image.height, image.width,
-          image.width + 1);
-    for (Index x = 0; x < count; ++x) {
-        const float* over = image.values.data() + Index(pixel[x]) * PLANES;
-        const float* under = over + below;
-        for (Index k = 0; k < PLANES; ++k) {
-            const float upper = over[k] + along[x] * (over[k + PLANES] - over[k]);
-            const float lower = under[k] + along[x] * (under[k + PLANES] - under[k]);
-            pixels[x * PLANES + k] = upper + down[x] * (lower - upper);
-        }
-    }
+    place(last - first, {{float(u0 - sin * v + cos * u), float(v0 + cos * v + sin * u)}, {float(cos), float(sin)},
+                         {float(image.width - 1), float(image.height - 1)}, std::int32_t(image.width + 1)});
+    read_between(image.values.data(), PLANES * (image.width + 1), between, last - first, pixels);
 }
 
-WITH_AVX2 void Turned::turn_back(const float* __restrict scores, const Byte* __restrict widths, float* __restrict score,
-                                 Byte* __restrict which) {
+void Turned::turn_back(const float* scores, const Byte* widths, float* score, Byte* which) {
     const double u = -(cos * u0 + sin * v0), v = sin * u0 - cos * v0;
     for (Index row = 0; row < image.height; ++row, score += image.width, which += image.width) {
-        place(image.width, {float(u + sin * double(row)), float(v + cos * double(row))}, {float(cos), float(-sin)}, height, width, width);
+        place(image.width, {{float(u + sin * double(row)), float(v + cos * double(row))}, {float(cos), float(-sin)},
+                            {float(width - 1), float(height - 1)}, std::int32_t(width)});
+        read_scores(scores, width, between, image.width, score);
         for (Index x = 0; x < image.width; ++x) {
-            const float *over = scores + pixel[x], *under = over + width;
-            const float upper = over[0] + along[x] * (over[1] - over[0]), lower = under[0] + along[x] * (under[1] - under[0]);
-            score[x] = upper + down[x] * (lower - upper);
-        }
-        for (Index x = 0; x < image.width; ++x) {
-            which[x] = widths[pixel[x] + (down[x] > 0.5f ? width : 0) + (along[x] > 0.5f ? 1 : 0)];
+            which[x] = widths[between.pixel[x] + (between.down[x] > 0.5f ? width : 0) + (between.along[x] > 0.5f ? 1 : 0)];
         }
     }
 }
 
-// Find the pixels of positions along a line, in an image whose rows have `stride` pixels; positions beyond its border are moved there.
-WITH_AVX2 void Turned::place(Index count, Position start, Position step, Index rows, Index columns, Index stride) {
-    pixel.resize(std::max(pixel.size(), std::size_t(count)));
-    along.resize(pixel.size());
-    down.resize(pixel.size());
-    std::int32_t* __restrict to = pixel.data();
-    float *__restrict beside = along.data(), *__restrict below = down.data();
-    const float right = float(columns - 1), bottom = float(rows - 1);
-    for (std::int32_t x = 0; x < std::int32_t(count); ++x) {
-        float u = start.u + step.u * float(x), v = start.v + step.v * float(x);
-        u = u > 0.0f ? u : 0.0f;
-        v = v > 0.0f ? v : 0.0f;
-        u = u < right ? u : right;
-        v = v < bottom ? v : bottom;
-        const std::int32_t left = std::int32_t(u), above = std::int32_t(v);
-        to[x] = above * std::int32_t(stride) + left;
-        beside[x] = u - float(left);
-        below[x] = v - float(above);
-    }
+void Turned::place(Index count, const PositionLine& line) {
+    between.pixel.resize(std::max(between.pixel.size(), std::size_t(count)));
+    between.along.resize(between.pixel.size());
+    between.down.resize(between.pixel.size());
+    find_pixels(line, count, between.pixel.data(), between.along.data(), between.down.data());
 }

@@ -14,6 +14,21 @@ struct Centered {
     explicit Centered(const Volume<float>& image);
 };
 
+// Where positions lie between pixels: the pixel above and to the left, and how far to the next ones.
+struct BetweenPixels {
+    std::vector<std::int32_t> pixel;
+    std::vector<float> along, down;
+};
+
+// A line of positions in an image whose last pixel is at `last` and whose rows have `stride` pixels.
+struct PositionLine {
+    struct Position {
+        float u, v;
+    };
+    Position start, step, last;
+    std::int32_t stride;
+};
+
 // The image turned so that a direction is horizontal, on the smallest grid that holds all of it.
 class Turned {
    public:
@@ -28,15 +43,9 @@ class Turned {
     void turn_back(const float* scores, const Byte* widths, float* score, Byte* which);
 
    private:
-    struct Position {
-        float u, v;
-    };
-
     const Centered& image;
     double cos, sin, u0, v0;  // and where the first pixel lies in the image
-    // where positions lie between pixels: the pixel above and to the left, and how far to the next ones
-    std::vector<std::int32_t> pixel;
-    std::vector<float> along, down;
+    BetweenPixels between;
 
-    void place(Index count, Position start, Position step, Index rows, Index columns, Index stride);
+    void place(Index count, const PositionLine& line);
 };

@@ -147,25 +147,28 @@ auto valley_depth(Matrix<float> image, Matrix<bool> wanted, double across, doubl
     require(orientations > 0 && orientations % 2 == 0, "the number of orientations is not even");
     std::vector<float> depth(rows * columns, 0.0f);
     std::vector<Byte> best(rows * columns, 0);
-    if (rows && columns) {
-        const Detectors detectors(across, along, orientations);
-        const Padded padded(image, detectors.half);
-        Responses responses(padded, detectors);
-        for (Index y = 0; y < rows; ++y) {
-            const Byte* row = bytes_of(wanted) + y * columns;
-            for (Index start = first_set(row, 0, columns), end; start < columns; start = first_set(row, end, columns)) {
-                for (end = start; end < columns && row[end];) ++end;
-                responses.measure(&padded.values[(y + detectors.half) * padded.width + start + detectors.half], end - start);
-                for (Index i = 0; i < end - start; ++i) {
-                    float most = responses.at(0, i), least = most;
-                    for (Index o = 1; o < orientations; ++o) {
-                        const float response = responses.at(o, i);
-                        if (response > most) most = response, best[y * columns + start + i] = Byte(o);
-                        least = std::min(least, response);
-                    }
-                    depth[y * columns + start + i] = most + std::min(0.0f, least);
-                }
+    if (!rows || !columns) return std::make_pair(shaped(std::move(depth), rows, columns), shaped(std::move(best), rows, columns));
+    const Detectors detectors(across, along, orientations);
+    const Padded padded(image, detectors.half);
+    Responses responses(padded, detectors);
+    const auto measure = [&](Index y, Index start, Index end) {
+        responses.measure(&padded.values[(y + detectors.half) * padded.width + start + detectors.half], end - start);
+        for (Index i = 0, pixel = y * columns + start; i < end - start; ++i, ++pixel) {
+            float most = responses.at(0, i), least = most;
+            for (Index o = 1; o < orientations; ++o) {
+                const float response = responses.at(o, i);
+                if (response > most) best[pixel] = Byte(o);
+                most = std::max(most, response);
+                least = std::min(least, response);
             }
+            depth[pixel] = most + std::min(0.0f, least);
+        }
+    };
+    for (Index y = 0; y < rows; ++y) {
+        const Byte* row = bytes_of(wanted) + y * columns;
+        for (Index start = first_set(row, 0, columns), end; start < columns; start = first_set(row, end, columns)) {
+            end = std::find(row + start, row + columns, Byte(0)) - row;
+            measure(y, start, end);
         }
     }
     return std::make_pair(shaped(std::move(depth), rows, columns), shaped(std::move(best), rows, columns));

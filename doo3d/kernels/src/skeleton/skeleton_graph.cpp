@@ -6,7 +6,10 @@ std::vector<Index> label_components(const NeighborTable& table, const std::vecto
     Index components = 0;
     count_visits(table.size());
     const auto is_new = [&](Index voxel) { return wanted[voxel] && label[voxel] < 0; };
-    flood(table, is_new, [&](Index voxel, Index from, int) { label[voxel] = from < 0 ? components++ : label[from]; });
+    flood(table, is_new, [&](Index voxel, Index from, int) {
+        components += from < 0;
+        label[voxel] = components - 1;
+    });
     return label;
 }
 

@@ -152,17 +152,20 @@ private:
                 if (subgrid_[i] != subgrid) continue;
                 stale_[i] = 0;
                 if (!is_deletable(bits_[i])) continue;
-                alive[i] = 0;
+                remove(i);
                 changed = true;
-                for (int n = 0; n < NEIGHBORS; ++n) {
-                    const Index j = table_.row(i)[n];
-                    if (j < 0) continue;
-                    bits_[j] &= ~(Bits(1) << (25 - n));
-                    stale_[j] = alive[j];
-                }
             }
         }
         return changed;
+    }
+    void remove(Index voxel) {
+        alive[voxel] = 0;
+        for (int n = 0; n < NEIGHBORS; ++n) {
+            const Index j = table_.row(voxel)[n];
+            if (j < 0) continue;
+            bits_[j] &= ~(Bits(1) << (25 - n));
+            stale_[j] = alive[j];
+        }
     }
 
     const NeighborTable& table_;

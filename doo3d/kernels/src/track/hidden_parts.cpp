@@ -48,14 +48,12 @@ struct Frames {
 
     const double* joint(Index frame, Index k) const { return joints + (frame * size + k) * 3; }
     bool is_seen(Index frame, Index k) const { return seen[frame * size + k]; }
-    // Return the joints that two frames show.
-    std::vector<Index> common(Index frame, Index other) const {
-        std::vector<Index> found;
-        for (Index k = 0; k < size; ++k) {
-            if (is_seen(frame, k) && is_seen(other, k)) found.push_back(k);
-        }
-        return found;
+    // Return the first joint from one on that two frames show; the number of joints if there is none.
+    Index next_common(Index frame, Index other, Index k) const {
+        while (k < size && !(is_seen(frame, k) && is_seen(other, k))) ++k;
+        return k;
     }
+    bool have_common(Index frame, Index other) const { return next_common(frame, other, 0) < size; }
 };
 
 // Joints that are hidden in a frame, `first` to before `end`, which were seen in frame `before` last (-1 for none) and are in frame `after`
@@ -78,7 +76,8 @@ struct Motion {
 Motion motion_since(const Frames& frames, Index start, const Hidden& part) {
     std::vector<double> weights(frames.size);
     double total = 0.0;
-    for (const Index k : frames.common(start, part.frame)) {
+    const auto next = [&](Index k) { return frames.next_common(start, part.frame, k); };
+    for (Index k = next(0); k < frames.size; k = next(k + 1)) {
         const double away = double(k < part.first ? part.first - k : k - part.end + 1) / (TURN_REACH * double(part.end - part.first));
         const double squared = away * away;
         total += weights[k] = 1.0 / (1.0 + squared * squared);
@@ -125,8 +124,8 @@ void for_each_side(const Hidden& part, bool has_before, bool has_after, Add add)
 bool carry(const Frames& frames, const Hidden& part, std::vector<Segment>& segments) {
     const bool has_before = part.before >= 0, has_after = part.after < frames.count;
     if (!has_before && !has_after) return false;
-    if (has_before && frames.common(part.before, part.frame).empty()) return false;
-    if (has_after && frames.common(part.after, part.frame).empty()) return false;
+    if (has_before && !frames.have_common(part.before, part.frame)) return false;
+    if (has_after && !frames.have_common(part.after, part.frame)) return false;
     const Index low = part.first > 0 && frames.is_seen(part.frame, part.first - 1) ? part.first - 1 : part.first;
     const Index high = std::min(part.end, frames.size - 1);
     std::fill(segments.begin() + low, segments.begin() + std::max(low, high), Segment());
@@ -142,9 +141,11 @@ bool carry(const Frames& frames, const Hidden& part, std::vector<Segment>& segme
 void add_moved(const Frames& frames, Index start, const Hidden& part, double weight, double* places) {
     const Motion motion = motion_since(frames, start, part);
     count_visits(frames.size + part.end - part.first);
-    const std::vector<Index> common = frames.common(start, part.frame);
+    std::vector<Index> common;
     std::vector<Vec> left;
-    for (const Index k : common) {
+    const auto next = [&](Index k) { return frames.next_common(start, part.frame, k); };
+    for (Index k = next(0); k < frames.size; k = next(k + 1)) {
+        common.push_back(k);
         left.push_back(minus(vec(frames.joint(part.frame, k)), motion.moved(frames.joint(start, k))));
     }
     for (Index k = part.first; k < part.end; ++k) {
@@ -158,8 +159,8 @@ void add_moved(const Frames& frames, Index start, const Hidden& part, double wei
 
 // Place hidden joints between seen ones.
 void place(const Frames& frames, const Hidden& part, double* places) {
-    const bool has_before = part.before >= 0 && !frames.common(part.before, part.frame).empty();
-    const bool has_after = part.after < frames.count && !frames.common(part.after, part.frame).empty();
+    const bool has_before = part.before >= 0 && frames.have_common(part.before, part.frame);
+    const bool has_after = part.after < frames.count && frames.have_common(part.after, part.frame);
     if (!has_before && !has_after) return;
     std::fill(places + 3 * part.first, places + 3 * part.end, 0.0);
     for_each_side(part, has_before, has_after, [&](Index start, double weight) { add_moved(frames, start, part, weight, places); });
