@@ -112,7 +112,9 @@ auto gaps_along_lines(Matrix<double> points, Matrix<double> tangents, Matrix<dou
     const std::vector<double> targets(lines.data(), lines.data() + lines.size());
     const std::vector<Index> at = nearest_within(ends.seen, targets, reach), on = ends.along_lines(at);
     std::vector<Index> pairs, sizes{0}, owner(lines.shape(0));
-    for (std::size_t k = 0; k + 1 < line_bounds.shape(0); ++k) std::fill(owner.begin() + line_bounds(k), owner.begin() + line_bounds(k + 1), Index(k));
+    for (std::size_t k = 0; k + 1 < line_bounds.shape(0); ++k) {
+        std::fill(owner.begin() + line_bounds(k), owner.begin() + line_bounds(k + 1), Index(k));
+    }
     std::vector<double> found;
     std::optional<Samples> samples;
     for (std::size_t k = 0; k + 1 < on.size(); ++k) {

@@ -43,9 +43,9 @@ inline float masked_float(float value, std::int32_t mask) {
     return value;
 }
 
-// Count the votes of the neighbors, row by row; `limits` holds for each distance in px, from 0 to half the window, by how much readings may differ; those farther
-// away than `beyond`, m, may in proportion more, as they are farther away than the median. Loops of a fixed length without branches,
-// to be vectorized: where readings do not agree, 0 is added.
+// Count the votes of the neighbors, row by row; `limits` holds for each distance in px, from 0 to half the window, by how much readings may
+// differ; those farther away than `beyond`, m, may in proportion more, as they are farther away than the median. Loops of a fixed length
+// without branches, to be vectorized: where readings do not agree, 0 is added.
 WITH_AVX2 void count_votes(const float* own, Index pitch, const std::vector<float>& limits, float median, float beyond, Votes& votes) {
     const Index half_width = Index(limits.size()) - 1;
     float scale[BLOCK];
@@ -173,6 +173,15 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     return result;
 }
 
+namespace {
+
+// A pixel without a reading, and where it is in an image of the box.
+struct Empty {
+    Index column, row, at;
+};
+
+}  // namespace
+
 // Only pixels without a reading are looked at, in an image of the box that says which readings were kept and, later, which pixels lie
 // far from all of them.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
@@ -191,15 +200,11 @@ std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, cons
     };
     mark_kept(KEPT);
     const auto has_near = [&](Index center, Byte wanted) {
-        for (Index row = center - reach * pitch; row <= center + reach * pitch; row += pitch) {
-            for (Index i = row - reach; i <= row + reach; ++i) {
-                if (image[i] == wanted) return true;
-            }
+        bool found = false;
+        for (Index row = center - reach * pitch; row <= center + reach * pitch && !found; row += pitch) {
+            found = std::memchr(image + row - reach, wanted, std::size_t(2 * reach + 1));
         }
-        return false;
-    };
-    struct Empty {
-        Index column, row, at;
+        return found;
     };
     std::vector<Empty> empty;
     std::vector<Index> far, holes;

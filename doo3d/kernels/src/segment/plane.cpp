@@ -104,10 +104,16 @@ auto fit_plane(StridedMatrix<double> points, Matrix<Index> corners, double dista
 
 enum Level : Byte { NONE, LOW, SEED };
 
+struct Hysteresis {
+    float offset, low, high;
+};
+
 // The height of a pixel of depth z above the plane is offset - z (along_u + along_v). Pixels above `high` are seeds, from which the
 // pixels above `low` are reached.
-WITH_AVX2 void find_levels(const float* __restrict depth, const float* __restrict along_u, float along_v, float offset, float low,
-                           float high, Index width, Byte* __restrict levels) {
+WITH_AVX2 void find_levels(const float* __restrict depth, const std::vector<float>& along, float along_v, Hysteresis to,
+                           Byte* __restrict levels) {
+    const float *along_u = along.data(), offset = to.offset, low = to.low, high = to.high;
+    const Index width = Index(along.size());
     for (Index c = 0; c < width; ++c) {
         const float z = depth[c], height = offset - (along_v + along_u[c]) * z;
         levels[c] = Byte(Byte((z > 0) & (height > low)) + Byte((z > 0) & (height > high)));
@@ -137,7 +143,7 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
     std::vector<Byte> levels(size);
     const std::vector<float> u = dense(along_u);
     for (Index row = 0; row < height; ++row) {
-        find_levels(depth.data() + row * width, u.data(), along_v(row), float(offset), float(low), float(high), width, &levels[row * width]);
+        find_levels(depth.data() + row * width, u, along_v(row), {float(offset), float(low), float(high)}, &levels[row * width]);
     }
     reach_from_seeds(levels.data(), height, width);
     return Array<Byte, 2, bool>{std::move(levels), {std::size_t(height), std::size_t(width)}};

@@ -1,4 +1,4 @@
-#include "arrays.h"
+#include "image.h"
 
 namespace {
 
@@ -63,12 +63,11 @@ class Follower {
                 x += limits.step * std::cos(angle);
                 y += limits.step * std::sin(angle);
             }
-            const double row = std::nearbyint(y), column = std::nearbyint(x);
-            if (!(column >= 0 && column < double(columns) && row >= 0 && row < double(height))) break;
-            const Index at = Index(row) * columns + Index(column);
+            const Index at = pixel_at(x, y, height, columns);
+            if (at < 0) break;
             const bool follows = taken.data()[at] && between(angle, angles.data()[at]) < limits.same_turn;
             shared = follows ? shared + 1 : 0;
-            samples.insert(samples.end(), {x, y, angle, wide, step.seen ? double(step.score) : std::numeric_limits<double>::quiet_NaN()});
+            samples.insert(samples.end(), {x, y, angle, wide, step.seen ? double(step.score) : NAN});
             if (shared > MAX_SHARED_SAMPLES) {
                 samples.resize(samples.size() - MAX_SHARED_SAMPLES * SAMPLE);
                 break;
@@ -102,11 +101,9 @@ class Follower {
     }
 
     float value_at(double u, double v, Index direction, const float* own, Index& pixel) const {
-        const double column = std::nearbyint(u), row = std::nearbyint(v);
-        const bool inside = column >= 0 && row >= 0 && column < double(columns) && row < double(height);
-        const double right = double(columns - 1), bottom = double(height - 1);
-        pixel = Index(std::min(std::max(row, 0.0), bottom)) * columns + Index(std::min(std::max(column, 0.0), right));
-        if (!inside) return -1.0f;
+        const double column = std::clamp(std::nearbyint(u), 0.0, double(columns - 1)), row = std::clamp(std::nearbyint(v), 0.0, double(height - 1));
+        pixel = Index(row) * columns + Index(column);
+        if (pixel_at(u, v, height, columns) < 0) return -1.0f;
         float square = 0.0f;
         for (Index k = 0; k < CHANNELS; ++k) {
             const float away = color.data()[pixel * CHANNELS + k] - own[k];

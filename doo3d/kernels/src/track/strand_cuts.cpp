@@ -9,6 +9,11 @@ struct Cut {
     double skipped;  // infinite if it lies in the other direction
 };
 
+// The step of the places, m; the standard deviation of a point, m, its largest cost and how much less a shift of all counts.
+struct Rule {
+    double step, deviation, outside, shift;
+};
+
 // Coordinates of the places of the object, one array each, with its ends repeated: a state begins anywhere from the length of the strand
 // before the object to its end.
 using Places = std::array<std::vector<double>, 3>;
@@ -72,10 +77,10 @@ WITH_AVX2 Index least_of(const std::vector<double>& values) {
 class Cuts {
 public:
     Cuts(const Matrix<double>& points, const Vector<double>& arcs, const Matrix<double>& places, const Vector<double>& cut, Index whole,
-         double step, double deviation, double outside, double shift)
+         const Rule& rule)
         : points_(points), places_(places.data()), cut_(cut), count_(points.shape(0)), size_(places.shape(0)), whole_(whole),
-          starts_(size_ + whole), variance_(deviation * deviation), outside_(outside), shift_(shift) {
-        for (Index k = 0; k < count_; ++k) along_.push_back(std::min(std::max<Index>(std::lround(arcs(k) / step), 0), whole));
+          starts_(size_ + whole), variance_(rule.deviation * rule.deviation), outside_(rule.outside), shift_(rule.shift) {
+        for (Index k = 0; k < count_; ++k) along_.push_back(std::min(std::max<Index>(std::lround(arcs(k) / rule.step), 0), whole));
         for (Index d = 0; d < 3; ++d) {
             for (Index q = -whole; q < size_ + whole; ++q) repeated_[d].push_back(places_[3 * std::min(std::max<Index>(q, 0), size_ - 1) + d]);
         }
@@ -197,7 +202,7 @@ auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matr
     require(Index(cut.shape(0)) == count, "cut is not one value per point");
     require(step > 0 && deviation > 0 && shift > 0 && outside > 0, "step, deviation, shift or outside is not positive");
     std::vector<Cut> cuts;
-    if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), step, deviation, outside, shift).cheapest();
+    if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), {step, deviation, outside, shift}).cheapest();
     std::vector<Index> before;
     std::vector<double> skipped;
     for (const Cut& each : cuts) {

@@ -80,6 +80,11 @@ WITH_AVX2 double add(double residual, const Slopes& slope, double noise, double 
     return r * r * shrunk / 2;
 }
 
+// Return a standard deviation that is given, or where it is 0 that of residuals, if there are any.
+double noise_of(double given, const std::vector<double>& residuals, double least) {
+    return given > 0 || residuals.empty() ? given : most(MAD_TO_DEVIATION * absolute_median(residuals), least);
+}
+
 auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to_inverse, Vector<double> intrinsics, Matrix<double> pose,
                     Vector<double> light, Vector<double> noise, double outlier) {
     const Index height = Index(from_gray.shape(0)), width = Index(from_gray.shape(1));
@@ -100,13 +105,11 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
             Pixel pixel;
             if (!compare(views, row, column, pixel)) continue;
             pixels.push_back(pixel);
-            grays.push_back(std::fabs(pixel.gray));
-            if (!std::isnan(pixel.inverse)) inverses.push_back(std::fabs(pixel.inverse));
+            grays.push_back(pixel.gray);
+            if (!std::isnan(pixel.inverse)) inverses.push_back(pixel.inverse);
         }
     }
-    const double of_gray = noise(0) > 0 || grays.empty() ? noise(0) : most(MAD_TO_DEVIATION * median(grays), LEAST_GRAY_NOISE);
-    const double of_inverse =
-        noise(1) > 0 || inverses.empty() ? noise(1) : most(MAD_TO_DEVIATION * median(inverses), LEAST_INVERSE_NOISE);
+    const double of_gray = noise_of(noise(0), grays, LEAST_GRAY_NOISE), of_inverse = noise_of(noise(1), inverses, LEAST_INVERSE_NOISE);
     const std::size_t unknowns = std::tuple_size<Slopes>::value;
     std::vector<double> sums(unknowns * (unknowns + 1), 0.0);
     double gray_loss = 0.0, inverse_loss = 0.0, agreeing = 0.0;
