@@ -1,7 +1,5 @@
 """One frame through the method: the page to read first."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import partial
 

@@ -5,8 +5,6 @@ RGB-D cameras", 2013), starting from the previous motion. When a frame shares to
 it becomes the next key frame, so that drift grows with the path of the camera and not with the number of frames.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Open several depth cameras as one capture of fused or best single views."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -3,8 +3,6 @@
 A frame of a stereo pair is triangulated, and frames of depth cameras are fused, when it is loaded.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

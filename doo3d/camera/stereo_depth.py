@@ -3,8 +3,6 @@
 The 3-D method continues from there as from any RGB-D frame.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

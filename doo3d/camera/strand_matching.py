@@ -11,8 +11,6 @@ error of the calibration. All corrections are solved together, with small second
 smoother).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Sample color profiles across a strand, and compare them between two images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """Align two views of a background directly by brightness and inverse depth."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

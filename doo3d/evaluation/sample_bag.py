@@ -1,7 +1,5 @@
 """Write a sample recording: a ROS 2 bag of the first frame of a sample capture."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Write small rendered captures and clouds with their truth, for `doo3d samples`."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable
 from functools import partial

@@ -1,7 +1,5 @@
 """Build hand-made scenes for the samples: a cable that is dragged while a hand passes, and a hose with a T-piece."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

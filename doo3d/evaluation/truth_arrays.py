@@ -1,7 +1,5 @@
 """Read a capture's truth as arrays, `truth.npz`, written by another renderer, and its further depth and masks."""
 
-from __future__ import annotations
-
 import json
 import zipfile
 from collections.abc import Sequence

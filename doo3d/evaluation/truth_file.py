@@ -1,7 +1,5 @@
 """Read and write truth files: `truth.json` of a capture, `<name>.truth.json` of a cloud."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Decide by the poses of a camera whether it moved."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..errors import InputError

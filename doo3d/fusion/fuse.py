@@ -1,7 +1,5 @@
 """Fuse many views of an object at rest to one cloud in the world frame."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 

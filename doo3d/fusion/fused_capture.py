@@ -1,7 +1,5 @@
 """Make a capture whose frames are fused to one cloud (`--fuse-views`)."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from ..config import Config

@@ -1,7 +1,5 @@
 """Check the poses of views by their depth, and name a convention that fits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Add up the points of many frames in sparse voxels of constant memory."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

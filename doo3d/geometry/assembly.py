@@ -1,7 +1,5 @@
 """Hold the pieces of one object in order, with the paths across their gaps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..types import Floats

@@ -3,8 +3,6 @@
 A cell of a box has a key, its row-major index. Letters: N points, M cells, D in {2, 3} axes.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

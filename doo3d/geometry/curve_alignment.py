@@ -4,8 +4,6 @@ A point near a crossing of curves is near two of them. If the nearest one is cho
 errors seems to jump to the other curve and back; the Viterbi algorithm finds the sequence of positions of least total cost.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal

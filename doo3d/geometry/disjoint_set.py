@@ -1,7 +1,5 @@
 """Group items that are joined in pairs, and add up values over groups."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

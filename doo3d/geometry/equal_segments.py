@@ -1,7 +1,5 @@
 """Divide curves into segments of equal length, from end to end."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .. import kernels

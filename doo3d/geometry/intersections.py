@@ -1,7 +1,5 @@
 """Find the intersections of curves in a view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

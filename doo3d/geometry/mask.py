@@ -1,7 +1,5 @@
 """Compute bounding box, dilation and radius of the object from its mask alone."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

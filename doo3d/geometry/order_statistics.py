@@ -1,7 +1,5 @@
 """Compute medians and percentiles of the finite values among measurements."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compute with polylines and vectors in 2-D and 3-D, by the shape of the arrays."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ order of the lines is the order in which formats are tried. A program of your ow
 `FORMATS["mine"] = MyCapture`; such formats are tried first.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from pathlib import Path

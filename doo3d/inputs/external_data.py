@@ -1,7 +1,5 @@
 """Replace the masks and poses of a capture by those of separate files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from pathlib import Path

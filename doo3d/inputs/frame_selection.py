@@ -1,7 +1,5 @@
 """Select frames of a capture: by number, by time, or every Nth."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Summarize a capture, from its frame references and the data of a few of its frames."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any

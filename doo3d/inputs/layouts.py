@@ -6,8 +6,6 @@ redwood-data.org/indoor/fileformat.html; Handa et al., *A Benchmark for RGB-D Vi
 2014); Hodaň et al., *BOP: Benchmark for 6D Object Pose Estimation* (ECCV 2018), bop_toolkit, docs/bop_datasets_format.md.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Callable

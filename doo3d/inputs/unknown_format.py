@@ -1,7 +1,5 @@
 """Make the error for a path in no known format: its content, and a remedy."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path

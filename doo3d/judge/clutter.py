@@ -5,8 +5,6 @@ They are short for their width, their width changes, they do not rise above both
 beside them. In a photograph a network gives the probability of each pixel.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

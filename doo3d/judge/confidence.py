@@ -1,7 +1,5 @@
 """Measure the evidence against each chain, and compute its confidence from it (logistic regression, see `evidence`)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Sequence
 from copy import copy

@@ -1,7 +1,5 @@
 """The standard deviation of each joint, across the viewing ray and along it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

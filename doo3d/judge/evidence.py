@@ -5,8 +5,6 @@ fitted to chains in real photographs and captures of many sources, and in render
 calibration on sources that the fit did not see.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from scipy.special import expit

@@ -5,8 +5,6 @@ point to the wrong continuation. Only the finished chains show how well they exp
 voxel sizes, clearances and costs of free space where the first result is uncertain, and the log-odds of the chains decide.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

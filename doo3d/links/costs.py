@@ -1,7 +1,5 @@
 """Costs per unit of length, which links and contacts share. Cost units are mm of gap, in an image px."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ..config import MergeConfig

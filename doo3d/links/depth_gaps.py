@@ -6,8 +6,6 @@ next, tell which two ends such a stretch joins: those that follow each other on 
 with no other chain in between. Where strands cross, the lines end, and the terms decide.
 """
 
-from __future__ import annotations
-
 from statistics import median
 from typing import TypeAlias
 

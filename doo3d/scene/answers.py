@@ -1,7 +1,5 @@
 """What a scene answers about the strands in its image."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

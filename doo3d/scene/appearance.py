@@ -1,7 +1,5 @@
 """Classify pixels by their colors as object or surroundings."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..kernels import ColorOdds

@@ -1,7 +1,5 @@
 """Tell by a depth image whether a position in space is seen, free, hidden, over bare surface, or unknown."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A frame of a depth camera: a mask, and the depth of the whole image."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The facts of the mask of one frame and of the depth in it."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

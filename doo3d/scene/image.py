@@ -1,7 +1,5 @@
 """A photograph: the mask is all that is known of space."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

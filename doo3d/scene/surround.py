@@ -1,7 +1,5 @@
 """Learn the color of the surface around strands without a mask; pixels of another color may be strands."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

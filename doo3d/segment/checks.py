@@ -1,7 +1,5 @@
 """Checks that the object can be where it is: depth and points in metres, masks and clouds of a size that the stages can take."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..config import SegmentConfig

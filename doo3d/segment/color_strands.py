@@ -5,8 +5,6 @@ is as large as the height of a strand. Both kinds of strand are visible in color
 color, and decides which bands of the color image are raised.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

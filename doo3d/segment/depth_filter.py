@@ -1,7 +1,5 @@
 """Remove outliers from the depth of a mask, and average its noise."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from ..config import SegmentConfig

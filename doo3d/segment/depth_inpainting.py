@@ -1,7 +1,5 @@
 """Inpaint the depth of a mask where the object is visible in color and the sensor has no reading."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve

@@ -1,7 +1,5 @@
 """Filter the mask that the rules found in a frame with the network, and add strands that only the network found."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -10,8 +10,6 @@ their color in shadows and at stripes. The steps are:
 3. Remove the pixels of the mask that are nearest to that part of the skeleton.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from scipy.ndimage import median_filter

@@ -1,7 +1,5 @@
 """Distinguish images that are masks (one gray value on black) from photographs, and masks from inverted masks."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

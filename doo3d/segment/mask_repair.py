@@ -1,7 +1,5 @@
 """Move the edge of a ragged mask to the edge of the object in the color image."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

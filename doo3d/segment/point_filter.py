@@ -1,7 +1,5 @@
 """Remove outliers from the points of a cloud, and average their noise."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..geometry.cells import box_shape, cell_coords, cell_keys, neighbors_of

@@ -4,8 +4,6 @@ The lines of a scanner that pass along one thick strand look like several thin s
 they lie on the arc of a circle.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Select objects among the strands traced in an image: long, of constant width and color, with sharp edges, and no shadows."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import cv2

@@ -6,8 +6,6 @@ increase the score: the mean squared difference of a side's pixels from the stra
 strand.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import cv2

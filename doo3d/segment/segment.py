@@ -1,7 +1,5 @@
 """Select the pixels or points of the object (Keipour et al., RA-L 2022, section III-A)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -5,8 +5,6 @@ The spacing of such points is that along the strands; their scatter across is no
 to the straight line fitted to the points before and behind it, and neighbors along the strand are joined by points in between.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -12,8 +12,6 @@ lies a valley of brightness (of nearness in a depth image), parallel to them. Th
 5. Remove the valleys from the mask.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -7,8 +7,6 @@ depth is therefore smoothed along each branch of the mask's skeleton, and readin
 ignored. Readings of the surface behind are recognized by the depth beside the strand.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Find the plane on which the object lies or above which it hangs, such as a table."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..config import SegmentConfig

@@ -4,8 +4,6 @@ The network examines a small image, in which thin lines vanish; in front of a su
 part.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Select the valleys that separate two strands, as lines one pixel wide, and extend them to where the strands diverge."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Detect the valleys between strands side by side in a color image, in a depth image, or in the widths of a mask."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

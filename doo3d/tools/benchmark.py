@@ -1,7 +1,5 @@
 """Measure the time of each stage: the same frame repeatedly, in one process with one thread."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass

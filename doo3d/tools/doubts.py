@@ -1,7 +1,5 @@
 """Describe in words the evidence against the chains of a frame."""
 
-from __future__ import annotations
-
 from ..pipeline import Stages
 from ..types.display import length_text
 

@@ -1,7 +1,5 @@
 """Start the Rerun viewer as a local process on 127.0.0.1: a window, or without a display a web page."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """Write a run as a recording for the Rerun viewer: image, cloud, chains and stage products of every frame."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

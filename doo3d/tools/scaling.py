@@ -1,7 +1,5 @@
 """Measure how the time of a detection grows with size: drawn frames that differ in one respect only."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Describe each stage of a detection in words: what it made and what it dropped."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Convert the product of every stage to points and edges, for pictures, files and the viewer."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from functools import partial

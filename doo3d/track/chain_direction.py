@@ -1,7 +1,5 @@
 """Reverse chains, and update the crossings and junctions that refer to them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -3,8 +3,6 @@
 The cost is the mean distance of two chains; pairs are chosen by maximum-weight matching.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

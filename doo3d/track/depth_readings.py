@@ -4,8 +4,6 @@ A single frame has to decide which readings belong to the strand, and fails wher
 decides better, since right readings agree with other frames: so a frame with torn depth passes all of its readings on.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 

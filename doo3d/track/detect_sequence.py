@@ -6,8 +6,6 @@ with fixed borders, and reads some frames before and after each window: memory s
 other.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Detect in a stream of frames, one after another, with ids that persist."""
 
-from __future__ import annotations
-
 from numpy.typing import ArrayLike
 
 from ..config import Config, ConfigLike, as_config

@@ -1,7 +1,5 @@
 """Estimate standard deviations of joints; they are larger where hidden."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Detect in each frame of a sequence by itself: the first pass."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from numpy.typing import ArrayLike

@@ -10,8 +10,6 @@
    the image.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

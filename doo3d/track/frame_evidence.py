@@ -1,7 +1,5 @@
 """Fit an object to the evidence of one frame: a chain that shows it whole, or strands."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

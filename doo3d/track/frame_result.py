@@ -1,7 +1,5 @@
 """Replace the chains in the detection of a frame by the objects of the sequence."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Find the strands of a frame without depth, in its color image alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Track chains by their image, where torn depth makes lengths and motions wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

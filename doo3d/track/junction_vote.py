@@ -1,7 +1,5 @@
 """Decide the junctions between the objects of a capture by a vote."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Join shapes of one frame at the junctions of their objects; assemble trees."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Compare the given length of the objects of a sequence with the measured length."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ..config import Config

@@ -1,7 +1,5 @@
 """Merge tracks of one object that was lost or shortened for a while."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

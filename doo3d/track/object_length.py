@@ -1,7 +1,5 @@
 """Decide the length of an object by a vote over all frames in which it is visible."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..types import Floats

@@ -1,7 +1,5 @@
 """Find the objects of a capture: lengths, radii, junctions and anchor frames."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

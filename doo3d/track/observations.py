@@ -1,7 +1,5 @@
 """Record the detection of one frame with all its visible strands."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 

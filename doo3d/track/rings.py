@@ -5,8 +5,6 @@ the previous one, the one with the least bending, turning and sliding is taken. 
 middle of the hidden part, and its strands are registered as those of a cable.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """The shape of an object in one frame, as the second pass determines it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..types import Bools, Floats, Ints

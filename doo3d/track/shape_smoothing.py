@@ -1,7 +1,5 @@
 """Smooth the shapes of an object over time: hidden joints, and depth."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ confidence. The neighboring frames give the expected shape of the object. Each s
 part that fits elsewhere on the object, or in the other direction, becomes a strand of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

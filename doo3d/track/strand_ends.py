@@ -1,7 +1,5 @@
 """Classify the end of a strand: tip of the object, hidden, or unknown."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..geometry.polyline import unit

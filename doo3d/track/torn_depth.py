@@ -7,8 +7,6 @@ estimate. Then a smooth motion is fitted to the readings in rounds, with a small
 non-convexity; Black and Rangarajan, IJCV 1996).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 

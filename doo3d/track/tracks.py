@@ -1,7 +1,5 @@
 """Collect the open chains of a capture by object id, and select whole ones."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Transform observations of a moving camera to the world frame, and shapes back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ numbers of frames that the step makes right and wrong, the probability that this
 ms, lines of code and typed numbers. Frames in which the step is not called are not run again.
 """
 
-from __future__ import annotations
-
 import importlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Frames with known truth: rendered scenes, and captures on disk with a truth file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Run the detection over frames with known truth, and score it; or score the results that `doo3d detect` wrote."""
 
-from __future__ import annotations
-
 import math
 import time
 from functools import partial

@@ -1,7 +1,5 @@
 """Measure coverage and accuracy against the number of fused views: `python -m doo3d.evaluation.benchmark.fused_views`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -3,8 +3,6 @@
 With `--pairs FOLDER --cameras FILE` it measures real stereo pairs instead of rendered ones.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Measure cases in one or several processes, and resume a run that was interrupted."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -5,8 +5,6 @@
 FOLDER holds real frames, `*_depth.png` (uint16, 0 outside the rope) and `camera.json` (intrinsics and depth_scale).
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import replace

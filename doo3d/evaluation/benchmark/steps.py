@@ -1,7 +1,5 @@
 """Define the steps of the method and how each is removed: by a setting, or by a replacement that does nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Format records as a text table, as CSV and as JSON."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -1,7 +1,5 @@
 """Evaluate the detection of branched objects on rendered harnesses."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Define the kinds of data for ablations: each frame is loaded once, and the detection runs in it many times."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

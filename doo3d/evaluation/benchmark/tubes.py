@@ -1,7 +1,5 @@
 """Score entangled tubes one by one: the fraction of the sufficiently visible tubes that is correct."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path

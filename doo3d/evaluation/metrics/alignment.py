@@ -1,7 +1,5 @@
 """Align chains with the true cables: find the position of each joint along a cable, and the stretches without a jump."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Measure the reliability of the confidence: the share of right frames at each level of confidence."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Count the connections and merges of a frame, and the wrong ones among them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Decide whether a frame is correct by the strict rule of Keipour et al. (RA-L 2022), in space and in the image."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from .confidence import most_confident

@@ -1,7 +1,5 @@
 """Find where true cables cross in the view, and count the crossings detected with the right strand on top."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

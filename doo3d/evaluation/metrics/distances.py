@@ -1,7 +1,5 @@
 """Measure the distances of chains from the axes of the cables that they follow."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

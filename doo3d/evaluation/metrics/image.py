@@ -1,7 +1,5 @@
 """Project chains and true cables into the image, to score them there without depth."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

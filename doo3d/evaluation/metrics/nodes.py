@@ -1,7 +1,5 @@
 """Compare chains with their matched objects: distances from the axis, of nodes and of ends, and radii."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

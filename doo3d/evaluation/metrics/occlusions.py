@@ -1,7 +1,5 @@
 """Find the occlusions of a true cable, and test whether a chain passes through them correctly."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Define records of results, and the table columns that summarize them: the interface of all metrics."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

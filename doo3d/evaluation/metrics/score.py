@@ -1,7 +1,5 @@
 """Score the chains of one frame against the truth, by the strict rule of Keipour et al. (RA-L 2022) and all other metrics."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ...types import Camera, Chain, Crossing

@@ -1,7 +1,5 @@
 """Score branched objects against trees of known shape: junctions, tips, edges, and crossings taken for branches."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 from collections.abc import Sequence

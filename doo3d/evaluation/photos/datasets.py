@@ -1,7 +1,5 @@
 """Read public photographs of cables with instance labels: mBEST's S1 to S3, and C1 to C3 of FASTDLO, RT-DLO and mBEST."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Draw synthetic photographs: cables that cross themselves and each other on cloth, with their mask."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.random import Generator

@@ -1,7 +1,5 @@
 """Run the 2-D mode over photographs with instance labels, and score it."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

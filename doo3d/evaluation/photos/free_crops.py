@@ -1,7 +1,5 @@
 """Find the part of a photograph without cables: the largest rectangle without a labelled pixel."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

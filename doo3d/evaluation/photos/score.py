@@ -1,7 +1,5 @@
 """Score chains in the image against the instance labels of a photograph."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2

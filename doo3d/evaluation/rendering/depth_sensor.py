@@ -1,7 +1,5 @@
 """Simulate the errors of depth cameras: noise, rounding, flying points and holes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Add segmentation errors to a true mask: wavy borders, lost pieces, false blobs, closed gaps."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.random import Generator

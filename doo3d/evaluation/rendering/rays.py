@@ -1,7 +1,5 @@
 """Cast rays into a scene, to find their first hits and the samples of the true axes that the camera sees."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

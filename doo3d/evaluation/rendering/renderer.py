@@ -1,7 +1,5 @@
 """Render a scene with a simulated depth camera: color, depth, and the label of each pixel."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

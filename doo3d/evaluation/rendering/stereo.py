@@ -1,7 +1,5 @@
 """Simulate a stereo depth camera: render an infrared pair, match it, and align the depth to the color camera."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

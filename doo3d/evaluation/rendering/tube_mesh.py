@@ -1,7 +1,5 @@
 """Build triangle meshes of cables: tubes swept along an axis without twist, with half spheres at the tips."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw random smooth curves in the plane for cables, and find their crossings and the clearance of their strands."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Each builder draws one scene from the given random numbers, or returns None if the draw cannot be built.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

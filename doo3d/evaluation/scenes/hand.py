@@ -1,7 +1,5 @@
 """Build a right hand with a sleeve, to hide parts of a cable: rounded fingers, thumb, palm and forearm."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

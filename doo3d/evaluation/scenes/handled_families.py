@@ -3,8 +3,6 @@
 Each builder draws one scene in the camera's optical frame, or returns None if the draw cannot be built.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

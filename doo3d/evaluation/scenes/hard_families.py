@@ -1,7 +1,5 @@
 """Build the hard families of scenes: clutter of the cable's hue, hairpins, cables without depth, thin cables."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

@@ -1,7 +1,5 @@
 """Define the parts of a scene: cables with their true axis, solids, table, camera; in the camera's optical frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Draw planar curves for cables in view of a camera, and build scenes of cables along them that do not intersect."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

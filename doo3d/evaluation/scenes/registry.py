@@ -1,7 +1,5 @@
 """Build scenes by family name and seed."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Simulate a cable that falls onto a table and onto itself, until it rests without intersecting."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

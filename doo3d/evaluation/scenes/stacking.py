@@ -1,7 +1,5 @@
 """Compute the heights at which strands rest on a table and on each other without intersecting."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -4,8 +4,6 @@ Each builder draws one scene in the camera's optical frame from the given random
 built; then call it again with the same generator.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 from scipy.interpolate import CubicSpline

@@ -5,8 +5,6 @@ edges). A line `id x y z radius` follows for each node, then a line for each edg
 name `e_a_b`) are used. Positions are in m, z up, with the bin's floor at z = 0. Only the edges give the order of a tube's nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

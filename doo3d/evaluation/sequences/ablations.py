@@ -3,8 +3,6 @@
 The frames of a sequence are detected once, and combined with all steps and without one at a time.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Evaluate sequences with known truth: each frame alone, with earlier frames only, and with all frames."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Draw motions of one cable: captured from real cables, dragged over a table, and knots pulled tight."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path

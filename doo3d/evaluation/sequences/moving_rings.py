@@ -1,7 +1,5 @@
 """Measure rings in motion: `python -m doo3d.evaluation.sequences.moving_rings`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 

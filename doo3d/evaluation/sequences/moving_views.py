@@ -1,7 +1,5 @@
 """Measure sequences of a moving camera: `python -m doo3d.evaluation.sequences.moving_views`."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 Oracles give the limit that a perfect estimator could reach: one that knows the true cable wherever the camera measured it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Read sequences of a moving cable with truth, written to disk by another renderer."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Build sequences of scenes: a cable in motion, hands that pass in front of it, and losses of depth."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Read cloud files: PLY and PCD with Open3D, NPZ and NPY with numpy."""
 
-from __future__ import annotations
-
 import math
 import re
 import zipfile

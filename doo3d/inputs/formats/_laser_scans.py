@@ -1,7 +1,5 @@
 """Read laser scans: LAS and LAZ with laspy, E57 with pye57."""
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Iterator

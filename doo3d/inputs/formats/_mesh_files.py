@@ -1,7 +1,5 @@
 """Read meshes (OBJ, STL, OFF, PLY with faces) with trimesh, as points sampled evenly on the faces."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

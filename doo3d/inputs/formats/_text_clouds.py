@@ -4,8 +4,6 @@ In PTX, a scan consists of its numbers of columns and rows, four lines with the 
 for row vectors, and a line x y z intensity [r g b] for each cell, 0 0 0 if the cell has no measurement. Further scans follow.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Open point clouds and meshes as captures: a file (PLY, text, NPZ, LAS, OBJ, E57 ...) or a folder of such files."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from pathlib import Path

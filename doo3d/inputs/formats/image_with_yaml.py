@@ -1,7 +1,5 @@
 """List depth images with their camera in a YAML file beside each or in the options, and with optional color images."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Annotated

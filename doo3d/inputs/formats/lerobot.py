@@ -4,8 +4,6 @@ Layout: github.com/huggingface/lerobot, docs "LeRobotDataset v3.0": meta/info.js
 data/chunk-*/file-*.parquet; version 2 has videos/chunk-*/<feature>/episode_*.mp4.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from functools import lru_cache, partial

@@ -1,7 +1,5 @@
 """Read frames from arrays in an NPZ file of `numpy.savez`: depth, K, and optionally color, mask, pose, timestamps."""
 
-from __future__ import annotations
-
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import ClassVar

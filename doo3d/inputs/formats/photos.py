@@ -1,7 +1,5 @@
 """Define the layout of photographs for the 2-D mode: an image or a folder of images, with optional masks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

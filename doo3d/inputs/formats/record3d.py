@@ -3,8 +3,6 @@
 The format as its author describes it: github.com/marek-simonik/record3d, issues 7, 24, 36, 64, 93, 94 and 108.
 """
 
-from __future__ import annotations
-
 import stat
 import struct
 import zipfile

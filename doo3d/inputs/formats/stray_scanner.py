@@ -1,7 +1,5 @@
 """Define the layout of recordings of the app Stray Scanner: github.com/strayrobots/scanner, docs/format.md."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,7 +1,5 @@
 """Read text tables with times, and camera poses in the format of the TUM RGB-D benchmark."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import StringIO

@@ -1,7 +1,5 @@
 """Read video files for the 2-D mode, decoded by OpenCV and FFmpeg frame by frame."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from functools import lru_cache, partial

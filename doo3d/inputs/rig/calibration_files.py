@@ -4,8 +4,6 @@ Sources: Stereolabs' zed-open-capture, examples/include/calibration.hpp, and zed
 samples/cpp/stereo_calib.cpp (M1, D1, M2, D2, R, T); ROS's sensor_msgs/CameraInfo and camera_calibration_parsers (K, D, R, P).
 """
 
-from __future__ import annotations
-
 import configparser
 import re
 import xml.etree.ElementTree as ElementTree

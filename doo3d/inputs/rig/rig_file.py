@@ -1,7 +1,5 @@
 """Read the file that describes a rig: its cameras, the folders of their images, and their calibration."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any, Literal
 

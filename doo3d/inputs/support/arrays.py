@@ -1,7 +1,5 @@
 """Read depth and color from files that OpenCV does not decode: arrays of numpy.save (.npy), and OpenEXR."""
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

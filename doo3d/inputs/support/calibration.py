@@ -1,7 +1,5 @@
 """Define a calibrated camera, and find it in the nested objects of a JSON or YAML file."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Read camera files: the intrinsics of one or several cameras as JSON, YAML or text, as tools and devices write them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Search the camera of depth images in files beside them; a camera is only used if it fits the size of the images."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Align color images to the pixels of a depth image of another camera."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Check cameras, matrices, poses and units in files of depth images."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 from typing import Any

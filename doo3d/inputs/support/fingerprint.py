@@ -1,7 +1,5 @@
 """Record the state of input files, to detect changes without reading their content."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass

@@ -1,7 +1,5 @@
 """List depth, color and mask images in folders: in a sub-folder for each kind or in one folder, matched by name."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

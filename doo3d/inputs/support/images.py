@@ -1,7 +1,5 @@
 """Read image files with OpenCV; damage that OpenCV does not report (None or half an image) raises an error."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """Define documented cameras of devices and data sets, for folders without a camera file."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from .calibration import Pinhole

@@ -1,7 +1,5 @@
 """Find the roles of images in folders (depth, color, mask) by name and content, and match them to frames by name."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Capture the messages that C libraries write to the process's stderr, for use in exceptions."""
 
-from __future__ import annotations
-
 import os
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """Import Open3D when it is first needed, since the import takes a second."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import importlib

@@ -1,7 +1,5 @@
 """Read files with one pose: the camera in a robot's base frame, as calibration programs write it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from io import BytesIO

@@ -5,8 +5,6 @@ an Image and (N,) bool for a Cloud, or a `MethodResult` with that mask. To add a
 name in `SegmentConfig.method`; or write a plug-in (entry points "doo3d.segmenters"), whose name `SegmentConfig.method` accepts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from ... import plugins

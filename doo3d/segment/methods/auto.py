@@ -1,7 +1,5 @@
 """Choose the segmentation method that fits the settings and the data."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """Select the pixels that differ from a reference image of the scene without the object (background subtraction)."""
 
-from __future__ import annotations
-
 import os
 from functools import lru_cache
 

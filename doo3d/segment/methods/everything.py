@@ -1,7 +1,5 @@
 """Select all data, which holds nothing but the object."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...config import SegmentConfig

@@ -1,7 +1,5 @@
 """Select the pixels or points whose color lies in given ranges."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

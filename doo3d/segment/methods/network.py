@@ -1,7 +1,5 @@
 """Select thin objects with a neural network, trained by `doo3d train`, together with the rules of the method `strands`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

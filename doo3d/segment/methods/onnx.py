@@ -1,7 +1,5 @@
 """Select the pixels of one class of the user's own segmentation network, an ONNX file."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Select the pixels or points in front of the dominant plane."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The result of a segmentation method, and the checks of the data that several methods make."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

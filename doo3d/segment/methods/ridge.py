@@ -1,7 +1,5 @@
 """Select bright or dark lines by the Sato tubeness filter, as for blood vessels (Keipour et al., RA-L 2022, section III-A)."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Select strands: bands of constant width that differ in color from both sides, or that are raised from the plane."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

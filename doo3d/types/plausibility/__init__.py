@@ -4,8 +4,6 @@ Every check returns a list of sentences, which is empty if nothing looks wrong. 
 states the evidence, and ends with the remedy.
 """
 
-from __future__ import annotations
-
 from .frame_notes import METHOD, frame_notes, topic_of
 
 __all__ = ["METHOD", "frame_notes", "topic_of"]

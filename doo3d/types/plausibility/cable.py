@@ -1,7 +1,5 @@
 """Check radii and distances of chains against those of real cables."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

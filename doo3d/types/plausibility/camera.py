@@ -1,7 +1,5 @@
 """Check the intrinsics of a camera, and the distance between two cameras, against those of real cameras."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

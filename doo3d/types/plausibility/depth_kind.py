@@ -4,8 +4,6 @@ Renderers may also give distances along the rays, their depth buffer, or depth s
 may give disparity. Each of these deforms the scene in its own way, by which it is recognized.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .. import Camera, Chain, Floats, Frame, Plane

@@ -1,7 +1,5 @@
 """Check the unit of depth, by the range of depth cameras and by the step between depth values."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .. import Array, Camera, Floats

@@ -1,7 +1,5 @@
 """Run the checks of one frame and its chains that are fast enough for every frame."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Check that chains keep their length during a capture."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import NamedTuple

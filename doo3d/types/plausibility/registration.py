@@ -1,7 +1,5 @@
 """Check that a color image is registered to the depth, by comparing the edges of both."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Hide a junction of a harness under a box."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 from scipy.spatial import Delaunay

@@ -1,7 +1,5 @@
 """Build a scene of a harness of a given kind: plan, heights, tubes, boxes."""
 
-from __future__ import annotations
-
 import itertools
 from bisect import bisect_right
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Compute the heights of strands: crossing over each other on a table, or hanging in the air."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Define the kinds of harnesses, one for each family of scenes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

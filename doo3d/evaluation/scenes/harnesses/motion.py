@@ -1,7 +1,5 @@
 """Build scenes of a branched cable from motion capture."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 from pathlib import Path

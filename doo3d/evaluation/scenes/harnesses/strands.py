@@ -1,7 +1,5 @@
 """Check strands in the plane for crossings and clearance, and add a cable that only touches a strand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw strands in the plane that run side by side and swap sides by crossing once."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

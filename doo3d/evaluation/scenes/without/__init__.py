@@ -4,8 +4,6 @@ The scenes hold no plain rods of 4 to 10 mm, which cannot be distinguished from 
 the given random numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from numpy.random import Generator

@@ -1,7 +1,5 @@
 """Draw scenes of hands above a table: palm, fingers, forearm and sleeve."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

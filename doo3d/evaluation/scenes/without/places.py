@@ -1,7 +1,5 @@
 """Draw the table, the light and the places of objects in scenes without a cable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Draw scenes of rooms: shelves seen from the front, and an office corner with desk, monitor and chair."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

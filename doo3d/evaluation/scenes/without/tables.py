@@ -1,7 +1,5 @@
 """Draw scenes of tables with lines: long shadows, seams and grooves between boards, edges, and print on paper."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Draw scenes of objects with rims and edges: boxes, books, cups, rolls of tape and bottles; and of stones."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

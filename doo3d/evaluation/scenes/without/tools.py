@@ -1,7 +1,5 @@
 """Tools on a table: pliers, screwdrivers, hammers, scissors, pens and wrenches."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 
