@@ -7,6 +7,7 @@ from ..errors import InputError
 from ..geometry.limits import MAX_CELLS
 from ..geometry.mask import dilate
 from ..geometry.noise import SAMPLES
+from ..scene.frame_facts import FrameFacts
 from ..types import Array, Floats, Frame
 
 HOLE_MARGIN_PX = 16
@@ -49,7 +50,14 @@ def check_distance(median: float | None, frame: Frame, pixels: int, part: str, c
         )
 
 
-def without_depth(frame: Frame, mask: Array, pixels: int) -> InputError:
+def check_depth(frame: Frame, facts: FrameFacts, pixels: int, config: SegmentConfig) -> None:
+    """Refuse an object of so many pixels without any depth reading, or with a median depth that suggests a wrong unit."""
+    if not facts.readings and frame.depth.any():
+        raise _without_depth(frame, facts.mask, pixels)
+    check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
+
+
+def _without_depth(frame: Frame, mask: Array, pixels: int) -> InputError:
     """Return the error for an object without any reading: its material's, if the pixels around the object have readings."""
     around = dilate(mask, HOLE_MARGIN_PX) & ~mask
     share = float(np.mean(frame.depth[around] > 0)) if around.any() else 0.0

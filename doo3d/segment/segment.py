@@ -1,6 +1,7 @@
 """Select the pixels or points of the object (Keipour et al., RA-L 2022, section III-A)."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,10 +13,10 @@ from ..scene.frame import FrameScene
 from ..scene.frame_facts import FrameFacts
 from ..scene.fused import FusedScene
 from ..scene.image import ImageScene
-from ..scene.masked import NO_COLOR, NO_NUMBERS, NO_PIXELS
+from ..scene.masked import NO_COLOR
 from ..scene.scene import Scene
-from ..types import Array, Cloud, CloudSampling, Floats, Frame, Image, check_mask
-from .checks import check_distance, check_extent, check_size, median_depth, without_depth
+from ..types import Array, Bools, Cloud, CloudSampling, Floats, Frame, Image, check_mask
+from .checks import check_depth, check_distance, check_extent, check_size, median_depth
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
 from .mask_cleanup import remove_plugs, remove_wide_regions
@@ -123,62 +124,81 @@ def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | N
     return _segment_frame(data, config, mask, seed)
 
 
+class _FrameMask(NamedTuple):
+    """The mask of a frame, and the numbers of pixels for its record: before wide regions went, removed in them, and repaired."""
+
+    facts: FrameFacts
+    split: SplitMask
+    solid: FrameFacts
+    pixels: int
+    removed_wide: int
+    repaired: int
+
+
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     median = median_depth(frame)
     if mask is None:
         check_distance(median, frame, frame.depth.size, "frame", config)
-    if median is not None and median <= config.max_depth < frame.depth.max():  # saturated values, or a far background
+    if median and median <= config.max_depth < frame.depth.max():  # saturated values, or a far background
         frame = replace(frame, depth=np.where(frame.depth > config.max_depth, 0, frame.depth))
     method, made = _select(frame, config, mask, seed, frame.depth.shape)
-    selected = given = made.mask
-    is_told = _is_told(method, config)
-    if method != "everything":
-        check_size(int(np.count_nonzero(selected)))
-    if frame.color is not None and method not in ("everything", "plane"):
-        selected = repair_mask(given, frame.color, method in ("network", "strands"))
-    solid = FrameFacts(selected, frame.depth, config.min_component)
-    facts = solid if method in (MASK, "everything") else remove_wide_regions(solid, config, frame.camera.fx)
-    pixels, removed_wide = facts.count, solid.count - facts.count
-    if frame.color is not None and not is_told and not removed_wide:  # what is left of a gripper is no plug
-        facts = remove_plugs(facts, frame.color)
-    if pixels:
-        if not facts.readings and frame.depth.any():
-            raise without_depth(frame, facts.mask, pixels)
-        check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
-    split = SplitMask(facts.mask, 0, None)
-    if method != "everything":
-        holes, by_hue = selected if solid.filled else None, is_told and config.hues
-        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, by_hue)
-        facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
-    radius = facts.radius(frame.camera.fx)
+    object_given = _object_given(method, config)
+    facts, split, solid, pixels, removed_wide, repaired = _mask_in_frame(frame, config, method, made.mask, object_given)
     readings, slope, outliers = filter_readings(facts, config)
-    measured = len(readings.pixels)
-    smoothed = 0
+    measured, smoothed = len(readings.pixels), 0
     if method != "everything":
+        radius = facts.radius(frame.camera.fx)
         readings, smoothed = filter_along_strands(readings, facts, radius, frame, config.strand_smoothing_radii)
         readings = inpaint_readings(readings, facts, slope)
+    color = NO_COLOR if frame.color is None else frame.color
     scene = FrameScene(
         points=frame.camera.unproject(readings.pixels, readings.depth),
         filtered=frame.camera.unproject(readings.pixels, readings.filtered),
         pixels=readings.pixels,
         facts=facts,
-        side_by_side=_or(split.side_by_side, NO_PIXELS),
-        colors=_or(split.colors, NO_NUMBERS),
-        color=_or(frame.color, NO_COLOR),
+        side_by_side=split.side_by_side,
+        colors=split.colors,
+        color=color,
         camera=frame.camera,
-        notes=_notes(method, made.note, pixels > 0, frame.color is not None),
-        object_given=is_told,
-        is_clean=is_told or made.is_certain or method == "network",
+        notes=_notes(method, made.note, pixels > 0, color.size > 0),
+        object_given=object_given,
+        is_clean=object_given or made.is_certain or method == "network",
     )
     return replace(
         _record(scene, method, solid, removed_wide, split),
         without_depth=pixels - split.removed - measured - outliers,
         outliers=outliers,
         inpainted=len(readings.pixels) - measured,
-        repaired=0 if selected is given else int(np.count_nonzero(selected != given)),
+        repaired=repaired,
         smoothed=smoothed,
         plane=made.plane,
     )
+
+
+def _mask_in_frame(frame: Frame, config: SegmentConfig, method: str, given: Bools, object_given: bool) -> _FrameMask:
+    """Return the mask of a frame, repaired by color, without small and wide regions and plugs, and split between strands.
+
+    given : (H, W) bool, the mask that the method or the caller selected.
+    """
+    selected = given
+    if method != "everything":
+        check_size(int(np.count_nonzero(given)))
+    if frame.color is not None and method not in ("everything", "plane"):
+        selected = repair_mask(given, frame.color, method in ("network", "strands"))
+    solid = FrameFacts(selected, frame.depth, config.min_component)
+    facts = solid if method in (MASK, "everything") else remove_wide_regions(solid, config, frame.camera.fx)
+    pixels, removed_wide = facts.count, solid.count - facts.count
+    if frame.color is not None and not object_given and not removed_wide:  # what is left of a gripper is no plug
+        facts = remove_plugs(facts, frame.color)
+    if pixels:
+        check_depth(frame, facts, pixels, config)
+    split = SplitMask(facts.mask, 0)
+    if method != "everything":
+        holes, by_hue = selected if solid.filled else None, object_given and config.hues
+        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, by_hue)
+        facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
+    repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
+    return _FrameMask(facts, split, solid, pixels, removed_wide, repaired)
 
 
 def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
@@ -188,30 +208,30 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         mask = drawn
     method, made = _select(image, config, mask, seed, shape)
     selected = made.mask
-    is_told = _is_told(method, config)
+    object_given = _object_given(method, config)
     # an image of the mask tells nothing that the mask does not
-    color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
+    color = NO_COLOR if drawn is not None and np.array_equal(drawn, selected) else image.color
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
     check_size(int(np.count_nonzero(selected)))
     solid = FrameFacts(selected, min_pixels=config.min_component)
     facts = narrow = remove_wide_regions(solid, config) if mask is None else solid
-    if not is_told:
+    if not object_given:
         facts = remove_plugs(facts, image.color)
     holes = selected if solid.filled else None
-    split = split_strands(facts, holes, color, None, config.equal_widths, is_told and config.hues)
+    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths, object_given and config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     scene = ImageScene(
         points=pixels.astype(float),
         pixels=pixels,
         facts=facts,
-        side_by_side=_or(split.side_by_side, NO_PIXELS),
-        colors=_or(split.colors, NO_NUMBERS),
-        color=_or(color, NO_COLOR),
-        probability=_or(made.probability, NO_NUMBERS),
+        side_by_side=split.side_by_side,
+        colors=split.colors,
+        color=color,
+        probability=made.probability,
         notes=_notes(method, made.note, len(pixels) > 0, True),
-        object_given=is_told,
+        object_given=object_given,
     )
     return _record(scene, method, solid, solid.count - narrow.count, split)
 
@@ -220,7 +240,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
     spread = np.quantile(cloud.points, SPREAD, axis=0) if len(cloud.points) else np.zeros((len(SPREAD), 3))
     check_extent(spread, len(cloud.points), config, bool(cloud.views))
     method, made = _select(cloud, config, mask, seed, (len(cloud.points),))
-    is_told = cloud.segmented or _is_told(method, config)
+    object_given = cloud.segmented or _object_given(method, config)
     chosen, limits = draw_points(cloud.points if made.mask.all() else cloud.points[made.mask], seed)
     facts, points, means = filter_points(chosen, spread if chosen is cloud.points else None)
     outliers = len(chosen) - len(points)
@@ -242,7 +262,7 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
         facts=facts if sparse is None else CloudFacts(points[:0]),
         sensor=cloud.viewpoint,
         notes=_notes(method, made.note, bool(len(chosen)), False),
-        object_given=is_told,
+        object_given=object_given,
     )
     scene = FusedScene.of(scene, cloud.views) if cloud.views else scene
     return Segmentation(scene, method, len(chosen), outliers=outliers, limits=limits, plane=made.plane)
@@ -264,12 +284,7 @@ def _select(
     return method, made if SEGMENTERS.is_built_in(method) else made._replace(mask=check_mask(made.mask, shape))
 
 
-def _or(array: Array | None, nothing: Array) -> Array:
-    """Return an array, or the empty one in place of None."""
-    return nothing if array is None else array
-
-
-def _is_told(method: str, config: SegmentConfig) -> bool:
+def _object_given(method: str, config: SegmentConfig) -> bool:
     """Tell whether somebody said what the object is, by a mask or the settings; if not, strands were looked for by shape."""
     return method not in BY_SHAPE and not (method == "everything" and config.method == "auto")
 

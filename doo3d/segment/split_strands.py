@@ -20,6 +20,7 @@ import numpy as np
 
 from ..geometry.mask import bounding_box, dilate
 from ..scene.frame_facts import FrameFacts
+from ..scene.masked import NO_NUMBERS, NO_PIXELS
 from ..scene.strand_hues import StrandHues
 from ..types import Array, Bools
 from .mask_parts import Parts, drawn
@@ -45,16 +46,16 @@ class SplitMask(NamedTuple):
     removed
         number of pixels removed.
     side_by_side
-        (H, W) bool, the pixels of strands that run side by side and of the gaps between them; None if there are none.
+        (H, W) bool, the pixels of strands that run side by side and of the gaps between them; (0, 0) if there are none.
     colors
-        (H, W) uint8, number of the color of the strand at each pixel, from 1, and 0 outside; None unless strands of different
-        colors run side by side.
+        (H, W) uint8, number of the color of the strand at each pixel, from 1, and 0 outside; (0, 0) unless strands of
+        different colors run side by side.
     """
 
     mask: Bools
     removed: int
-    side_by_side: Bools | None
-    colors: Array | None = None
+    side_by_side: Bools = NO_PIXELS
+    colors: Array = NO_NUMBERS
 
 
 def split_strands(
@@ -85,10 +86,10 @@ def split_strands(
 
     Returns
     -------
-    The split mask; the mask of the facts itself, with `side_by_side` None, if no stretch is much wider than one strand.
+    The split mask; the mask of the facts itself, without `side_by_side`, if no stretch is much wider than one strand.
     """
     mask = facts.mask
-    whole = SplitMask(mask, 0, None)
+    whole = SplitMask(mask, 0)
     if not facts.count:
         return whole
     radius = strand_radius(facts.axis[2])

@@ -73,7 +73,7 @@ def test_strands_of_a_bundle_are_pieces_of_their_own(count, shaded):
     assert number == count
     assert purity > 0.95
     assert found.removed == np.count_nonzero(mask) - np.count_nonzero(found.mask) < 0.2 * np.count_nonzero(mask)
-    assert found.side_by_side is not None
+    assert found.side_by_side.size
 
 
 def test_a_thick_and_a_thin_strand():
@@ -134,7 +134,7 @@ def test_what_is_one_strand_is_left_alone(scene, shaded):
     found = split_strands(FrameFacts(mask), None, color, None)
     assert np.shares_memory(found.mask, mask)
     assert found.removed == 0
-    assert found.side_by_side is None
+    assert not found.side_by_side.size
 
 
 def test_the_radius_of_one_strand_is_that_of_the_thinnest_stretches():
@@ -163,5 +163,5 @@ def test_fifty_rows_of_cables_with_gaps_between_them_are_not_cut_by_valleys() ->
     frame, mask, _ = draw_frame("cables", 50)
     split = split_strands(FrameFacts(mask, frame.depth), None, frame.color, frame.depth)
     assert split.removed == 0
-    assert split.side_by_side is not None
+    assert split.side_by_side.size
     assert len(run_stages(frame, doo3d.load_config(), mask).pruned.chains) == 50

@@ -41,7 +41,7 @@ def _first(value: Any, *_: Any) -> Any:
 def _no_split(facts: Any, *_: Any) -> Any:
     from ...segment.split_strands import SplitMask
 
-    return SplitMask(facts.mask, 0, None)
+    return SplitMask(facts.mask, 0)
 
 
 def _repaired_where_ragged(mask: Any, color: Any, *_: Any) -> Any:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
+from ...scene.masked import NO_NUMBERS
 from ...types import Array, Bools, Cloud, Frame, Image, Ints, Plane
 from ..mask_parts import NO_PIXELS, Parts
 
@@ -62,7 +63,7 @@ class MethodResult(NamedTuple):
     bands
         the bands of a frame whose color differs from the surface; NO_BANDS if there are none, or if no color was examined.
     probability
-        (H, W) float32, the probability that a pixel belongs to a thin object; None if the method does not estimate it.
+        (H, W) float32, the probability that a pixel belongs to a thin object; (0, 0) if the method does not estimate it.
     """
 
     mask: Bools
@@ -72,7 +73,7 @@ class MethodResult(NamedTuple):
     by_color: Ints = NO_PIXELS
     is_certain: bool = False
     bands: ColorBands = NO_BANDS
-    probability: Array | None = None
+    probability: Array = NO_NUMBERS
 
 
 def color_of(data: Frame | Cloud | Image, method: str) -> Array:
