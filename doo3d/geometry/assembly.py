@@ -15,15 +15,14 @@ class Assembly:
     Attributes
     ----------
     pieces
-        the joints of each piece of N segments, (N + 1, D) m, D = 3 (in 2-D: px, D = 2), in the order and direction in which the
-        object runs.
+        the joints of each piece of N segments, (N + 1, D) m, D = 3 (in 2-D: px, D = 2), in order and in one direction along the
+        object.
     gap_paths
         the path from each piece to the next; a closed object has one more, from the last piece to the first.
     closed
-        True for a ring, whose last piece is joined to the first.
+        True for a ring, whose last piece is linked to the first.
     confidence
-        the confidence of each connection that merging made, 0 to 1, in the order of the gaps. Empty for one chain that was a
-        ring already.
+        the confidence of each link of two pieces, 0 to 1, in the order of the gaps. Empty for one chain that was a ring already.
     """
 
     pieces: tuple[Floats, ...]
