@@ -10,7 +10,7 @@ source, by the packaged weights and by a fit that saw nothing of its group (leav
 - nothing: frames with a cable that show neither a chain nor a doubtful one;
 - empty: frames without a cable that show a chain, and that show a doubtful one.
 
-Then GIVEN and AUTO of doo3d/judge/evidence.py: one logistic regression each, with weights of 0 or more. Each source
+Then WEIGHTS_GIVEN and WEIGHTS_AUTO of doo3d/judge/evidence.py: a logistic regression each, with weights of 0 or more. Each source
 counts with the square root of the number of its chains. `--measure` prints the table by the packaged weights alone.
 """
 
@@ -31,11 +31,11 @@ from scipy.special import expit
 from scipy.stats import rankdata
 
 from doo3d import DooError, Image, load_config
-from doo3d.judge.evidence import AUTO, GIVEN
+from doo3d.judge.evidence import WEIGHTS_AUTO, WEIGHTS_GIVEN
 from doo3d.pipeline import detect_with_stages
 from doo3d.types.results import DOUBTFUL_LENGTH_RADII, MIN_DOUBTFUL_CONFIDENCE
 
-UNSURE = "unsure"
+UNSURE = "frame_doubt"
 """Kind of evidence that follows from the others: what they take from the surest chain of a frame."""
 
 EMPTY_TIMES = 1.5
@@ -116,11 +116,11 @@ def fit(measured: Sequence[Measured], kinds: Sequence[str]) -> np.ndarray:
     share, variance, count = share / share.sum(), evidence.var(axis=0), evidence.shape[1]
 
     def loss(weights: np.ndarray) -> tuple[float, np.ndarray]:
-        losses, unsure = evidence @ weights[1 : count + 1], weights[-1] if UNSURE in kinds else 0.0
+        losses, frame_doubt = evidence @ weights[1 : count + 1], weights[-1] if UNSURE in kinds else 0.0
         best = surest(losses, frame, wide)
-        odds = weights[0] - losses - unsure * losses[best]
+        odds = weights[0] - losses - frame_doubt * losses[best]
         off = share * expit(np.where(right, -odds, odds)) * np.where(right, -1, 1)
-        slope = -(off @ evidence) - unsure * (off @ evidence[best]) + 2 * SHRINKAGE * variance * weights[1 : count + 1]
+        slope = -(off @ evidence) - frame_doubt * (off @ evidence[best]) + 2 * SHRINKAGE * variance * weights[1 : count + 1]
         value = share @ np.logaddexp(0, np.where(right, -odds, odds)) + SHRINKAGE * variance @ weights[1 : count + 1] ** 2
         return float(value), np.concatenate(([off.sum()], slope, [-(off @ losses[best])] * (UNSURE in kinds)))
 
@@ -200,7 +200,7 @@ def main() -> None:
     options = parser.parse_args()
     measured = collect(options.data, options.cache, options.workers)
     columns = "   chains right   AUC hidden  sure wrong  nothing   empty"
-    for name, packaged, is_given in (("GIVEN", GIVEN, True), ("AUTO", AUTO, False)):
+    for name, packaged, is_given in (("WEIGHTS_GIVEN", WEIGHTS_GIVEN, True), ("WEIGHTS_AUTO", WEIGHTS_AUTO, False)):
         some = [each for each in measured if each.source.is_given == is_given and each.cables]
         kinds = [kind for kind in packaged if kind not in ("base", "rivals")]
         weights = np.array([packaged["base"], *(packaged[kind] for kind in kinds)])

@@ -45,7 +45,7 @@ def main() -> None:
             if chain.confidence >= config.output.min_confidence:
                 drawn |= drawn_pixels(chain, truth.shape)
         first = stages.observed.segmentation.base or stages.observed.segmentation  # before the mask was extended along the chains
-        mask = np.asarray(first.foreground.mask)
+        mask = np.asarray(first.scene.mask)
         rows.append((intersection_over_union(mask, truth), intersection_over_union(drawn, truth)))
         if number % TIMED_EVERY == 0:
             image = Image(cv2.resize(color, TIMED_SIZE))

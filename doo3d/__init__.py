@@ -3,13 +3,13 @@
 The public names load when they are first used, so that importing the package costs nothing.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from .plugins import DRAWING
+
 if TYPE_CHECKING:
-    from .camera.opening import open_rig
+    from .camera.open_rig import open_rig
     from .config import Config, load_config
     from .errors import ArgumentError, ConfigError, DooError, InputError, MissingDependency
     from .exports import export
@@ -34,7 +34,7 @@ _NAMES = {
     "inputs": ("open_capture",),
     "tools.explain": ("explain",),
     "pipeline": ("detect",),
-    "camera.opening": ("open_rig",),
+    "camera.open_rig": ("open_rig",),
     "runs.detect_capture": ("run",),
     "track.detect_sequence": ("detect_sequence",),
     "track.detector": ("Detector",),
@@ -44,6 +44,8 @@ _NAMES = {
     "viz": ("draw",),
     "viz.report.write": ("report",),
 }
+DRAWING.update({"figure": f"{__name__}.viz.figure:figure", "html": f"{__name__}.viz.notebook:html_of"})
+
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [

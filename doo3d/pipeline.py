@@ -1,7 +1,5 @@
 """One frame through the method: the page to read first."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -104,8 +102,7 @@ class Stages:
     @property
     def shown(self) -> list[Chain]:
         """The chains that are not left out for their confidence."""
-        least = 0.0 if self.is_given else self.scene.config.output.min_confidence
-        return [chain for chain in self.chains if chain.confidence >= least]
+        return [chain for chain in self.chains if self.is_given or chain.confidence >= self.scene.config.output.min_confidence]
 
 
 def _walk(observed: Observed, how: Interpretation) -> Stages:

@@ -72,7 +72,7 @@ class Registry(MutableMapping[str, T], Generic[T]):
         if not isinstance(entry, str):
             return entry
         module, _, member = entry.partition(":")
-        loaded: T = getattr(importlib.import_module(f".{module}", self._package), member)
+        loaded: T = getattr(importlib.import_module(f".{module}" if self._package else module, self._package), member)
         self._entries[name] = loaded
         return loaded
 
@@ -164,6 +164,9 @@ class Registry(MutableMapping[str, T], Generic[T]):
         except Exception as error:
             raise _broken(self._plug_ins()[name], "failed", error) from error
 
+
+DRAWING: Registry[Any] = Registry("doo3d.drawing", {})
+"""How results draw themselves, "figure" and "html": `doo3d` registers the functions of `viz`."""
 
 CUSTOM_COSTS: Registry[Callable[[Any, Any], Any]] = Registry(COSTS, {})
 """Costs of the user: functions of the positions (E, D) m, D = 3 (in 2-D: px, D = 2), and the outward unit tangents (E, D) of E

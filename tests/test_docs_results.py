@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from builders.paths import ROOT
 
-from doo3d.judge.evidence import AUTO, GIVEN
+from doo3d.judge.evidence import WEIGHTS_AUTO, WEIGHTS_GIVEN
 from doo3d.runs.frame_record import FrameRecord
 from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef
 
@@ -57,4 +57,4 @@ def test_weights_of_the_confidence():
     rows = text[text.index("| evidence | amount |") :].split("\n\n")[0].splitlines()[2:]
     columns = zip(*(row.split("|")[3:5] for row in rows), strict=True)
     stated = [sorted(float(cell) for cell in column if cell.strip()) for column in columns]
-    assert stated == [sorted(weights.values()) for weights in (GIVEN, AUTO)]
+    assert stated == [sorted(weights.values()) for weights in (WEIGHTS_GIVEN, WEIGHTS_AUTO)]

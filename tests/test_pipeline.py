@@ -265,7 +265,9 @@ def test_only_a_table():
 def test_every_stage_kept():
     frame, mask = frame_of(wave(), radius=RADIUS)
     stages = run_stages(frame, Config(), mask)
-    assert len(stages.scene.points) > len(stages.grid.coords) > len(stages.skeleton.coords) > len(stages.paths) > 0
+    assert (
+        len(stages.scene.points) > len(stages.graph.grid.coords) > len(stages.graph.skeleton.coords) > len(stages.graph.paths) > 0
+    )
     assert len(stages.fitted) >= len(stages.merged.assemblies) == len(stages.filled) == len(stages.chains) == 1
     assert list(stages.seconds) == STAGES
     assert all(seconds >= 0 for seconds in stages.seconds.values())

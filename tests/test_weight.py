@@ -6,7 +6,7 @@ from builders.paths import ROOT
 
 from doo3d.evaluation.benchmark.source_size import file_size, method_files
 
-MOST = {"all": 44_591, "method": 17_958, "C++": 8_174, "tests": 32_478}
+MOST = {"all": 44_591, "method": 17_958, "C++": 8_174, "tests": 32_415}
 """Lines without docstrings, comments and empty ones. Lower one when lines go; what is new needs something old to go."""
 
 

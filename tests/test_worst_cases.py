@@ -13,7 +13,8 @@ from builders.worst_clouds import CLOUDS, collinear, lattice, ropes
 import doo3d
 from doo3d.links import TOO_MANY
 from doo3d.links.terms.gap_path import GapPaths
-from doo3d.pipeline import MAX_EXTENDED_CHAINS, run_stages
+from doo3d.pipeline import run_stages
+from doo3d.segment.observe import MAX_EXTENDED_CHAINS
 from doo3d.skeleton.voxelize import voxelize
 
 UNEXTENDED = {"extend_mask.max_length": 0}
@@ -84,10 +85,10 @@ def test_of_too_many_chains_the_longest_are_merged(monkeypatch):
 
 def test_of_too_many_branches_the_longest_become_paths(monkeypatch):
     mask = sticks((480, 270), 60, 3)
-    everything = stages_of(mask, **UNEXTENDED).paths
+    everything = stages_of(mask, **UNEXTENDED).graph.paths
     limit = len(everything) // 4
     monkeypatch.setattr(import_module("doo3d.skeleton.traverse"), "MAX_BRANCHES", limit)
-    traversal = stages_of(mask, **UNEXTENDED).traversal
+    traversal = stages_of(mask, **UNEXTENDED).graph.traversal
     assert len(traversal.paths) <= limit
     (note,) = traversal.notes
     assert f"the {limit} longest are used" in note
@@ -96,9 +97,9 @@ def test_of_too_many_branches_the_longest_become_paths(monkeypatch):
 def test_with_many_chains_the_mask_is_not_extended(monkeypatch):
     mask = sticks((480, 270), 60, 3)
     assert not stages_of(mask).limit_notes
-    monkeypatch.setattr(import_module("doo3d.pipeline"), "MAX_EXTENDED_CHAINS", 2)
+    monkeypatch.setattr(import_module("doo3d.segment.observe"), "MAX_EXTENDED_CHAINS", 2)
     stages = stages_of(mask)
-    assert stages.segmentation.base is None
+    assert stages.observed.segmentation.base is None
     assert "2" in stages.limit_notes[0]
     assert not stages_of(mask, **UNEXTENDED).limit_notes
 
@@ -107,7 +108,7 @@ def test_an_ordinary_frame_is_far_from_the_limits():
     stages = stages_of(sticks(FULL, 8, 7))
     assert len(stages.pruned.chains) < 100
     assert len(stages.chains) <= MAX_EXTENDED_CHAINS
-    assert stages.merged.notes == stages.traversal.notes == stages.limit_notes == ()
+    assert stages.merged.notes == stages.graph.traversal.notes == stages.limit_notes == ()
 
 
 @pytest.mark.parametrize("wanted", [10.0, 2.0])
@@ -116,7 +117,7 @@ def test_short_segments_that_the_program_chose_are_longer_where_they_were_too_ma
     mask, settings = sticks((480, 270), 60, 3), {"merge.branches": True, "fit.segment_length": wanted}
     usual = stages_of(mask, **settings, **UNEXTENDED)
     total = usual.fitted.lengths.sum()
-    for module in ("pipeline", "chains.fit"):
+    for module in ("skeleton.graph", "chains.fit"):
         monkeypatch.setattr(import_module(f"doo3d.{module}"), "MAX_SAMPLES", int(total / 5))
     if wanted < 5:
         with pytest.raises(doo3d.ConfigError, match=r"fit\.segment_length: 2 would make"):
@@ -215,9 +216,8 @@ def test_the_size_of_a_mask_is_checked_before_the_work(preset, monkeypatch):
     def not_yet(*_):
         raise AssertionError("the strands were split before the size was checked")
 
-    module = import_module("doo3d.segment.segment")
-    monkeypatch.setattr(module, "split_strands", not_yet)
-    monkeypatch.setattr(module, "MAX_CELLS", 1000)
+    monkeypatch.setattr(import_module("doo3d.segment.segment"), "split_strands", not_yet)
+    monkeypatch.setattr(import_module("doo3d.segment.checks"), "MAX_CELLS", 1000)
     with pytest.raises(doo3d.InputError, match=r"pixels, the limit is 1000"):
         detect(lines(SMALL, 20, 7), preset)
 

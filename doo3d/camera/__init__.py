@@ -1,1 +1,1 @@
-"""The motion of a camera, and rigs of several cameras."""
+"""Estimate the motion of a camera, and open rigs of several cameras."""

@@ -1,4 +1,4 @@
-"""A small view of what surrounds the objects of a frame: it tells how the camera moves, and what hides the objects."""
+"""Reduce the background of a frame to a small view, for estimating camera motion."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ import numpy as np
 from ..types import Array, Bools, Camera, Floats, Frame
 
 VIEW_PIXELS = 96
-"""Longer side of a view, px, at most: alignment finds a motion to a few hundredths of such a pixel, a fifth of a millimetre at
-0.6 m (`python -m doo3d.evaluation.sequences.moving_views`), and making a view takes less than half a millisecond."""
+"""Largest length of the longer side of a view, px. Alignment finds a motion to a few hundredths of such a pixel, a fifth of a
+millimetre at 0.6 m (`python -m doo3d.evaluation.sequences.moving_views`), and a view is made in less than half a
+millisecond."""
 
 
 @dataclass(frozen=True)
 class BackgroundView:
-    """Brightness and inverse depth of a frame, small, without its objects.
+    """Brightness and inverse depth of the background of a frame, at low resolution.
 
     Attributes
     ----------
     gray
-        (H, W) uint8, mean brightness; 0 where an object is.
+        (H, W) uint8, mean brightness; 0 on an object.
     inverse
-        (H, W) float16, inverse depth, 1/m; 0 where there is none.
+        (H, W) float16, inverse depth, 1/m; 0 where unknown.
     intrinsics
         (4,) px: fx, fy, cx, cy of these pixels.
     """
@@ -36,14 +37,14 @@ class BackgroundView:
     intrinsics: Floats
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the view as JSON values, its images as Base64 of their bytes."""
+        """Return the view as JSON values, with images as Base64 of their bytes."""
         images = {"gray": self.gray, "inverse": self.inverse.astype("<f2")}
         encoded = {name: base64.b64encode(image.tobytes()).decode("ascii") for name, image in images.items()}
         return encoded | {"shape": list(self.gray.shape), "intrinsics": self.intrinsics.tolist()}
 
     @staticmethod
     def from_dict(values: Mapping[str, Any]) -> BackgroundView:
-        """Return the view that `to_dict` gave.
+        """Return the view from the values of `to_dict`.
 
         Raises
         ------
@@ -58,8 +59,8 @@ class BackgroundView:
 def background_view(frame: Frame, mask: Bools | None) -> BackgroundView:
     """Return a small view of the background of a frame.
 
-    frame : color and depth; without color every pixel is as bright. mask : (H, W) bool, the pixels of objects, which are left out
-    with those beside them; None if unknown.
+    frame : color and depth; without color the brightness is uniform. mask : (H, W) bool, pixels of objects, which are left out
+    with their neighbors; None if unknown.
     """
     height, width = frame.depth.shape
     factor = min(-(-max(height, width) // VIEW_PIXELS), height, width)
@@ -82,6 +83,9 @@ def background_view(frame: Frame, mask: Bools | None) -> BackgroundView:
 
 
 def _reduced(camera: Camera, factor: int) -> Floats:
-    """Return fx, fy, cx, cy of an image each of whose pixels is a square of `factor` x `factor` pixels of the camera."""
+    """Return fx, fy, cx, cy in px of an image reduced by a factor.
+
+    One pixel of the reduced image is a square of `factor` x `factor` pixels of the camera.
+    """
     middle = (np.array([camera.cx, camera.cy]) + 0.5) / factor - 0.5
     return np.array([camera.fx / factor, camera.fy / factor, *middle])

@@ -1,6 +1,4 @@
-"""Frames of several depth cameras at one time: the object is fused from all views, or taken from the best one."""
-
-from __future__ import annotations
+"""Open several depth cameras as one capture of fused or best single views."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,20 +19,21 @@ DEPTH_CAMERAS = "rig of depth cameras"
 """Format of the capture."""
 
 MIN_LENGTH_RATIO = 0.97
-"""Length of the chains in one camera's view, of that in all views, below which the view lacks a part of the object."""
+"""Length of the chains in the view of one camera, relative to those of all views fused, below which the view misses a part of
+the object."""
 
 
 def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, masks: Path | None, options: ReadOptions) -> Capture:
-    """Open the captures of several depth cameras as one, whose frames are those that all cameras have at the same times.
+    """Open the captures of depth cameras as one capture of simultaneous frames.
 
     Parameters
     ----------
     path, file
         the folder of the captures, and the rig file.
     rig
-        its content.
+        content of the rig file.
     config
-        settings of `detect`.
+        the settings of `detect`.
     masks
         folder with a sub-folder of masks for each camera; None: the captures' own.
     options
@@ -42,7 +41,7 @@ def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, mas
 
     Raises
     ------
-    InputError : a capture cannot be read, has no depth, or no frames belong together.
+    InputError : a capture cannot be read, has no depth, or no frames are simultaneous.
     """
     captures = []
     for camera in rig.cameras:
@@ -54,7 +53,7 @@ def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, mas
         if captures[-1].format in IMAGE_FORMATS:
             sentence = f"the capture {path / camera.capture} of the camera {camera.name} has no depth"
             raise InputError(f"{file}: {sentence}: a pair without depth has `images`, not `capture`", code="rig-invalid")
-    sets, notes = _synchronized(captures, [camera.name for camera in rig.cameras], options.tolerance)
+    sets, notes = _synchronize(captures, [camera.name for camera in rig.cameras], options.tolerance)
     base = None if options.pose is None else np.array(options.pose)
     frames = []
     for together in sets:
@@ -66,23 +65,24 @@ def open_depth_cameras(path: Path, file: Path, rig: RigFile, config: Config, mas
     return Capture(path, DEPTH_CAMERAS, frames, notes)
 
 
-def _synchronized(captures: Sequence[Capture], names: Sequence[str], tolerance: float) -> tuple[list[list[FrameRef]], list[str]]:
-    """Return the frames of all cameras at the same times: by timestamps, or by names, or by order; and notes on those left out.
+def _synchronize(captures: Sequence[Capture], names: Sequence[str], tolerance: float) -> tuple[list[list[FrameRef]], list[str]]:
+    """Return the simultaneous frames of all cameras, with notes on frames left out.
+
+    Frames are matched by timestamps (s, within `tolerance`), else by names, else by order.
 
     Raises
     ------
-    InputError : no frames are near in time, or not all have times and their names agree for some of them only, or for none and
-        the numbers of frames differ.
+    InputError : no frames are near in time; or frames lack times, and only some names match, or no names match
+    and the numbers of
+        frames differ.
     """
     first = captures[0]
     if all(frame.timestamp is not None for capture in captures for frame in capture):
         times = [np.array([frame.timestamp for frame in capture], dtype=float) for capture in captures]
         nearest = [[int(np.abs(each - time).argmin()) for time in times[0]] for each in times]
-        together = [
-            all(abs(each[at[i]] - times[0][i]) <= tolerance for each, at in zip(times, nearest, strict=True))
-            for i in range(len(first))
-        ]
-        sets = [[capture[at[i]] for capture, at in zip(captures, nearest, strict=True)] for i in np.flatnonzero(together)]
+        offsets = [np.abs(each[at] - times[0]) for each, at in zip(times, nearest, strict=True)]
+        together = np.flatnonzero((np.array(offsets) <= tolerance).all(axis=0))
+        sets = [[capture[at[i]] for capture, at in zip(captures, nearest, strict=True)] for i in together]
         if not sets:
             sentence = f"no frames of {' and '.join(names)} are within {tolerance} s of each other (--input-option tolerance=...)"
             raise InputError(f"{first.path.parent}: {sentence}", code="times-apart")
@@ -102,28 +102,27 @@ def _synchronized(captures: Sequence[Capture], names: Sequence[str], tolerance: 
 
 
 def load_best(first: FrameRef, views: Sequence[tuple[FrameRef, Floats]], config: Config, base: Floats | None) -> FrameData:
-    """Return the views fused, or the view of one camera in which more confident chains are found that are no shorter.
+    """Return the fused views, or the view of one camera with more confident chains.
 
-    Where strands lie on each other, one camera may tell them apart better than the cloud of all. Of results from different
-    data the one of the highest confidence is most often right.
+    The chains of the single view must not be shorter. Where strands are on top of each other, one camera may separate them
+    better than the fused cloud. Of results from different data the one of highest confidence is most often right.
 
     Parameters
     ----------
     first
-        the frame whose name and time count.
+        the frame that gives name and time.
     views
         the frame of each camera, and the pose (4, 4) of that camera in the rig, m.
     config
-        settings of `detect`.
+        the settings of `detect`.
     base
-        pose (4, 4) of the rig in a robot's base frame, m; None if unknown.
+        (4, 4) m, pose of the rig in a robot's base frame; None if unknown.
 
     Raises
     ------
     InputError : no camera sees the object.
     """
-    loaders = [partial(_load_posed, frame, pose) for frame, pose in views]
-    placed = [replace(frame, loader=loader) for (frame, _), loader in zip(views, loaders, strict=True)]
+    placed = [replace(frame, loader=partial(_load_posed, frame, pose)) for frame, pose in views]
     fused = fuse_cameras(placed, config, first.name, first.timestamp)
     best = FrameData(fused, pose=np.eye(4), base_pose=base)
     found = detect(fused, config)
@@ -132,7 +131,7 @@ def load_best(first: FrameRef, views: Sequence[tuple[FrameRef, Floats]], config:
         try:
             loaded = frame.load()
             alone = detect(loaded.data, config, loaded.mask_for(config))
-        except DooError:  # the object is hidden from it
+        except DooError:  # the object is hidden from this camera
             continue
         if _confidence(alone) > confidence and _length(alone) >= length:
             assert isinstance(loaded.data, Frame | Cloud)
@@ -142,12 +141,15 @@ def load_best(first: FrameRef, views: Sequence[tuple[FrameRef, Floats]], config:
 
 
 def _load_posed(frame: FrameRef, pose: Floats) -> FrameData:
+    """Return the data of a frame with a pose (4, 4), camera to rig, m."""
     return replace(frame.load(), pose=pose)
 
 
 def _confidence(detection: Detection) -> float:
+    """Return the smallest confidence of the chains; 0 without chains."""
     return min((chain.confidence for chain in detection.chains), default=0.0)
 
 
 def _length(detection: Detection) -> float:
+    """Return the total length of the chains, m."""
     return sum(chain.length for chain in detection.chains)

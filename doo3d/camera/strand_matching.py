@@ -1,78 +1,66 @@
-"""Disparity along strands of the left image, from the right one: a curve is matched as a whole, not block by block.
+"""Match the strands of a rectified stereo pair, with a disparity per sample.
 
-A strand crosses a row of a rectified pair at one place and is told from its neighbors by the strand's course, so each strand
-has one dynamic program over its samples, with the disparity as state (Ohta and Kanade, PAMI 1985, along a curve instead of
-a row). The cost is the difference of the color profiles across the strand. A stretch along the rows has the same profile at
-every disparity, and gets its disparity from the stretches on either side.
+A strand crosses a row of the right image at one place, and its course distinguishes it from its neighbors. So each strand is
+matched as a whole by dynamic programming (Viterbi algorithm) along its samples, with the disparity as state (Ohta and Kanade,
+PAMI 1985, along a curve instead of a row). The cost is the difference of the color profiles across the strand. A stretch along
+the rows has the same profile at every disparity, and gets its disparity from its neighbors.
 
-The disparities found are then refined to a fraction of a pixel. At each sample the profile is shifted across the strand: along
-its normal n the right image is off by m = n . (-dd, dv), with the correction dd of the disparity and the common offset dv of
-the rows, which the calibration missed. All corrections are solved for together, with the second difference of the disparity
-kept small (Whittaker's smoother).
+Then the disparities are refined to a fraction of a pixel. At each sample the profile is shifted across the strand: along its
+normal n the right image is off by m = n . (-dd, dv), with the correction dd of the disparity and the common row offset dv, an
+error of the calibration. All corrections are solved together, with small second differences of the disparity (Whittaker
+smoother).
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import binary_closing
 
 from ..geometry.mask import dilate
-from ..geometry.polyline import arc_length, densify, unit, whittaker_smooth
+from ..geometry.polyline import whittaker_smooth
 from ..types import Array, Bools, Floats
-
-SPACING_PX = 2.0
-"""px between the samples of a strand: finer ones see the same pixels."""
-
-PROFILE_SAMPLES = 11
-"""Positions of a profile across a strand, evenly spaced."""
-
-SURROUND_PX = 3.0
-"""px of the profile beyond either edge of the strand: the contrast to its surroundings is the evidence."""
-
-NOISE_LEVELS = 6.0
-"""Grey levels of 255, root mean square over a profile: fainter contrasts are noise and tell nothing."""
+from .strand_profiles import SPACING_PX, SURROUND_PX, StrandSamples, TargetImage, sample_strand
 
 STEP_COST, MAX_STEP_PX = 0.08, 2
-"""Cost of a change of the disparity by a pixel from sample to sample, where a profile that differs wholly costs 1; px that it
-changes at most, along a strand seen nearly end on. There are no jumps: a strand is continuous, also where it is hidden."""
+"""Cost of a change of the disparity by 1 px between samples, relative to 1 for a profile that differs entirely; and largest
+change, px, along a strand seen nearly end on. There are no jumps: a strand is continuous, also where it is hidden."""
 
 OUTSIDE_COST = 0.5
-"""Cost of a sample whose place is outside the right image, which says nothing for or against it."""
+"""Cost of a sample outside the right image, neither for nor against a disparity."""
 
 MAX_SHIFT_PX, SHIFT_STEP_PX = 2.0, 0.25
-"""px across the strand over which a profile is searched in the refinement, and its steps."""
+"""Largest shift across the strand at which a profile is searched in the refinement, px, and its step, px."""
 
 REFINEMENTS = 4
-"""Rounds of the refinement: the first mends up to two pixels, the last ones a tenth."""
+"""Number of refinement rounds: the first one corrects up to two pixels, the last ones a tenth."""
 
 SHIFT_DEVIATION_PX = 0.25
-"""px, of the measured shift of one profile: pixel noise and the sampling of thin strands."""
+"""Standard deviation of the measured shift of one profile, px: pixel noise and the sampling of thin strands."""
 
 MAX_MISFIT = 0.5
-"""Cost of a profile beyond which it is not that of the strand, but hidden in the right image."""
+"""Difference of profiles above which the strand is hidden in the right image."""
 
 MAX_BRIDGED_RADII = 12.0
-"""Radii of a strand that may be hidden in the right image: a strand as thick that crosses it aslant hides 4 to 8."""
+"""Length of a strand that may be hidden in the right image, in radii: an oblique crossing of a strand of equal width hides 4
+to 8."""
 
 ROW_DEVIATION_PX = 2.0
-"""px, standard deviation of the rows' offset in calibrations of use: pairs drift by warmth and handling."""
+"""Standard deviation of the row offset of calibrations in use, px: pairs drift by warmth and handling."""
 
 BEND_RADII = 10.0
-"""Radii of a strand that its bends towards and away from the camera have at least, usually."""
+"""Usual smallest bend radius of a strand towards and away from the camera, in radii."""
 
 MIN_ACROSS, MIN_SHARE = 0.01, 1e-6
-"""Least component along the rows of a strand's normal that is divided by; weight of samples that say nothing, if none does."""
+"""Smallest component along the rows of a strand's normal as a divisor; weight of samples without evidence if none has any."""
 
 PLANE_SAMPLES = 50.0
-"""Samples of a strand that leave the plane together: a lifted stretch is 100 px long."""
+"""Number of successive samples of a strand that leave the plane together: a lifted stretch is 100 px long."""
 
 PLANE_SCALE_PX, PLANE_RCOND = 100.0, 0.05
-"""px, extent of strands to which the slopes of their plane are compared; share of the largest singular value below which a slope
-is not determined, as that across a straight strand, and taken to be 0."""
+"""Extent of strands with which the slopes of their plane are compared, px; and relative singular value below which a slope is
+undetermined, such as across a straight strand, and set to 0."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +72,13 @@ class MatchedStrand:
     points
         (S, 2) px in the left image, two pixels apart.
     normals
-        (S, 2), across the strand.
+        (S, 2) unit, across the strand.
     radius
-        (S,) px.
+        (S,) px, half-width.
     disparity
         (S,) px.
     misfit
-        (S,) 0 to 1, difference of the profiles in both images; 1 where the right image does not show the strand.
+        (S,) 0 to 1, difference of the profiles in both images; 1 where the strand is not in the right image.
     """
 
     points: Floats
@@ -101,132 +89,72 @@ class MatchedStrand:
 
     @property
     def known(self) -> Bools:
-        """(S,) bool, where the right image shows the strand, or on either side of the sample within a few radii.
+        """(S,) bool, where the right image shows the strand, with short gaps closed.
 
-        So short a stretch is hidden by another strand that crosses, or its surroundings differ in both views since one does.
+        In a short gap another strand crosses, or the surroundings differ in both views because of a crossing.
         """
         shown = self.misfit < MAX_MISFIT
         samples = int(MAX_BRIDGED_RADII * np.median(self.radius) / SPACING_PX)
         return np.asarray(shown | binary_closing(shown, np.ones(max(samples, 1))))
 
 
-@dataclass
-class _Samples:
-    """Samples along a strand: positions (S, 2) px, normals (S, 2), half-widths (S,) px, and the profiles of the left image."""
-
-    points: Floats
-    normals: Floats
-    radius: Floats
-    offsets: Floats
-    profiles: Floats
-
-
-@dataclass(frozen=True)
-class _Searched:
-    """The right image (H, W, C) float32, and where in it the object may be (H, W) bool; None: everywhere."""
-
-    image: Array
-    near: Bools | None
-
-    def contains(self, places: Floats) -> Bools:
-        """Return whether places (..., 2) px lie in the image, where the object may be."""
-        column, row = np.rint(places[..., 0]).astype(int), np.rint(places[..., 1]).astype(int)
-        height, width = self.image.shape[:2]
-        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
-        if self.near is not None:
-            inside[inside] = self.near[row[inside], column[inside]]
-        return np.asarray(inside)
-
-
 def match_strands(
     lines: Sequence[Floats], radii: Sequence[Floats], left: Array, right: Array, focal: float, mask: Bools | None = None
 ) -> tuple[list[MatchedStrand], float]:
-    """Return strands of the left image with their disparities, and the offset of the right image's rows in px.
+    """Return strands of the left image with disparities, and the row offset, px.
 
     Parameters
     ----------
     lines
         the strands, (P, 2) px each.
     radii
-        (P,) half-width of each strand at its points, px.
+        (P,) px, half-width of each strand at its points.
     left, right
         (H, W, C) float32, the rectified images; C channels in grey levels.
     focal
-        focal length of both, px.
+        focal length of both images, px.
     mask
-        (H, W) bool, the object in the right image, beside which no strand is looked for; None if unknown.
+        (H, W) bool, the object in the right image, outside of which no strand is searched; None if unknown.
     """
-    searched = _Searched(right, None if mask is None else dilate(mask, SURROUND_PX))
-    samples = [_sampled(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
-    disparities = [_most_likely(each, searched) for each in samples]
+    target = TargetImage(right, None if mask is None else dilate(mask, SURROUND_PX))
+    samples = [sample_strand(line, radius, left) for line, radius in zip(lines, radii, strict=True)]
+    disparities = [_match_disparities(each, target) for each in samples]
     row = 0.0
     for _ in range(REFINEMENTS):
-        disparities, row = _refined(samples, disparities, row, searched, focal)
+        disparities, row = _refine(samples, disparities, row, target, focal)
     matched = []
     for each, disparity in zip(samples, disparities, strict=True):
-        misfit = _misfits(each, disparity[:, None], row, searched)[:, 0]
+        misfit = _misfits(each, disparity[:, None], row, target)[:, 0]
         matched.append(MatchedStrand(each.points, each.normals, each.radius, disparity, misfit))
     return matched, row
 
 
-def _sampled(line: Floats, radius: Floats, left: Array) -> _Samples:
-    points = densify(line, SPACING_PX)
-    at = np.linspace(0.0, float(arc_length(line)[-1]), len(points))
-    width = np.interp(at, arc_length(line), radius)
-    tangents = unit(np.gradient(points, axis=0))
-    normals = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
-    offsets = np.linspace(-1.0, 1.0, PROFILE_SAMPLES) * (np.median(width) + SURROUND_PX)
-    places = points[:, None] + offsets[:, None] * normals[:, None]
-    return _Samples(points, normals, width, offsets, _centered(_read(left, places)))
+def _misfits(samples: StrandSamples, disparity: Floats, row: float, target: TargetImage) -> Floats:
+    """Return the profile difference (S, Q) of samples at disparities (S, Q) px.
 
-
-def _read(image: Array, places: Floats) -> Floats:
-    """Return the values (..., C) of an image at places (..., 2) px, interpolated; the nearest border's outside."""
-    flat = places.reshape(-1, places.shape[-2], 2).astype(np.float32)
-    parts = [
-        cv2.remap(image, part[..., 0], part[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        for part in np.array_split(flat, len(flat) // 16384 + 1)
-    ]
-    return np.concatenate(parts).reshape(*places.shape[:-1], -1)
-
-
-def _centered(profiles: Floats) -> Floats:
-    """Return profiles (..., K, C) less the mean of each channel."""
-    return np.asarray(profiles - profiles.mean(axis=-2, keepdims=True))
-
-
-def _difference(first: Floats, second: Floats) -> Floats:
-    """Return how much profiles (..., K, C) differ: 0 for equal ones, 1 for one without the other, at most 1."""
-    energy = np.square(first).sum(axis=(-1, -2)) + np.square(second).sum(axis=(-1, -2))
-    noise = first.shape[-2] * first.shape[-1] * NOISE_LEVELS**2
-    return np.asarray(np.minimum(np.square(first - second).sum(axis=(-1, -2)) / (energy + noise), 1.0))
-
-
-def _misfits(samples: _Samples, disparity: Floats, row: float, searched: _Searched) -> Floats:
-    """Return the difference (S, Q) of each sample's profiles at Q disparities (S, Q) px."""
+    row : px, offset of the rows. It is 1 outside the right image.
+    """
     centers = samples.points[:, None] + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, :, None] + samples.offsets[:, None] * samples.normals[:, None, None]
-    cost = _difference(samples.profiles[:, None], _centered(_read(searched.image, places)))
-    return np.where(searched.contains(centers), cost, 1.0)
+    return np.where(target.contains(centers), target.difference(samples, places), 1.0)
 
 
-def _most_likely(samples: _Samples, searched: _Searched) -> Floats:
-    """Return the disparities (S,) px, whole ones, at the least sum of misfits and of changes along the strand."""
-    states = np.arange(1.0, searched.image.shape[1] // 2)
-    cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, searched) for part in _parts(samples)])
+def _match_disparities(samples: StrandSamples, target: TargetImage) -> Floats:
+    """Return the disparities (S,) of least total cost, whole px (Viterbi).
+
+    The cost is the sum of misfits and of the changes between samples.
+    """
+    states = np.arange(1.0, target.image.shape[1] // 2)
+    cost = np.concatenate([_misfits(part, np.tile(states, (len(part.points), 1)), 0.0, target) for part in _parts(samples)])
     cost[samples.points[:, :1] < states] = OUTSIDE_COST
     total, origin = cost[0].copy(), np.zeros(cost.shape, dtype=np.int32)
     numbers = np.arange(len(states))
+    offsets = np.array(sorted(range(MAX_STEP_PX, -MAX_STEP_PX - 1, -1), key=abs))  # smallest change first, for equal costs
     for i in range(1, len(cost)):
-        best, source = total.copy(), numbers.copy()
-        for step in range(1, MAX_STEP_PX + 1):
-            for sign in (-1, 1):
-                to, origin_of = (slice(step, None), slice(None, -step))[::sign]
-                moved = np.full_like(total, np.inf)
-                moved[to] = total[origin_of] + step * STEP_COST
-                better = moved < best
-                best[better], source[better] = moved[better], numbers[better] - sign * step
-        total, origin[i] = best + cost[i], source
+        around = sliding_window_view(np.pad(total, MAX_STEP_PX, constant_values=np.inf), len(states))
+        moved = around[MAX_STEP_PX + offsets] + STEP_COST * np.abs(offsets)[:, None]
+        best = moved.argmin(axis=0)
+        total, origin[i] = moved[best, numbers] + cost[i], numbers + offsets[best]
     path = np.zeros(len(cost), dtype=int)
     path[-1] = total.argmin()
     for i in range(len(cost) - 1, 0, -1):
@@ -234,31 +162,31 @@ def _most_likely(samples: _Samples, searched: _Searched) -> Floats:
     return states[path]
 
 
-def _parts(samples: _Samples, size: int = 64) -> list[_Samples]:
-    """Return the samples in parts, so that their profiles at all disparities fit into memory."""
+def _parts(samples: StrandSamples, size: int = 64) -> list[StrandSamples]:
+    """Return the samples in parts, whose profiles at all disparities fit in memory."""
     cuts = range(size, len(samples.points), size)
     parts = zip(*(np.split(getattr(samples, name), cuts) for name in ("points", "normals", "radius", "profiles")), strict=True)
-    return [_Samples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
+    return [StrandSamples(points, normals, radius, samples.offsets, profiles) for points, normals, radius, profiles in parts]
 
 
-def _refined(
-    samples: Sequence[_Samples], disparities: Sequence[Floats], row: float, searched: _Searched, focal: float
+def _refine(
+    samples: Sequence[StrandSamples], disparities: Sequence[Floats], row: float, target: TargetImage, focal: float
 ) -> tuple[list[Floats], float]:
-    """Return the disparities and the offset of the rows, corrected by the shifts of the profiles across the strands."""
-    shifts = [_shifts(each, disparity, row, searched) for each, disparity in zip(samples, disparities, strict=True)]
-    planes, plane_weight = _planes(samples, disparities, [weight for _, weight in shifts])
+    """Return disparities and row offset, corrected by the shifts of the profiles."""
+    shifts = [_measure_shifts(each, disparity, row, target) for each, disparity in zip(samples, disparities, strict=True)]
+    planes, plane_weight = _fit_plane(samples, disparities, [weight for _, weight in shifts])
     along, constant, total = [], [], np.array([0.0, 1 / ROW_DEVIATION_PX**2])
     for each, disparity, plane, (shift, sure) in zip(samples, disparities, planes, shifts, strict=True):
         across = np.where(np.abs(each.normals[:, 0]) > MIN_ACROSS, each.normals[:, 0], MIN_ACROSS)
         weight = sure * across**2 / SHIFT_DEVIATION_PX**2
         nearness = max(float(np.median(disparity)), 1.0) / focal
         bend = nearness * SPACING_PX**2 / (BEND_RADII * float(np.median(each.radius)))
-        # the disparity is a linear function of the offset of the rows: without offset, and per pixel of it
+        # the disparity is linear in the row offset: value at offset 0, and slope
         parts = []
-        for target, prior in ((disparity - shift / across, plane), (each.normals[:, 1] / across, 0 * plane)):
-            pulled = (weight * target + plane_weight * prior) / (weight + plane_weight)
+        for wanted, prior in ((disparity - shift / across, plane), (each.normals[:, 1] / across, 0 * plane)):
+            pulled = (weight * wanted + plane_weight * prior) / (weight + plane_weight)
             solved = whittaker_smooth(pulled[:, None], (weight + plane_weight)[:, None, None], 1 / bend**2)[:, 0]
-            left = [np.sqrt(weight) * (solved - target), np.sqrt(plane_weight) * (solved - prior), np.diff(solved, 2) / bend]
+            left = [np.sqrt(weight) * (solved - wanted), np.sqrt(plane_weight) * (solved - prior), np.diff(solved, 2) / bend]
             parts.append((solved, np.concatenate(left)))
         constant.append(parts[0][0])
         along.append(parts[1][0])
@@ -267,11 +195,17 @@ def _refined(
     return [base + change * slope for base, slope in zip(constant, along, strict=True)], float(row + change)
 
 
-def _planes(samples: Sequence[_Samples], disparities: Sequence[Floats], weights: Sequence[Floats]) -> tuple[list[Floats], float]:
-    """Return the disparity of the plane nearest to all strands, at the samples of each, and the weight of a sample's pull to it.
+def _fit_plane(
+    samples: Sequence[StrandSamples], disparities: Sequence[Floats], weights: Sequence[Floats]
+) -> tuple[list[Floats], float]:
+    """Fit a plane to the disparities of all strands.
 
-    The disparity on a plane, such as a table, is linear in the image. The more the strands leave it, the less it says on those
-    stretches whose own disparity is unknown: along the rows, and where the right image does not show them.
+    The disparity of a plane, such as a table, is linear in the image. The plane gives the disparity of stretches along the
+    rows or hidden in the right image. Its weight decreases with the variance of the strands around it.
+
+    Returns
+    -------
+    The disparity of the plane at the samples of each strand, px, and the weight of its pull on a sample.
     """
     points, across = (np.concatenate([getattr(each, name) for each in samples]) for name in ("points", "normals"))
     disparity, weight = np.concatenate(disparities), np.concatenate(weights) * across[:, 0] ** 2
@@ -285,17 +219,17 @@ def _planes(samples: Sequence[_Samples], disparities: Sequence[Floats], weights:
     return list(np.split(values, cuts)), 1 / (variance * PLANE_SAMPLES)
 
 
-def _shifts(samples: _Samples, disparity: Floats, row: float, searched: _Searched) -> tuple[Floats, Floats]:
-    """Return by how much each profile of the right image lies off across the strand (S,) px, and its weight (S,) 0 to 1."""
+def _measure_shifts(samples: StrandSamples, disparity: Floats, row: float, target: TargetImage) -> tuple[Floats, Floats]:
+    """Return the shift (S,) px of each profile across the strand, and its weight."""
     steps = np.arange(-MAX_SHIFT_PX, MAX_SHIFT_PX + SHIFT_STEP_PX / 2, SHIFT_STEP_PX)
     centers = samples.points + np.stack([-disparity, np.full_like(disparity, row)], axis=-1)
     places = centers[:, None, None] + (steps[:, None] + samples.offsets)[..., None] * samples.normals[:, None, None]
-    cost = _difference(samples.profiles[:, None], _centered(_read(searched.image, places)))
+    cost = target.difference(samples, places)
     best = np.clip(cost.argmin(axis=1), 1, len(steps) - 2)
     rows = np.arange(len(cost))
     before, at, after = cost[rows, best - 1], cost[rows, best], cost[rows, best + 1]
     curvature = before - 2 * at + after
     offset = np.where(curvature > 0, (before - after) / (2 * np.where(curvature > 0, curvature, 1.0)), 0.0)
     shift = steps[best] + SHIFT_STEP_PX * np.clip(offset, -1.0, 1.0)
-    inside = (np.abs(shift) < MAX_SHIFT_PX - SHIFT_STEP_PX) & (curvature > 0) & searched.contains(centers)
+    inside = (np.abs(shift) < MAX_SHIFT_PX - SHIFT_STEP_PX) & (curvature > 0) & target.contains(centers)
     return shift, np.where(inside, np.clip(1 - at / MAX_MISFIT, 0.0, 1.0) ** 2, 0.0)

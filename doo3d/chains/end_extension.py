@@ -1,7 +1,5 @@
 """Free ends extended along the seen surface to where the object ends."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

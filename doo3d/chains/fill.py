@@ -1,7 +1,5 @@
 """Close gaps by segments along their gap paths (Keipour et al., RA-L 2022, section III-G)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lay chains of equal segments along paths: Algorithm 2 of Keipour et al. (RA-L 2022)."""
 
-from __future__ import annotations
-
 import math
 
 from ..config import FitConfig

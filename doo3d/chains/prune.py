@@ -1,7 +1,5 @@
 """Remove overlapping segments: of two, the one in the shorter chain (Keipour et al., RA-L 2022, section III-E)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From the paths on the seen surface to chains along the axis, in three steps: ends, center line, equal segments."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -1,1 +1,1 @@
-"""What the commands share, and the commands of `doo3d evaluate`."""
+"""Implement the commands, one file per command, with their shared options and messages."""

@@ -1,4 +1,4 @@
-"""Arguments and options shared by several commands, and the helpers that resolve them."""
+"""Define arguments and options shared by several commands, and resolve them."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 def completing(names: Callable[[], list[str]]) -> Callable[[str], list[str]]:
-    """Return a function for the shell's completion: from what is typed so far to the names that begin with it.
+    """Return a function for the shell's completion, from a typed prefix to the names that begin with it.
 
-    names : called when the shell asks, so that nothing is imported before.
+    names : called only when the shell asks, so that nothing is imported before.
     """
     return lambda incomplete: [name for name in names() if name.startswith(incomplete)]
 
@@ -96,9 +96,9 @@ MinConfidence = Annotated[
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command in which the fields of each parameter that is a group of options stand in place of the parameter.
+    """Return a command in which each parameter that is a group of options is replaced by the fields of the group.
 
-    The default of the parameter has those of its options.
+    The default of the parameter has the defaults of its options.
     """
     groups: dict[str, tuple[type, list[str]]] = {}
     parameters: list[inspect.Parameter] = []
@@ -174,19 +174,19 @@ def frame_of(capture: Capture, wanted: str | None, option: str = "--frame") -> F
 
 @dataclass(frozen=True)
 class Settings:
-    """A preset or a file, and settings over it."""
+    """The options for the configuration: a preset or a file, and settings that override it."""
 
     config: Preset = "default"
     overrides: Overrides = None
 
     def load(self) -> Config:
-        """Return the settings; raise ConfigError if they cannot be used."""
+        """Load the configuration; raise ConfigError if it cannot be used."""
         return config_of(self.config, self.overrides)
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How a capture is to be read."""
+    """The options for reading a capture."""
 
     mask: Annotated[
         Path | None,
@@ -196,13 +196,13 @@ class Reading:
     camera: CameraOption = None
 
     def options(self, cameras: Path | None = None, *more: str) -> ReadOptions:
-        """Return the options of reading, with the file of a rig's cameras, and more of them as `--input-option` takes them."""
+        """Return the ReadOptions; cameras : file of a rig. more : further options in the form of `--input-option`."""
         from ..inputs import ReadOptions
 
         return ReadOptions.from_pairs([*(self.input_options or []), *more], self.camera, cameras)
 
     def open(self, path: Path) -> Capture:
-        """Return the capture at a path; raise InputError if it cannot be read."""
+        """Open the capture at a path; raise InputError if it cannot be read."""
         from ..inputs import open_capture
 
         return open_capture(path, masks=self.mask, options=self.options())
@@ -210,7 +210,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Frames:
-    """The frames of a capture that are wanted."""
+    """The options that select frames of a capture."""
 
     every: Annotated[int, typer.Option(min=1, metavar="N", help="Keep every Nth of the selected frames.")] = 1
     start: Annotated[
@@ -232,7 +232,7 @@ class Frames:
     ] = None
 
     def of(self, capture: Capture) -> Capture:
-        """Return the capture with these frames only; raise InputError if a position is none."""
+        """Return the capture with only the selected frames; raise InputError if a position is invalid."""
         from ..inputs.frame_selection import Selection, select_frames
 
         return select_frames(capture, Selection(self.every, self.start, self.end, self.frames))

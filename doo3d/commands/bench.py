@@ -1,4 +1,4 @@
-"""`doo3d bench`: the time of each stage on this machine, and how the time grows."""
+"""Implement `doo3d bench`: time each stage on this machine, and measure how the time grows with size."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _print_stages(timings: Sequence[Timing]) -> None:
 
 
 def _print_cases(config: Config, runs: int, stages: bool, large: bool, only: str) -> None:
-    """Time the rendered frames whose names hold `only`, and print their table; before it the stages of each, if wanted."""
+    """Time the rendered frames whose names contain `only`, and print a table; with `stages`, first the stages of each frame."""
     from ..tools.bench_cases import CASES, LARGE_CASE, time_cases
     from ..tools.benchmark import table
     from .progress_bars import with_progress

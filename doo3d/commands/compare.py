@@ -1,4 +1,4 @@
-"""`doo3d compare`: the 3-D mode against the 2-D mode, frame by frame."""
+"""Implement `doo3d compare`: compare the 3-D mode with the 2-D mode, frame by frame."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`doo3d config`: the settings, explained."""
+"""Implement `doo3d config`: print the settings with explanations."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""`doo3d detect --debug-frame`: the product of every stage for a frame, as files."""
+"""Implement `doo3d detect --debug-frame`: write the product of every stage for a frame as files."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def debug_frames(capture: Capture, wanted: list[str] | None) -> list[FrameRef]:
 
 
 def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> None:
-    """Detect again in the frames `entries` and write the product of each stage, into the folder `out`/stages/<frame>.
+    """Repeat the detection in the frames `entries`, and write the product of each stage to `out`/stages/<frame>.
 
-    For each frame a line with the number of files and the folder is printed.
+    For each frame, a line with the number of files and the folder is printed.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def write_debug_frames(out: Path, entries: list[FrameRef], config: Config) -> No
 
 
 def write_stage_products(folder: Path, entry: FrameRef, config: Config) -> list[Path]:
-    """Detect in one frame and write the product of each stage as PLY and PNG, and the explanation as JSON and text.
+    """Run the detection in one frame; write the product of each stage as PLY and PNG, and the explanation as JSON and text.
 
     Parameters
     ----------

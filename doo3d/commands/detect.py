@@ -1,4 +1,4 @@
-"""`doo3d detect`: the chains of every frame of a capture, into a folder."""
+"""Implement `doo3d detect`: find the chains in every frame of a capture, and write them to a folder."""
 
 import sys
 from collections.abc import Iterator
@@ -106,7 +106,7 @@ def detect(
         from ..runs.threads import single_thread
 
         single_thread()
-        from ..camera.opening import open_frames
+        from ..camera.open_rig import open_frames
         from ..runs.option_checks import check_use
 
         effective = settings.load()

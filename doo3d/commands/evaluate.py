@@ -1,4 +1,4 @@
-"""`doo3d evaluate`: measure the detection against known truth."""
+"""Implement `doo3d evaluate`: measure the detection against known truth."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ Families = Annotated[
     str, typer.Option(help="Comma-separated families, or all; basic and more are halves of all; without: no cables; tough: hard.")
 ]
 Truth = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Truth file; by default truth.json in INPUT, or beside a cloud."),
+    Path | None, typer.Option(metavar="FILE", help="Truth file; by default truth.json in INPUT, or beside a cloud.")
 ]
 
 
@@ -127,10 +126,7 @@ def capture(
         "capture": str(capture),
         "truth": truth and str(truth),
         "masks": reading.mask and str(reading.mask),
-        "input_options": [
-            *(reading.input_options or []),
-            *([f"camera_file={reading.camera}"] if reading.camera else []),
-        ],
+        "input_options": [*(reading.input_options or []), *([f"camera_file={reading.camera}"] if reading.camera else [])],
     }
     _run(chosen, chosen_by, settings, (count, "given"), outputs)
 
@@ -170,14 +166,14 @@ def _run(
     count_and_mask: tuple[str, str],
     outputs: shared.Outputs,
 ) -> None:
-    """Detect in frames and score them; print and write the result.
+    """Run the detection in frames and score them; print and write the result.
 
     Parameters
     ----------
     cases
         the frames.
     chosen_by
-        options that the JSON file repeats.
+        options that are stored in the JSON file.
     settings, count_and_mask
         as given to the command.
     outputs
@@ -193,7 +189,7 @@ def _run(
 
 
 def _families(names: str) -> list[str]:
-    """Return the families of a comma-separated list."""
+    """Return the families named in a comma-separated list, with names of groups replaced by their families."""
     from ..evaluation.scenes.registry import FAMILIES, GROUPS, TOUGH, WITHOUT
 
     chosen: list[str] = []

@@ -1,4 +1,4 @@
-"""`doo3d evaluate ablations`: what each step of the method gives, and what it costs."""
+"""Implement `doo3d evaluate ablations`: measure the benefit and the cost of each step of the method."""
 
 from functools import partial
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`doo3d evaluate dataset`: the detection on public data sets of other projects."""
+"""Implement `doo3d evaluate dataset`: measure the detection on public data sets of other projects."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from ..evaluation.metrics.record import Record
 
 DEFAULT_WORST = 5
-"""Images that are drawn by --pictures without --worst."""
+"""Number of images that --pictures draws without --worst."""
 
 
 @dataclass(frozen=True)
 class _Request:
-    """The data set's folder, the config, and the options given, by their names."""
+    """The data set's folder, the config, and the given options by name."""
 
     folder: Path
     config: Config
@@ -139,7 +139,7 @@ def _cset(request: _Request) -> None:
 
 
 def _given(masks: str) -> str:
-    """Return the masks to read: with "auto" none is given, and any will do."""
+    """Return the masks to read: those named, or "labels" for "auto", where the detection is given none."""
     return "labels" if masks == "auto" else masks
 
 
@@ -154,7 +154,7 @@ def _tubes(request: _Request) -> None:
 
 
 def _photos(cases: list[Case], request: _Request, benchmark: Benchmark | None = None) -> None:
-    """Measure photographs, and print the table and the worst records; `benchmark` is None for that of whole photographs."""
+    """Measure photographs, and print the table and remarks; `benchmark` None measures whole photographs."""
     from ..evaluation.benchmark.pictures import worst
     from ..evaluation.photos.evaluate import photo_benchmark, remarks
 
@@ -172,4 +172,4 @@ DATASETS: dict[str, tuple[Callable[[_Request], None], tuple[str, ...]]] = {
     "cset": (_cset, _PHOTO_OPTIONS),
     "tubes": (_tubes, ("--seeds", "--start", "--sensor", "--size")),
 }
-"""Name -> function that evaluates it, and the options that apply to it."""
+"""Name of a data set -> function that evaluates it, and the options that apply to it."""

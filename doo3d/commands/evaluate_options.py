@@ -1,4 +1,4 @@
-"""Options shared by the commands of `doo3d evaluate`, and their checks."""
+"""Define and check the options shared by the commands of `doo3d evaluate`."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ SENSORS = {"d435": "d435", "d455": "d455", "zivid": "zivid", "stereo": "stereo",
 
 
 MASKS: dict[str, Masking] = {"given": "mask", "ragged": "ragged", "hsv": "hsv", "auto": "auto"}
-"""Choices of --mask, and the harness's name of each."""
+"""Choice of --mask -> its name in `doo3d.evaluation`."""
 
 FEW_MASKS = ("given", "ragged", "auto")
-"""Choices of --mask where the colors of the cables are not known."""
+"""Choices of --mask for data in which the colors of the cables are unknown."""
 
 DEPTHS = {"own": None, "stereo": None, "simple": "other/depth_simple.png", "d435": "other/depth_simple.png"}
 """Name of the depth of a capture with truth.npz -> its image in the capture's folder; None for the capture's own."""
 
 
 SELECTING = ("families", "seeds", "start", "set", "motions", "motion", "captures", "subset")
-"""Options that select cases, and leave each case as it is."""
+"""Options that select cases without changing the result of a case."""
 
 MIN_RELIABILITY_FRAMES = 20
-"""Frames from which on a table of the reliability of the confidence says something."""
+"""Least number of frames for which a table of the confidence's reliability is meaningful."""
 
 Seeds = Annotated[int, typer.Option(min=1, help="Scenes of each family.")]
 Start = Annotated[
@@ -75,7 +75,7 @@ Workers = Annotated[int, typer.Option(min=1, help="Number of processes.")]
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where the results of an evaluation are written, and by how many processes they are measured."""
+    """The outputs of an evaluation, and the number of processes that measure."""
 
     table: Csv = None
     document: Json = None
@@ -86,27 +86,27 @@ class Outputs:
 
 
 ONE_PICTURE, SIX_PICTURES, NO_PICTURES = Outputs(worst=1), Outputs(worst=6), Outputs(worst=0)
-"""The table on the screen; the pictures are those of each family that are drawn if a folder for them is given."""
+"""Default outputs, the table on the screen only; the names give the number of pictures per family if a folder is given."""
 
 
 def measure(
     benchmark: Benchmark, cases: Sequence[Case], settings: Mapping[str, Any], outputs: Outputs, config: Config
 ) -> list[Record]:
-    """Measure cases with a progress bar, print the table, and write all that the outputs name; return the records.
+    """Measure cases with a progress bar, print the table, and write all outputs; return the records.
 
     Parameters
     ----------
     benchmark
-        the way of measuring.
+        the benchmark that measures the cases.
     cases
         the frames or sequences.
     settings
-        options that the JSON file repeats.
+        options that are stored in the JSON file.
     outputs
         the files and folders.
     config
-        the settings of the detection, all of them; they and `settings` must be the same for records in the output folder to be
-        kept, except for SELECTING.
+        the complete settings of the detection. Records in the output folder are reused only if these and `settings`, except
+        SELECTING, are equal.
     """
     from ..evaluation.benchmark.pictures import UNREADABLE
     from ..evaluation.benchmark.run import run_cases
@@ -124,7 +124,7 @@ def measure(
 
 
 def show(rows: Sequence[Record], benchmark: Benchmark, settings: Mapping[str, Any], outputs: Outputs) -> None:
-    """Print the table of records, and write all that the outputs name; the parameters are those of `measure`."""
+    """Print the table of records, and write all outputs; the parameters are those of `measure`."""
     from ..evaluation.benchmark.pictures import write_pictures
     from ..evaluation.benchmark.tables import csv_text, format_table, has_confidence, json_text
     from ..evaluation.metrics.confidence import format_reliability

@@ -1,4 +1,4 @@
-"""`doo3d evaluate sequences`: moving cables, in each frame for itself and in all frames together."""
+"""Implement `doo3d evaluate sequences`: measure moving cables, in single frames and in whole sequences."""
 
 from __future__ import annotations
 
@@ -88,11 +88,11 @@ def sequences(
 
 
 def _motions(paths: list[Path], own: str, has_captures: bool) -> list[str | Path]:
-    """Return the names of the program's own motions, and the files of motion capture.
+    """Return the names of the built-in motions, and the files of motion capture.
 
     Raises
     ------
-    ConfigError : there is no such motion, or none at all is left, and there are no captures.
+    ConfigError : a motion is unknown, or there are neither motions nor captures.
     InputError : there is no such file.
     """
     from ..evaluation.sequences.motions import OWN_MOTIONS, motion_files
@@ -111,11 +111,11 @@ def _sequences(
 ) -> list[Sequence]:
     """Return the sequences of all motions and seeds.
 
-    A file that cannot be used is left out, with a note, if only its folder was given, and if others are left.
+    A file that cannot be used is left out with a note if it was found in a given folder and other motions are left.
 
     Raises
     ------
-    ConfigError : no motion of so many frames fits into the image.
+    ConfigError : no motion with this number of frames fits into the image.
     InputError : a file cannot be used.
     """
     from ..evaluation.sequences.scenes import make_sequence

@@ -1,4 +1,4 @@
-"""`doo3d evaluate trees`: the detection of branched objects on rendered harnesses."""
+"""Implement `doo3d evaluate trees`: measure the detection of branched objects on rendered harnesses."""
 
 from pathlib import Path
 from typing import Annotated

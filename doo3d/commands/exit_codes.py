@@ -1,13 +1,13 @@
-"""Exit codes of the commands; 0 is success."""
+"""Define the exit codes of the commands; 0 is success."""
 
 SOME_FAILED = 1
-"""Some frames failed, or the results compared differ."""
+"""Exit code if some frames failed, or compared results differ."""
 
 NOTHING_DONE = 2
-"""Nothing was done: the input or the options cannot be used, or every frame failed."""
+"""Exit code if nothing was done: the input or the options cannot be used, or every frame failed."""
 
 INTERRUPTED = 130
-"""The user has pressed Ctrl-C; by convention 128 and the number of the signal SIGINT."""
+"""Exit code after Ctrl-C; by convention 128 plus the number of the signal SIGINT."""
 
 TERMINATED = 143
-"""Another program, such as a scheduler, has ended the run: 128 and the number of the signal SIGTERM."""
+"""Exit code if another program, such as a scheduler, ended the run: 128 plus the number of the signal SIGTERM."""

@@ -1,4 +1,4 @@
-"""`doo3d explain`: why the chains of a frame are what they are."""
+"""Implement `doo3d explain`: explain the chains of a frame."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def explain(
       doo3d explain sample_clouds/crossing --frame 0
       doo3d explain photo.jpg -c image --json why.json
     """
-    from ..camera.opening import open_frames
+    from ..camera.open_rig import open_frames
 
     effective = settings.load()
     opened = open_frames(capture, effective, reading.mask, reading.options(cameras))
@@ -67,7 +67,7 @@ def explain(
 
 
 def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Image, Stages]:
-    """Read a frame, detect in it, and return the products of all stages.
+    """Read a frame, run the detection, and return the data and the products of all stages.
 
     Returns
     -------
@@ -89,8 +89,8 @@ def run_with_stages(frame: FrameRef, config: Config) -> tuple[Frame | Cloud | Im
 def lines(explanation: Explanation) -> Iterator[str]:
     """Yield the lines that `doo3d explain` prints.
 
-    They tell what each stage made and dropped, then for each join of two chain ends its cost, its confidence, and the cost of the
-    best alternative.
+    The lines state what each stage made and dropped, then for each connection of two chain ends its cost, its confidence, and the
+    cost of the best alternative.
     """
     for account in explanation.accounts:
         yield f"{account.stage:<9} {account.made}"
@@ -106,6 +106,6 @@ def lines(explanation: Explanation) -> Iterator[str]:
 
 
 def _choice(choice: Choice) -> str:
-    """Return a connection in words: its ends, its cost, and the terms of the cost."""
+    """Return a connection as text: its ends, its cost, and the terms of the cost."""
     terms = ", ".join(f"{name} {cost:.1f}" for name, cost in choice.terms.items() if round(cost, 1))
     return f"{choice.ends[0]} - {choice.ends[1]}: {choice.cost:.1f}{f' = {terms}' if terms else ''}"

@@ -1,4 +1,4 @@
-"""`doo3d export`: write results in the formats of other programs."""
+"""Implement `doo3d export`: write results in the formats of other programs."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def export(
 
 
 def _notes(caught: Iterable[warnings.WarningMessage]) -> Iterator[str]:
-    """Yield a line for the first warning, and how many frames have more of them; warnings of other libraries are left out."""
+    """Yield a line with the first warning and the number of frames with warnings; warnings of other libraries are left out."""
     messages = [str(item.message) for item in caught if issubclass(item.category, DooWarning)]
     if messages:
         more = f" ({len(messages) - 1} more like this)" if len(messages) > 1 else ""

@@ -1,4 +1,4 @@
-"""`doo3d info`: format, frames and content of a capture, and what looks wrong with it."""
+"""Implement `doo3d info`: print format, frames and content of a capture, and warnings."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def info(
 
 
 def _notes_on(loaded: FrameData) -> tuple[str, ...]:
-    """Return what is implausible about a frame and the chains that the default configuration finds in it."""
+    """Return sentences about implausible values of a frame and the chains that the default configuration finds in it."""
     from ..pipeline import detect
     from ..types.plausibility import METHOD, topic_of
 
@@ -161,14 +161,14 @@ def _checked(summary: CaptureSummary) -> str:
 
 
 def _unreadable(checked: Sequence[FrameSummary]) -> list[str]:
-    """Return the reasons of the first few unreadable frames, and how many more there are."""
+    """Return the reasons of the first few unreadable frames, and the number of the others."""
     reasons = [f"{frame.name}: {frame.error}" for frame in checked if frame.error is not None]
     more = len(reasons) - MAX_REASONS
     return reasons[:MAX_REASONS] + [f"{more} more, listed by --json"] * (more > 0)
 
 
 def _content(readable: Sequence[FrameSummary]) -> str:
-    """Return the kinds of data in the frames, each with the number of frames that have it if not all do."""
+    """Return the kinds of data in the frames as text, each with its number of frames unless all have it."""
     counts = {
         "depth": sum(frame.kind == "depth" for frame in readable),
         "points": sum(frame.kind == "cloud" for frame in readable),

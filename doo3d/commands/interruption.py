@@ -1,4 +1,4 @@
-"""What a run that is interrupted with Ctrl-C or SIGTERM prints: one line, with the command to go on."""
+"""Handle Ctrl-C and SIGTERM during a run: print one line with the command that resumes it."""
 
 from __future__ import annotations
 
@@ -21,35 +21,35 @@ if TYPE_CHECKING:
 
 
 class Interruption:
-    """What is known of a run for the line printed on Ctrl-C.
+    """The state of a run for the line printed on Ctrl-C or SIGTERM.
 
     Attributes
     ----------
     reporter
-        the reporter of the run; None before it has begun.
+        the reporter of the run; None before the run starts.
     is_terminated
-        whether SIGTERM interrupted it, as schedulers send it, not Ctrl-C.
+        whether it was interrupted by SIGTERM, as from a scheduler, and not by Ctrl-C.
     """
 
     reporter: Reporter | None = None
     is_terminated = False
 
     def line(self) -> str:
-        """Return the line: how many frames are finished, and the command to go on."""
+        """Return the line with the number of finished frames and the command that resumes the run."""
         finished, total = (self.reporter.finished, self.reporter.total) if self.reporter else (0, 0)
         state = f": {finished} of {total} frames are finished" if self.reporter else " before the first frame"
         word = "terminated" if self.is_terminated else "interrupted"
         return f"doo3d: {word}{state}; to go on: {self._command(bool(finished))}"
 
     def terminate(self, *_: object) -> None:
-        """Interrupt the run as Ctrl-C does, as a handler of SIGTERM; the signal ends the process if it comes again."""
+        """Handle SIGTERM: interrupt the run like Ctrl-C; a second SIGTERM ends the process."""
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         self.is_terminated = True
         raise KeyboardInterrupt
 
     @staticmethod
     def _command(has_results: bool) -> str:
-        """Return the command of this process, without --restart once results of the new run are there."""
+        """Return the command line of this process, without --restart if the new run has written results."""
         words = ["doo3d", *(word for word in sys.argv[1:] if not (has_results and word == "--restart"))]
         return subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words)
 
@@ -75,7 +75,7 @@ def interruptible() -> Iterator[Interruption]:
 
 @contextmanager
 def unmasked_interrupts() -> Iterator[None]:
-    """Raise the KeyboardInterrupt behind an error that a compiled module raises if Ctrl-C comes while it is loaded."""
+    """Raise the original KeyboardInterrupt if Ctrl-C makes the loading of a compiled module fail with another error."""
     try:
         yield
     except (ImportError, SystemError) as error:

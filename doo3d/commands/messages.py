@@ -1,4 +1,4 @@
-"""The lines that a run prints: one per frame, and one about all of them."""
+"""Format the lines that a run prints: one per frame, and one about all frames."""
 
 import os
 import textwrap
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import TextIO
 
 _NARROW_COLUMNS = 40
-"""Characters per line below which a terminal breaks sentences itself: words fill such lines badly."""
+"""Characters per line below which lines are left to the terminal's own wrapping, since words fill such lines badly."""
 
 
 def wrapped(line: str, stream: TextIO, hang: int = len("note: ")) -> str:
-    """Return a long line with breaks between words, for a terminal; for a file or a pipe it stays one line.
+    """Wrap a long line between words for a terminal; for a file or a pipe, return it unchanged.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def frame_line(
     column
         number of characters to which the name is padded with blanks.
     trees
-        number of objects and of junctions; None if branched objects were not looked for.
+        number of objects and of junctions; None if the detection did not look for branched objects.
     doubtful
         length, m (px in 2-D), and confidence of each doubtful chain.
     """

@@ -1,4 +1,4 @@
-"""`doo3d presets`: the configurations shipped with doo3d."""
+"""Implement `doo3d presets`: list the configurations shipped with doo3d."""
 
 import typer
 

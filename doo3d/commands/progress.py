@@ -1,4 +1,4 @@
-"""Progress of a command: a line per frame on stdout, and a bar on stderr if that is a terminal."""
+"""Print the progress of a command: a line per frame on stdout, and a bar on stderr if that is a terminal."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Reporter:
     Attributes
     ----------
     total, finished
-        number of frames, and of those whose files are written.
+        number of all frames, and of frames whose files are written.
     """
 
     def __init__(self, total: int, column: int, quiet: bool, bar: Bar | None, time_limit: float | None = None) -> None:
@@ -57,7 +57,7 @@ class Reporter:
                 self._echo(wrapped(f"note: {sentence}", sys.stderr), err=True)
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
-        """Print on stderr how many frames an earlier run has finished, and count these frames as done in the progress bar.
+        """Print on stderr the number of frames that an earlier run finished, and count them as done in the progress bar.
 
         `records` are the records of these frames.
         """
@@ -94,13 +94,13 @@ class Reporter:
             self._echo("\n".join([line, *notes]))
 
     def _remedy(self, code: str | None) -> str:
-        """Return which options help against an error of a frame; empty if none does."""
+        """Return the options that help against an error of a frame, as text; empty if there are none."""
         if code != "time-limit" or self._time_limit is None:
             return ""
         return f"; to wait longer, add: --retry-failed --time-limit {10 * self._time_limit:g}"
 
     def _unsaid(self, notes: Sequence[str]) -> list[str]:
-        """Return the notes of a frame without those of a check that has given one for an earlier frame."""
+        """Return the notes of a frame, without those whose topic was already printed for an earlier frame."""
         from ..types.plausibility import topic_of
 
         topics = {note: topic for note in notes if (topic := topic_of(note)) is not None}
@@ -126,7 +126,7 @@ def reporting(
     quiet
         whether to print errors only.
     label
-        what is done, printed once with the number of frames.
+        name of the work, printed once with the number of frames.
     lines
         whether to print a line for each frame.
     time_limit
@@ -167,7 +167,7 @@ class Bar:
     def start(self, records: Sequence[FrameRecord]) -> None:
         """Start the bar of a resumed run; `records` are the records of the frames that an earlier run finished.
 
-        These frames count as done, but not in the frames per second, which are those of this run alone.
+        These frames count as done, but not in the rate, which is that of this run only.
         """
         self._count(records)
         # rich drops the fields that a reset does not name
@@ -193,13 +193,13 @@ class Bar:
 
 
 _MIN_RATE_FRAMES = 3
-"""Frames from which on a rate is shown: the first loads the method, and several workers end their first frames together."""
+"""Least number of frames for a rate: the first frame includes loading, and several workers finish their first frames together."""
 
 
 def rate_text(frames: int, seconds: float) -> str:
     """Return the mean rate of a run, such as "2.5 frames/s" or "12.0 s/frame"; empty for fewer than three frames.
 
-    frames : number of frames finished. seconds : time that they took together, s.
+    frames : number of finished frames. seconds : their total time, s.
     """
     if frames < _MIN_RATE_FRAMES or seconds <= 0:
         return ""

@@ -1,4 +1,4 @@
-"""Progress bars on stderr, where that is a terminal: what all of them have in common, and the simple ones."""
+"""Show progress bars on stderr if that is a terminal: the common base, and the simple bars."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ T = TypeVar("T")
 _drawn: list[Progress] = []  # the displays that are or have been on the screen
 
 _NARROW_COLUMNS = 60
-"""Characters per line below which a bar shows the number of frames alone: what else it shows takes 40 of them."""
+"""Characters per line below which a bar shows only the number of frames; its other texts take 40 characters."""
 
 
 def has_bar(total: int) -> bool:
-    """Return whether work of so many steps shows a bar: two or more, and stderr is a terminal."""
+    """Return whether work of `total` steps gets a bar: with two or more steps, and if stderr is a terminal."""
     return total > 1 and sys.stderr.isatty()
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Put off Ctrl-C to the end of the `with` block; in the middle of drawing it would leave lines twice or half a bar."""
+    """Delay Ctrl-C to the end of the `with` block, since it would leave double lines or half a bar while drawing."""
     former = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(former):
         yield
@@ -46,7 +46,8 @@ def uninterrupted() -> Iterator[None]:
 def progress_display(*texts: str) -> Iterator[Progress]:
     """Yield a display of one line: bar, number of steps, time left and further texts, for a `with` block.
 
-    It leaves nothing on the screen. A narrow terminal shows the bar and the number of steps only. `texts` are templates of
+    The display leaves nothing on the screen. A narrow
+    terminal shows the bar and the number of steps only. `texts` are templates of
     rich's TextColumn, such as "{task.fields[status]}".
     """
     from rich.console import Console
@@ -73,9 +74,9 @@ def progress_display(*texts: str) -> Iterator[Progress]:
 
 
 def remove_bars() -> None:
-    """Remove the bars from the screen: Ctrl-C leaves the iterators that show them before they end.
+    """Remove the bars from the screen after Ctrl-C, which leaves their iterators before the end.
 
-    On Ctrl-C a terminal throws away what it has not shown yet, which may be the end of a bar: its line is cleared once more.
+    On Ctrl-C, a terminal discards pending output, which may be the end of a bar; therefore the line is cleared once more.
     """
     if not _drawn:
         return
@@ -90,9 +91,9 @@ def remove_bars() -> None:
 
 
 def with_progress(items: Iterable[T], total: int | None = None) -> Iterable[T]:
-    """Return an iterable over `items` that shows a bar while it is iterated; without a terminal, `items` as they are.
+    """Return an iterable over `items` that shows a bar while iterating; without a terminal, `items` unchanged.
 
-    `total` is their number; None for that of a sequence.
+    `total` is the number of items; None for the length of a sequence.
     """
     if total is None:
         assert isinstance(items, Sized)

@@ -1,4 +1,4 @@
-"""`doo3d report`: a run as one HTML page."""
+"""Implement `doo3d report`: write a run as one HTML page."""
 
 from pathlib import Path
 from typing import Annotated

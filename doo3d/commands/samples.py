@@ -1,4 +1,4 @@
-"""`doo3d samples`: captures and clouds with known truth, rendered."""
+"""Implement `doo3d samples`: render captures and clouds with known truth."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`doo3d train`: train the network that finds thin objects, on drawn images and on the user's own."""
+"""Implement `doo3d train`: train the network for thin objects, on drawn images and on the user's own."""
 
 from pathlib import Path
 from typing import Annotated

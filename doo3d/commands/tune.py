@@ -1,4 +1,4 @@
-"""`doo3d tune`: propose a configuration for a camera and an object."""
+"""Implement `doo3d tune`: propose a configuration for a camera and an object."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..tools.tuning import Tuned
 
 CHECKSUM = "# Checksum "
-"""Begin of the first line of a proposed configuration."""
+"""First words of the first line of a proposed configuration."""
 
 PRESETS = {True: "image", False: "default"}  # by: the format has images only
 
@@ -113,13 +113,13 @@ def summary(tuned: Tuned) -> list[str]:
 
 
 def _checksum(capture: Path, text: str, picture: bytes) -> str:
-    """Return the CRC-32 of a proposal: of the path of its capture, the text of the configuration, and its picture."""
+    """Return the CRC-32 of a proposal: of the capture's path, the text of the configuration, and the picture."""
     content = "\n".join([str(capture.resolve()), text]).encode(errors="surrogateescape")
     return f"{zlib.crc32(content + picture):08x}"
 
 
 def _is_unedited(capture: Path, out: Path, picture: Path) -> bool:
-    """Return whether the files of a proposal were made for the same capture, and nobody changed them since."""
+    """Return whether the files of a proposal were made for the same capture and are unchanged."""
     try:
         first, text = out.read_bytes().decode("utf-8").split("\n", 1)
         return first.startswith(CHECKSUM + _checksum(capture, text, picture.read_bytes()))

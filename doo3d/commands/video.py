@@ -1,4 +1,4 @@
-"""`doo3d video`: the pictures of a run as a video."""
+"""Implement `doo3d video`: write the pictures of a run as a video."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`doo3d view`: show a run in the Rerun viewer."""
+"""Implement `doo3d view`: show a run in the Rerun viewer."""
 
 from pathlib import Path
 from typing import Annotated

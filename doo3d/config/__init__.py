@@ -1,4 +1,4 @@
-"""The configuration: models of every section, how a file and overrides become a Config, and its documentation."""
+"""Define the configuration: models of its sections, loading from files and overrides, and its documentation."""
 
 from .loading import ConfigLike, as_config, known_keys, load_config, parse_overrides, preset_folder, preset_names
 from .merge import MergeConfig

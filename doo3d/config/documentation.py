@@ -1,4 +1,4 @@
-"""The configuration for people: YAML with a comment on each setting, and a page of the documentation."""
+"""Document the configuration: as YAML with a comment on each setting, and as a documentation page."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -35,11 +35,11 @@ class Setting(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Dotted key of the setting, such as "merge.chains"; just its name outside of sections."""
+        """Dotted key of the setting, such as "merge.chains"; only its name outside of sections."""
         return f"{self.section}.{self.name}" if self.section else self.name
 
     def value_in(self, config: Config) -> Any:
-        """Return the value that this setting has in a configuration."""
+        """Return the value of this setting in a configuration."""
         return getattr(getattr(config, self.section) if self.section else config, self.name)
 
 
@@ -88,7 +88,7 @@ def annotated_yaml(config: Config, reasons: Mapping[str, str] | None = None, exp
 def markdown() -> str:
     """Return the documentation page of the configuration as Markdown.
 
-    It has tables of the basic and the expert settings: default, values, effect.
+    The page has tables of the basic and the expert settings: default, values, effect.
     """
     parts = [
         "# Configuration",

@@ -1,4 +1,4 @@
-"""Presets, YAML files and overrides, loaded as a Config."""
+"""Load presets, YAML files and overrides as a Config."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ ConfigLike = Config | Mapping[str, Any] | str | Path
 
 
 def preset_folder() -> Path:
-    """Return the folder of the presets' YAML files: in the installed package, or beside the package in a source checkout."""
+    """Return the folder of the presets' YAML files: in the installed package, or next to the package in a source checkout."""
     package = Path(__file__).parents[1]
     installed = package / "configs"
     return installed if installed.is_dir() else package.parent / "configs"
@@ -55,7 +55,7 @@ def load_config(name: str | Path = "default", overrides: Mapping[str, Any] | Non
 
 
 def as_config(config: ConfigLike | None) -> Config:
-    """Return the settings that an argument stands for.
+    """Convert an argument to a Config.
 
     config : a Config; the name of a preset or the path of a YAML file; dotted keys -> values, such as {"merge.chains": 1}, over
     the preset "default"; or None for that preset.
@@ -87,8 +87,8 @@ def _wrong_type(value: object, what: str) -> ArgumentError:
 def parse_overrides(pairs: Iterable[str]) -> dict[str, Any]:
     """Parse texts such as "merge.chains=2" into dotted keys and values, such as {"merge.chains": 2}, for `load_config`.
 
-    Values are read as YAML, so that "null", "true", numbers and lists have their types. Keys are not checked here. Of two texts
-    with one key the later counts.
+    Values are read as YAML, so that "null", "true", numbers and lists have their types. Keys are not checked here. If a key
+    occurs twice, the later text counts.
 
     Raises
     ------

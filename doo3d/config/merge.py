@@ -1,4 +1,4 @@
-"""The settings of merging, and what a stiffness sets."""
+"""Define the settings of merging, and the weights of each stiffness."""
 
 from typing import Literal
 
@@ -7,12 +7,13 @@ from pydantic import Field
 from .section import Section, expert
 
 STIFFNESS = {"thread": 25.0, "rope": 50.0, "cable": 100.0, "rod": 200.0}
-"""Weights of direction and curvature, per radian: "cable" holds those of Keipour et al. (RA-L 2022).
+"""Stiffness -> weight of direction and of curvature, cost units per radian. "cable" is that of Keipour et al. (RA-L 2022).
 
-docs/pages/accuracy.md scores each stiffness."""
+docs/pages/accuracy.md has the score of each stiffness.
+"""
 
 MAX_GAP_PX = 150.0
-"""px of the working picture; `merge.max_gap` where it is null: chosen on mBEST's photographs, with strands 11 px wide."""
+"""Default of `merge.max_gap` in 2-D, px of the working picture: chosen on mBEST's photographs, with strands 11 px wide."""
 
 
 class MergeConfig(Section):
@@ -120,11 +121,11 @@ class MergeConfig(Section):
 
     @property
     def gap(self) -> float:
-        """The longest gap in effect, m (px of the working picture in 2-D)."""
+        """The greatest gap in effect, m (px of the working picture in 2-D)."""
         return MAX_GAP_PX if self.max_gap is None else self.max_gap
 
     @property
     def angle_weights(self) -> tuple[float, float]:
-        """The weights of direction and of curvature in effect, cost units per radian: as they are set, or by `stiffness`."""
+        """The weights of direction and of curvature in effect, cost units per radian: the set values, or those of `stiffness`."""
         own, usual = (self.direction_weight, self.curvature_weight), STIFFNESS[self.stiffness]
         return usual if own[0] is None else own[0], usual if own[1] is None else own[1]

@@ -1,11 +1,11 @@
-"""The settings: one frozen model per stage, in two tiers.
+"""Define the configuration: one frozen model per stage, with settings in two tiers.
 
 Basic settings are those a user sets for a camera and an object. Expert settings are the weights of Keipour et al. (RA-L
 2022), what presets need, and what unusual sensors need. Everything else is a named constant, with its unit and reason, in the
 file of its stage.
 
-Lengths are metres in 3-D and pixels in 2-D; lengths that depend on the object are given in its radii or in
-voxels, so that they hold for a thread as for a hose.
+Lengths are metres in 3-D and pixels in 2-D; lengths that depend on the object are given in its radii or in voxels, so that they
+hold for a thread as for a hose.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Why settings are refused: sentences and codes for the errors of pydantic."""
+"""Explain why settings are refused: sentences and codes for the errors of pydantic."""
 
 import difflib
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 from ..errors import ConfigError, invalid_code
 
 REMOVED = {"merge.curvature_persistence": "an end is expected to go straight on, as with 0"}
-"""Settings of steps that are gone -> the sentence with which they are refused."""
+"""Removed setting -> the reason in the error that refuses it."""
 
 
 class Refusal(NamedTuple):
@@ -27,7 +27,7 @@ class Refusal(NamedTuple):
 
 
 def config_error(error: ValidationError, model: type[BaseModel], name: str) -> ConfigError:
-    """Return the error for settings that pydantic refused; name : of the settings, such as "config mine.yaml"."""
+    """Return the error for settings that pydantic refused; name : name of the settings, such as "config mine.yaml"."""
     refusals = [refusal_of(item, model) for item in error.errors()]
     return ConfigError(f"{name}: " + "; ".join(refusal.sentence for refusal in refusals), code=refusals[0].code)
 
@@ -35,8 +35,7 @@ def config_error(error: ValidationError, model: type[BaseModel], name: str) -> C
 def keys_of(model: type[BaseModel], prefix: str = "") -> list[str]:
     """Return every dotted key of a model, in order: "merge" for a section, "merge.chains" for a setting.
 
-    model : the pydantic model whose fields to list. prefix : text put before each key, such as
-    "merge.".
+    model : the pydantic model whose fields to list. prefix : text put before each key, such as "merge.".
     """
     keys: list[str] = []
     for name, item in model.model_fields.items():
@@ -48,7 +47,7 @@ def keys_of(model: type[BaseModel], prefix: str = "") -> list[str]:
 
 
 def refusal_of(item: Any, model: type[BaseModel]) -> Refusal:
-    """Return the reason behind one error of pydantic."""
+    """Return the reason for one error of pydantic."""
     key = ".".join(str(part) for part in item["loc"])
     if item["type"] == "extra_forbidden":
         return _unknown_key(key, model)

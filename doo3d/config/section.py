@@ -1,4 +1,4 @@
-"""What every section of the settings is made of: frozen models, and fields in two tiers."""
+"""Define the base of every section of the settings: frozen models, and fields in two tiers."""
 
 import math
 from collections.abc import Iterator
@@ -8,18 +8,18 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 from pydantic.fields import FieldInfo
 
 EXPERT = "expert"
-"""The tier of a setting in its `json_schema_extra`; settings without one are basic."""
+"""Tier of an expert setting, in its `json_schema_extra`; settings without a tier are basic."""
 
 
 MIN_NUMBER, MAX_NUMBER = 1e-6, 2**31 - 1
-"""The smallest and the largest number of a setting, its sign and 0 aside.
+"""Smallest and largest absolute value of a setting other than 0.
 
 A micrometre or a millionth is below what any sensor resolves. The largest whole number of 32 bits is more than any image has
 pixels; its square and its cube are far from the largest float.
 """
 
 _MAY_BE_INFINITE = {"max_width", "max_width_ratio", "max_cost", "max_gap"}
-"""Settings that a preset turns off by the value .inf."""
+"""Settings that may be infinite, since presets turn them off by the value .inf."""
 
 
 def expert(default: Any, description: str, **bounds: Any) -> Any:
@@ -38,7 +38,7 @@ def expert(default: Any, description: str, **bounds: Any) -> Any:
 
 
 def is_expert(field: FieldInfo) -> bool:
-    """Tell whether a field is an expert setting (one made by `expert`), not a basic one."""
+    """Return whether a field is an expert setting, made by `expert`."""
     extra = field.json_schema_extra
     return isinstance(extra, dict) and extra.get("tier") == EXPERT
 
@@ -51,7 +51,7 @@ class Section(BaseModel):
     @field_validator("*")
     @classmethod
     def _is_usable(cls, value: Any, info: ValidationInfo) -> Any:
-        """Refuse numbers that are beyond those of any camera or object, or so small that they are none."""
+        """Refuse numbers whose absolute value is above MAX_NUMBER, or below MIN_NUMBER and not 0."""
         given = value.values() if isinstance(value, dict) else value if isinstance(value, tuple) else (value,)
         for number in given:
             if type(number) not in (int, float) or (number == math.inf and info.field_name in _MAY_BE_INFINITE):

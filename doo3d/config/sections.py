@@ -1,4 +1,4 @@
-"""The settings of the stages that have few, of tracking, of fusion and of input."""
+"""Define the settings of the stages with few settings, of tracking, fusion, input and output."""
 
 from typing import Literal
 
@@ -8,7 +8,7 @@ from ..guard.limits import DEFAULT_MAX_PIXELS, DEFAULT_MAX_POINTS, Limits
 from .section import Section, expert
 
 SEGMENT_LENGTH_PX = 10.0
-"""px of the working picture; `fit.segment_length` where it is null, as in Keipour et al. (RA-L 2022), section III-D."""
+"""Default of `fit.segment_length` in 2-D, px of the working picture, as in Keipour et al. (RA-L 2022), section III-D."""
 
 
 class VoxelizeConfig(Section):
@@ -87,8 +87,8 @@ class FitConfig(Section):
 
 
 MAX_CUBOID_WIDTH = 100
-"""m (px in 2-D): over ten times the 9 px of the paper, and more than any scene in metres. The number of pairs to test, and with
-it time and memory, grows with the width until every segment is near every other."""
+"""Greatest width of a cuboid, m (px in 2-D): over ten times the 9 px of the paper, and more than any scene in metres. The number
+of tested pairs, and with it time and memory, grows with the width until every segment is near every other."""
 
 
 class PruneConfig(Section):
@@ -229,7 +229,7 @@ class InputConfig(Section):
     )
 
     def limits(self) -> Limits:
-        """Return the settings as the readers take them."""
+        """Return the settings as Limits, for the readers."""
         return Limits(self.max_pixels, self.max_points)
 
 

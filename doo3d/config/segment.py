@@ -1,4 +1,4 @@
-"""The settings of segmentation."""
+"""Define the settings of segmentation."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class HsvRange(Section):
 
 
 def _with_plugins(value: Any, check: ValidatorFunctionWrapHandler) -> Any:
-    """Accept the name of a plug-in where pydantic refuses a method; the error for any other name lists those too."""
+    """Accept the name of a plug-in as a method; the error for an unknown name lists the plug-ins, too."""
     try:
         return check(value)
     except ValidationError:

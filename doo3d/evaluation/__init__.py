@@ -1,1 +1,1 @@
-"""Scenes with known truth, a renderer with a sensor model, the score, and the table of how good the detection is."""
+"""Evaluate the detection: scenes with known truth, a renderer with sensor models, scores, and tables of results."""

@@ -1,7 +1,5 @@
 """Write a sample recording: a ROS 2 bag of the first frame of a sample capture."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 from typing import Any
@@ -13,12 +11,12 @@ from ..inputs.support.camera_files import read_camera_file
 from ..types import Camera
 
 TIMESTAMP_NS = 10**9
-"""Time of the messages in ns, the one second of their headers."""
+"""Time of all messages: 1 s, in ns."""
 
 TOPICS = "/camera/color/image_raw/compressed", "/camera/aligned_depth_to_color/image_raw/compressedDepth"
 INFO = "/camera/aligned_depth_to_color/camera_info"
 COMPRESSED_DEPTH_HEADER = bytes(12)
-"""Header of a compressedDepth image: the encoding, 0, and two unused numbers for inverse depth."""
+"""Header of a compressedDepth image: encoding 0, and two numbers for inverse depth, which are not used."""
 
 
 def write_bag(capture: Path, path: Path) -> Path:

@@ -1,7 +1,5 @@
 """Write small rendered captures and clouds with their truth, for `doo3d samples`."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -24,7 +22,7 @@ from .scenes.registry import make_scene
 from .truth_file import write_truth
 
 Writer = Callable[[], Path]
-"""Writes one sample and returns its path."""
+"""Function that writes one sample and returns its path."""
 
 CAPTURES: dict[str, tuple[str, int, int]] = {
     "straight": ("straight", 3, 1),
@@ -33,10 +31,10 @@ CAPTURES: dict[str, tuple[str, int, int]] = {
     "helix": ("air", 11, 1),
     "two_cables": ("several", 6, 1),
 }
-"""Name -> family, seed, number of frames; each seed shows well what its family is about."""
+"""Name of a capture -> family, seed, number of frames; the seeds are typical of their families."""
 
 LAID_OUT: dict[str, Callable[[], list[Scene]]] = {"hand": hand_scenes, "t_piece": lambda: [t_piece_scene()]}
-"""Name of each capture whose scenes are laid out by hand -> its scenes, one a frame."""
+"""Name of a capture with hand-made scenes -> function that returns its scenes, one for each frame."""
 
 CLOUDS: dict[str, tuple[str, int, str, bool]] = {
     "open.ply": ("open", 1, "d435", False),
@@ -45,7 +43,7 @@ CLOUDS: dict[str, tuple[str, int, str, bool]] = {
     "on_table.ply": ("open", 2, "d435", True),
     "two_cables.npz": ("several", 10, "d435", False),
 }
-"""Name -> family, seed, sensor, whether the table round the cable is in the cloud."""
+"""Name of a cloud -> family, seed, sensor, whether the cloud includes the table around the cable."""
 
 PHOTOS: dict[str, tuple[str, int]] = {
     "four": ("several", 3),
@@ -55,30 +53,30 @@ PHOTOS: dict[str, tuple[str, int]] = {
     "loop": ("crossing", 3),
     "tangle": ("tangle", 3),
 }
-"""Name -> family, seed."""
+"""Name of a photograph -> family, seed."""
 
 PAIRS: dict[str, tuple[str, int]] = {"stereo_pair": ("crossing", 2)}
-"""Name of each stereo pair without depth -> family, seed."""
+"""Name of a stereo pair without depth -> family, seed."""
 
 PAIR_BASELINE = 0.06
-"""m, from the left to the right camera."""
+"""Distance in m from the left to the right camera of a pair."""
 
 RIGS: dict[str, tuple[str, int]] = {"two_cameras": ("open", 1)}
-"""Name of each rig of two depth cameras, from one of which a block hides a part of the cable -> family, seed."""
+"""Name of a rig of two depth cameras -> family, seed. A block hides a part of the cable from one of the cameras."""
 
 RIG_TILT = 25.0
-"""Degrees by which the cameras of a rig are tilted from the scene's own."""
+"""Angle in degrees between the cameras of a rig and the scene's own camera."""
 
 BAGS = ("crossing",)
-"""Names of captures that are also written as a bag."""
+"""Names of the captures that are also written as a ROS 2 bag."""
 
 PHOTO_SIZE = (640, 480)
-"""px, width and height."""
+"""Width and height of a photograph, px."""
 
 AXES_SCHEMA = "doo3d/axes/1"
 
 AXIS_STRIDE = 6
-"""Points of a true axis, half a millimetre apart, per written point of a photograph."""
+"""Number of points of a true axis, 0.5 mm apart, per point written to axes.json."""
 
 DEPTH_SCALE = 1000
 """Units per metre of the depth images."""
@@ -86,10 +84,10 @@ DEPTH_SCALE = 1000
 JPEG_QUALITY = 90
 
 ORBIT_STEP_DEGREES = 4.0
-"""Degrees by which the camera orbits the scene from frame to frame."""
+"""Angle in degrees by which the camera orbits the scene from frame to frame."""
 
 TABLE_MARGIN_PX, TABLE_STRIDE_PX = 40, 3
-"""px round the cable, and from pixel to pixel, of a cloud with its table."""
+"""Cloud with its table: margin around the cable in px, and step from one used pixel to the next in px."""
 
 
 def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], Iterable[Writer]] = iter) -> list[Path]:
@@ -104,17 +102,12 @@ def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], It
     - A stereo pair is `<name>/000000.jpg`, both images side by side, with masks, `rig.yaml` and the truth for the left camera.
     - A rig of depth cameras is a capture for each camera, and `rig.yaml`.
 
-    Parameters
-    ----------
-    folder
-        the folder; made if missing.
-    with_progress
-        called with the list of what is to be written; returns an iterable of the same, for example one that shows a bar.
+    folder : output folder; made if missing. with_progress : called with the list of writers; returns an iterable of them, for
+    example one that shows a progress bar.
 
     Returns
     -------
-    The paths of what was written: the folders of the captures, the files of the clouds, the bags, and the folder of the
-    photographs.
+    The written paths: the folders of the captures, the files of the clouds, the bags, and the folder of the photographs.
 
     Raises
     ------
@@ -195,7 +188,7 @@ def _write_rig_file(folder: Path, cameras: list[dict[str, Any]]) -> None:
 
 
 def _pixel_axis(truth: Truth, camera: Camera) -> dict[str, Any]:
-    """Return the axis of a cable in the image, px to a tenth, its median radius there, and where the camera sees it."""
+    """Return the JSON values of a cable in the image: axis to 0.1 px, median radius in px, and visibility of each point."""
     chosen = np.append(np.arange(0, len(truth.axis) - 1, AXIS_STRIDE), len(truth.axis) - 1)
     seen = np.ones(len(truth.axis), dtype=bool) if truth.seen is None else truth.seen
     return {
@@ -211,12 +204,7 @@ def write_intrinsics(path: Path, camera: Camera) -> None:
 
     The file holds width, height, the 3 x 3 intrinsic matrix in px (column by column), and the depth scale (1000 units per metre).
 
-    Parameters
-    ----------
-    path
-        the file to write; an existing one is replaced.
-    camera
-        the intrinsics and the image size.
+    path : the file to write; an existing one is replaced. camera : the intrinsics and the image size.
     """
     values = {
         "width": camera.width,
@@ -259,15 +247,10 @@ def _write_cloud(path: Path, family: str, seed: int, sensor: str, with_table: bo
 
 
 def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array]:
-    """Return a rendered frame as a colored cloud, of the cables alone or with the table round them.
+    """Convert a rendered frame to a colored cloud of the cables, alone or with the table around them.
 
-    Parameters
-    ----------
-    rendered
-        the frame and its mask.
-    with_table
-        False gives all pixels of the cables. True gives every third pixel in x and y of the rectangle round the cables, with a
-        margin of 40 px.
+    rendered : the frame and its mask. with_table : False takes all pixels of the cables; True takes every third pixel in x and y
+    of the rectangle around the cables, with a margin of 40 px.
 
     Returns
     -------
@@ -287,13 +270,13 @@ def cloud_of(rendered: Rendered, with_table: bool = False) -> tuple[Array, Array
 
 
 def orbited_scenes(family: str, seed: int, frames: int) -> list[Scene]:
-    """Return a scene of a family as a camera sees it that orbits it, frame by frame."""
+    """Return the scene of each frame, seen by a camera that orbits a scene of a family."""
     scene = make_scene(family, seed)
     return [orbited_scene(scene, k * ORBIT_STEP_DEGREES, f"{scene.name}/{k}") for k in range(frames)]
 
 
 def orbited_scene(scene: Scene, angle: float, name: str) -> Scene:
-    """Return the scene in the optical frame of a camera that moved on a circle round the scene.
+    """Return the scene in the optical frame of a camera that moved on a circle around the scene.
 
     The center of the circle is the point on the optical axis at the cables' mean depth; the circle's axis is parallel to the
     image's y axis. The camera keeps looking at the center.

@@ -1,6 +1,4 @@
-"""Scenes that are laid out by hand for the samples: a cable that is dragged past a hand, and a hose with a T-piece."""
-
-from __future__ import annotations
+"""Build hand-made scenes for the samples: a cable that is dragged while a hand passes, and a hose with a T-piece."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -20,37 +18,37 @@ LIGHT = (-0.38, -0.30, -0.875)
 """Unit vector towards the light, in the camera's optical frame."""
 
 HAND_FRAMES = 20
-"""Frames of the dragged cable: two thirds of a second at 30 a second."""
+"""Number of frames of the dragged cable: two thirds of a second at 30 per second."""
 
 DRAG_STEP, DRAG_TURN = 0.009, -0.035
-"""m and radians from frame to frame of the end that is dragged."""
+"""Motion of the dragged end from frame to frame: m, and radians."""
 
 DRAGGED_RADIUS, HOSE_RADIUS, CABLE_RADIUS = 0.0045, 0.0060, 0.0040
-"""m."""
+"""Radii of the dragged cable, of the hose, and of the cable that crosses the hose, m."""
 
 DRAGGED = ((-0.15, 0.10), (-0.08, 0.115), (0.02, 0.05), (0.10, -0.04), (0.19, -0.07), (0.255, 0.0), (0.19, 0.085), (0.10, 0.05),
            (0.05, -0.04), (-0.04, -0.105), (-0.15, -0.10), (-0.26, -0.06))  # fmt: skip
-"""m (x, y), points of the dragged cable on the table in the first frame, from the end that is dragged on."""
+"""Points (x, y) of the dragged cable on the table in the first frame, m, starting at the dragged end."""
 
 HAND_FROM, HAND_TO, HAND_HEIGHT, HAND_REACH = (0.30, -0.30), (-0.04, -0.26), 0.075, 0.26
-"""m: the palm's middle in the first and the last frame, its height, and how far it reaches into the image between them."""
+"""Passing hand, in m: middle of the palm in the first and the last frame, its height, and its greatest reach into the image."""
 
 HOSE = ((-0.36, 0.03), (-0.22, 0.075), (-0.08, 0.05), (0.05, 0.015), (0.18, 0.03), (0.35, 0.09))
 BRANCH = ((-0.08, 0.05), (-0.10, -0.03), (-0.07, -0.11), (0.0, -0.17))
 CABLE = ((0.04, 0.19), (0.13, 0.12), (0.16, 0.03), (0.19, -0.07), (0.30, -0.13))
-"""m (x, y), points of the hose, of the branch that leaves it at its third point, and of the cable that crosses it."""
+"""Points (x, y) in m of the hose, of the branch that leaves it at its third point, and of the cable that crosses it."""
 
 YELLOW, GREEN, GRIPPER = (236, 196, 30), (40, 150, 62), (48, 49, 52)
 
 
 def _studio(width: int, height: int, focal: float, distance: float, color: tuple[int, int, int]) -> Studio:
-    """Return a camera that looks down on a table, a little tilted."""
+    """Return a slightly tilted camera above a table."""
     rotation = Rotation.from_euler("x", 8.0, degrees=True).as_matrix() @ np.diag([1.0, -1.0, -1.0])
     return Studio(Camera(focal, focal, width / 2, height / 2, width, height), rotation, distance, LIGHT, color)
 
 
 def hand_scenes() -> list[Scene]:
-    """Return the scenes of a cable with a loop that a gripper drags over a table, while a hand passes before it."""
+    """Return the scenes of a looped cable that a gripper drags over a table while a hand passes above it."""
     studio = _studio(640, 360, 460.0, 0.58, (150, 152, 154))
     curve = spline_axis(np.array(DRAGGED), STEP)
     ahead = curve[0] - curve[4]
@@ -70,7 +68,7 @@ def hand_scenes() -> list[Scene]:
 
 
 def _gripper(studio: Studio, tip: Floats, heading: float) -> tuple[Solid, ...]:
-    """Return the two jaws on both sides of a cable's tip (2,) m, and the hand and arm of the robot ahead of it."""
+    """Return a gripper at a cable's tip (2,) m: a jaw on each side, and the robot's hand and arm ahead of it."""
     ahead, aside = np.array([np.cos(heading), np.sin(heading)]), np.array([-np.sin(heading), np.cos(heading)])
     parts = [(0.005, side * (DRAGGED_RADIUS + 0.0045), (0.036, 0.008, 0.018)) for side in (-1, 1)]
     parts += [(0.045, 0.0, (0.045, 0.060, 0.030)), (0.30, 0.0, (0.48, 0.044, 0.044))]
@@ -81,7 +79,7 @@ def _gripper(studio: Studio, tip: Floats, heading: float) -> tuple[Solid, ...]:
 
 
 def _passing_hand(studio: Studio, time: float) -> tuple[Solid, ...]:
-    """Return the hand at a time from 0 to 1: it reaches in from the lower edge, passes over the loop and leaves."""
+    """Return the hand at a time from 0 to 1; it enters from the lower edge, passes over the loop and leaves."""
     x, y = (1 - time) * np.array(HAND_FROM) + time * np.array(HAND_TO)
     return make_hand(studio, (x, y + HAND_REACH * np.sin(np.pi * time), HAND_HEIGHT), np.radians(18.0 - 30.0 * time))
 

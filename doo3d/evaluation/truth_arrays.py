@@ -1,6 +1,4 @@
-"""Read the truth that another renderer wrote beside a capture, `truth.npz`, and its other depth and masks."""
-
-from __future__ import annotations
+"""Read a capture's truth as arrays, `truth.npz`, written by another renderer, and its further depth and masks."""
 
 import json
 import zipfile
@@ -19,7 +17,7 @@ from .scenes.model import Scene, Truth
 FILE = "truth.npz"
 RAGGED = "other/mask_ragged.png"
 DEPTH_SCALE = 1000.0
-"""Units per metre of a depth image whose camera file names no other."""
+"""Default scale of depth images, in units per metre, for camera files without one."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ def read_truth_arrays(path: Path, names: Sequence[str]) -> TruthArrays:
     """Read a truth file of arrays (NPZ).
 
     The file of a single frame holds `axis_0`, `axis_1` and so on, (P, 3) m, with `radii` (m), and perhaps `closed` and `labels`.
-    That of a cable in motion holds `curves` (T, P, 3) m, for each of T frames, and `radius` (m).
+    The file of a cable in motion holds `curves` (T, P, 3) m, for each of T frames, and `radius` (m).
 
     Parameters
     ----------
@@ -53,7 +51,7 @@ def read_truth_arrays(path: Path, names: Sequence[str]) -> TruthArrays:
 
     Raises
     ------
-    InputError : the file is missing or is no such file, or it has another number of frames.
+    InputError : the file is missing, has other content, or has another number of frames.
     """
     try:
         with np.load(path) as file:
@@ -78,7 +76,7 @@ def read_truth_arrays(path: Path, names: Sequence[str]) -> TruthArrays:
 
 
 def with_seen(truths: tuple[Truth, ...], camera: Camera, labels: Array | None, mask: Bools | None) -> tuple[Truth, ...]:
-    """Return the cables with `seen` filled in: no cable is before the axis point, and its pixel shows the cable.
+    """Return the cables with `seen`: axis points whose pixel shows the cable and that no cable occludes.
 
     Parameters
     ----------
@@ -103,7 +101,7 @@ def with_seen(truths: tuple[Truth, ...], camera: Camera, labels: Array | None, m
 
 
 def with_depth(frame: Frame, folder: Path, file: str) -> Frame:
-    """Return the frame with the depth in another image of its capture's folder, such as other/depth_simple.png.
+    """Return the frame with another depth image of its capture's folder, such as other/depth_simple.png.
 
     Raises
     ------
@@ -115,12 +113,12 @@ def with_depth(frame: Frame, folder: Path, file: str) -> Frame:
 
 
 def ragged_mask_of(folder: Path, shape: tuple[int, ...]) -> Bools | None:
-    """Return the spoiled mask in a capture's folder, (H, W) bool; None if there is none."""
+    """Read the imperfect mask in a capture's folder, (H, W) bool; None if there is none."""
     return np.asarray(_image(folder / RAGGED, shape, "--mask given") > 0) if (folder / RAGGED).exists() else None
 
 
 def _image(path: Path, shape: tuple[int, ...], instead: str) -> Array:
-    """Return an image of one channel, (H, W); `instead` is the option that needs none."""
+    """Read a single-channel image, (H, W); `instead` names the option to use without this image, for the error."""
     image = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_UNCHANGED) if path.exists() else None
     if image is None or image.shape != shape:
         found = "is missing or no image" if image is None else f"has shape {image.shape}, expected {shape}"

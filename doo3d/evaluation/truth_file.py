@@ -1,6 +1,4 @@
-"""Read and write the truth beside data: `truth.json` of a capture, `<name>.truth.json` of a cloud."""
-
-from __future__ import annotations
+"""Read and write truth files: `truth.json` of a capture, `<name>.truth.json` of a cloud."""
 
 import json
 from collections.abc import Mapping
@@ -17,19 +15,20 @@ from .scenes.model import Truth
 
 SCHEMA = "doo3d/truth/1"
 AXIS_STRIDE = 2
-"""Axis points per written point: 1 mm."""
+"""Number of axis points per written point; written points are 1 mm apart."""
 
 DIGITS = 4
-"""Decimals of metres: 0.1 mm."""
+"""Number of decimals of coordinates in m: 0.1 mm."""
 
 SPACING = 0.001
-"""m between the points of a resampled axis."""
+"""Distance in m between the points of a resampled axis."""
 
 MAX_COORDINATE = 1e6
-"""m; no cable lies farther from its camera."""
+"""Greatest coordinate in m; no cable is farther from its camera."""
 
 MAX_STEP_RATIO, MIN_STEP_RATIO = 1.5, 0.5
-"""An axis with a step longer than this times SPACING, or shorter than this times its mean step, is resampled."""
+"""An axis is resampled if a step is longer than MAX_STEP_RATIO times SPACING, or shorter than MIN_STEP_RATIO times the mean
+step."""
 
 DEFAULT_COLOR = (200, 40, 40)
 """RGB of a cable without a color."""

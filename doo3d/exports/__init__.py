@@ -1,4 +1,4 @@
-"""Exports: chains in the formats of other programs, one file per format.
+"""Export chains in the formats of other programs, one file per format.
 
 To add a format, write a file with one class like `npz.Npz` and a line in `FORMATS`; your own program can add its class to
 `FORMATS` itself.

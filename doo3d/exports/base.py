@@ -1,4 +1,4 @@
-"""The base classes of all export formats, and the chain numbers, colors, times and up axis that they share."""
+"""Define the base classes of all export formats, and their common chain numbers, colors, times and up axis."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from ..viz.palette import Rgb, chain_color, chain_numbers
 from .resampling import resampled
 
 labels = chain_numbers
-"""The number of each chain in exported files, such as that of "chain0"."""
+"""Function that returns the number of each chain in exported files, such as 0 in "chain0"."""
 
 
 class Export(BaseModel):
@@ -28,7 +28,7 @@ class Export(BaseModel):
         the file suffixes that the format accepts, such as (".usda", ".usdc"); the first is the default. Empty if the format
         writes a folder.
     file_per
-        what one file holds: "capture" (all frames), "frame" (one frame) or "chain" (one chain of one frame).
+        the content of one file: "capture" (all frames), "frame" (one frame) or "chain" (one chain of one frame).
     supports_2d
         whether 2-D results, in pixels, can be exported too.
     """
@@ -42,7 +42,7 @@ class Export(BaseModel):
 
     @property
     def suffix(self) -> str:
-        """The suffix, such as ".ply", of files written into a folder, whose names doo3d chooses."""
+        """The suffix, such as ".ply", of files that are written into a folder under names chosen by doo3d."""
         return self.suffixes[0]
 
     def write(self, frames: Sequence[Detection], path: Path) -> None:
@@ -82,8 +82,7 @@ class RadiusExport(Export):
         radius = chain.radius if self.radius is None else self.radius
         if not math.isfinite(radius) or radius <= 0:
             raise InputError(
-                "the radius of a chain is unknown, and this format needs it: set the option radius, in m",
-                code="radius-missing",
+                "the radius of a chain is unknown, and this format needs it: set the option radius, in m", code="radius-missing"
             )
         return radius
 
@@ -115,9 +114,9 @@ class ChainBodies(NamedTuple):
     label
         number of the chain.
     chain
-        the chain, with the number of segments that the option `segments` asks for.
+        the chain, resampled to the number of segments in the option `segments`.
     mass
-        mass of each segment, kg: all together weigh as much as the detected chain, whatever the number of segments.
+        mass of each segment, kg; the total is that of the detected chain, whatever the number of segments.
     """
 
     name: str
@@ -139,11 +138,11 @@ class BodyExport(RadiusExport):
     def bodies_of(self, detection: Detection, counts: Sequence[int] | None = None) -> list[ChainBodies]:
         """Return the chains of a detection as rigid bodies.
 
-        counts : number of segments of each chain; None for that of the option `segments`, or without it as detected.
+        counts : number of segments of each chain; None for the option `segments`, or else the detected number.
 
         Raises
         ------
-        InputError : the radius of a chain is unknown and the option `radius` is not set, or a ring cannot have so few segments.
+        InputError : the radius of a chain is unknown and the option `radius` is not set, or a ring would have too few segments.
         """
         bodies = []
         if counts is None:
@@ -176,7 +175,7 @@ def times(frames: Sequence[Detection], rate: float) -> list[float]:
 
 
 def is_z_up(detection: Detection) -> bool:
-    """Return whether the z axis of the detection's coordinates is taken to point up.
+    """Return whether the z axis of the detection's coordinates is assumed to point up.
 
     False for a camera's coordinates (x right, y down, z forward), where up is -y if the camera is level. True for the coordinates
     of a world or of a cloud.

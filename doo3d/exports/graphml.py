@@ -1,4 +1,4 @@
-"""GraphML: chains as the edges of a graph, for NetworkX, igraph, Gephi and yEd."""
+"""Export GraphML: chains as the edges of a graph, for NetworkX, igraph, Gephi and yEd."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ EDGE_KEYS = {"chain": "int", "object": "int", "length": "double", "radius": "dou
 class GraphMl(Export):
     """Export format GraphML: the junctions and tips of one frame as nodes, its chains as edges.
 
-    Without `merge.branches` each chain is an edge between two tips of its own.
+    Without `merge.branches`, each chain is an edge between two separate tips.
     """
 
     summary: ClassVar[str] = "graph: junctions and tips with chains between them"

@@ -1,4 +1,4 @@
-"""The direction of gravity, and the ground under the chains."""
+"""Estimate the direction of gravity, and the ground under the chains."""
 
 import warnings
 from collections.abc import Sequence
@@ -18,8 +18,9 @@ MAX_TILT_DEG = 20.0  # of a table against the z axis of a world: beyond that, th
 def gravity_of(detection: Detection) -> Floats:
     """Return the gravity in the coordinates of a detection, (3,) m/s².
 
-    -z in a world or robot's base frame; else, along the normal of the plane that the object lies on; without such a plane, as of
-    an object that hangs in front of a wall, +y in a camera's coordinates and -z in a cloud's, with a warning.
+    Gravity is along -z in a world or robot's base frame; otherwise opposite to the normal of the plane that the object lies on.
+    Without such a plane, as for an object that hangs in front of a wall, it is +y in a camera's coordinates and -z in a cloud's,
+    with a warning.
     """
     if detection.coordinates == "world":
         return np.array((0.0, 0.0, -GRAVITY))
@@ -40,15 +41,15 @@ def gravity_of(detection: Detection) -> Floats:
 
 
 def ground_of(detection: Detection, gravity: Floats, chains: Sequence[tuple[Chain, float]]) -> tuple[Floats, Floats]:
-    """Return a point under the chains on the ground, and the ground's normal, (3,) each.
+    """Return a point of the ground under the chains, (3,) m, and the ground's unit normal, (3,).
 
-    The ground is the plane found around the object, if it is known and level to within 20 degrees, lowered to the lowest chain
-    where that would reach into it; else it is perpendicular to gravity, just below the lowest chain.
+    The ground is the plane around the object, if it is known and level to within 20 degrees; it is lowered if a chain would
+    penetrate it. Otherwise the ground is perpendicular to gravity, just below the lowest chain.
 
     Parameters
     ----------
     detection
-        gives the plane.
+        the detection with its plane.
     gravity
         (3,) m/s², not 0.
     chains
@@ -74,7 +75,8 @@ def ground_of(detection: Detection, gravity: Floats, chains: Sequence[tuple[Chai
 def upright_pose(gravity: Floats, ground: Floats) -> Floats:
     """Return the (4, 4) pose that turns gravity to -z and puts the ground at z = 0.
 
-    The x axis keeps its direction as far as it can, so that right in a view stays right. The origin moves along gravity only.
+    The x axis keeps its direction as closely as possible, so that right in a view stays right. The origin moves along gravity
+    only.
 
     Parameters
     ----------
@@ -94,7 +96,7 @@ def upright_pose(gravity: Floats, ground: Floats) -> Floats:
 
 
 def _level_plane(detection: Detection, up: Floats) -> Plane | None:
-    """Return the plane of a detection if it is level; a warning says that it is not."""
+    """Return the plane of a detection if it is level; otherwise None, with a warning."""
     if detection.plane is None:
         return None
     tilt = float(np.degrees(np.arccos(np.clip(detection.plane.normal @ up, -1, 1))))

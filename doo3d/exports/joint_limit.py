@@ -1,4 +1,4 @@
-"""How many segments the chains of a robot may have, where a simulator limits its joints."""
+"""Choose the number of segments of a robot's chains, for simulators that limit the number of joints."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from .resampling import MIN_RING
 from .trees import Grown
 
 PYBULLET_JOINTS = 127
-"""Joints of a robot that PyBullet simulates: it loads one with more, and then cannot tell the state of any link."""
+"""Greatest number of joints of a robot in PyBullet; it loads robots with more, but then cannot report the state of links."""
 
 LENGTH_STEP = 1.02  # factor between lengths of segments that are tried until a robot has few enough joints
 
@@ -17,29 +17,29 @@ def joint_count(tree: Grown, counts: Sequence[int], axes: int) -> int:
     Parameters
     ----------
     tree
-        its chains; each has a fixed joint at its tip, and at its base if it begins at the root.
+        the chains; each has a fixed joint at its tip, and another at its base if it begins at the root.
     counts
         number of segments of each chain.
     axes
-        revolute joints between two segments.
+        number of revolute joints between two segments.
     """
     balls = sum(count - (parent is None) for count, parent in zip(counts, tree.parents, strict=True))
     return axes * balls + len(tree.children(None)) + len(counts)
 
 
 def fitting_counts(tree: Grown, axes: int, limit: int | None) -> list[int]:
-    """Return the number of segments of each chain with which a robot has at most `limit` joints, at most as detected.
+    """Return the number of segments of each chain, at most the detected one, with at most `limit` joints in all.
 
-    All chains get segments of about one length. A robot of so many chains that not even one segment each fits gets these.
+    All chains get segments of about equal length. If even one segment per chain exceeds the limit, each chain gets one segment.
 
     Parameters
     ----------
     tree
-        its chains.
+        the chains.
     axes
-        revolute joints between two segments.
+        number of revolute joints between two segments.
     limit
-        number of joints; None for no limit.
+        greatest number of joints; None for no limit.
     """
     chains = tree.detection.chains
     detected = counts = [len(chain.occluded) for chain in chains]

@@ -1,4 +1,4 @@
-"""Orientations of a chain's segments as rigid links."""
+"""Compute the orientations of a chain's segments as rigid links."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,7 +15,7 @@ def link_frames(joints: Floats, start: Floats | None = None) -> Floats:
     joints
         (N + 1, 3) m, the joints in order; segment k of the N segments leads from joint k to joint k + 1.
     start
-        (3, 3) rotation that is turned to give the first segment's, such as that of the frame before; None for the identity.
+        (3, 3) rotation that is turned to the first segment, such as the orientation in the frame before; None for the identity.
 
     Returns
     -------
@@ -33,9 +33,9 @@ def link_frames(joints: Floats, start: Floats | None = None) -> Floats:
 
 
 def _orthonormal(frame: Floats, direction: Floats) -> Floats:
-    """Return a (3, 3) frame, a rotation but for rounding, as one whose third column is exactly a unit vector.
+    """Remove the rounding errors of a (3, 3) rotation; its third column becomes exactly the unit vector `direction`.
 
-    Rounding errors would otherwise grow from segment to segment of a chain that turns back and forth.
+    Otherwise rounding errors would grow along a chain that turns back and forth.
     """
     first = unit(frame[:, 0] - (frame[:, 0] @ direction) * direction)
     return np.column_stack((first, np.cross(direction, first), direction))

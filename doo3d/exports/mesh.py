@@ -1,4 +1,4 @@
-"""Meshes: a closed cylinder per segment, colored by chain, with occluded segments in a mesh of their own."""
+"""Export meshes: a closed cylinder per segment, colored by chain, with occluded segments in a separate mesh."""
 
 import json
 import struct
@@ -65,7 +65,7 @@ class _Mesh(RadiusExport):
         yield from self._junctions(trimesh, detection)
 
     def _junctions(self, trimesh: Any, detection: Detection) -> Iterator[tuple[str, Any]]:
-        """Yield a mesh per junction: a sphere, and cylinders to the chain ends, which lie up to half a segment away."""
+        """Yield a mesh per junction: a sphere, and cylinders to the chain ends, which are up to half a segment away."""
         for number, junction in enumerate(detection.junctions):
             radii = [self.radius_of(detection.chains[end.chain]) for end in junction.ends]
             sphere = trimesh.creation.icosphere(subdivisions=2, radius=max(radii))
@@ -147,7 +147,7 @@ class Glb(_Mesh):
 
 
 def _empty_glb() -> bytes:
-    """Return a container with one JSON chunk, padded with spaces to a multiple of 4 bytes."""
+    """Return a valid binary glTF file without meshes: a container with one JSON chunk, padded to a multiple of 4 bytes."""
     text = json.dumps({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{}]}).encode()
     text += b" " * (-len(text) % 4)
     return b"glTF" + struct.pack("<IIII", 2, 20 + len(text), len(text), 0x4E4F534A) + text

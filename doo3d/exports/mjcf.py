@@ -1,4 +1,4 @@
-"""MuJoCo: nested bodies with capsules and ball joints."""
+"""Export MuJoCo models: nested bodies with capsules and ball joints."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -68,7 +68,7 @@ class Mjcf(BodyExport):
         path.write_text("\n".join(self._lines(self._scene(frames[:1]))) + "\n", encoding="utf-8")
 
     def _scene(self, frames: Sequence[Detection]) -> Scene:
-        """Return the frames in the coordinates of the model; gravity is that of the first."""
+        """Return the frames in the coordinates of the model; the first frame gives the direction of gravity."""
         gravity = gravity_of(frames[0]) if self.gravity is None else np.array(self.gravity, dtype=float)
         has_ground = (self.fixed == "none" and bool(gravity.any())) if self.ground is None else self.ground
         return scene_of(frames, gravity, self.radius_of, self.upright, has_ground)
@@ -106,7 +106,7 @@ class Mjcf(BodyExport):
         return grown(detection, from_last=self.fixed == "last")
 
     def _ties(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
-        """Yield the constraints that hold chains at junctions whose bodies could not be nested in those of the chain before."""
+        """Yield the constraints at junctions for chains whose bodies could not be nested in the chain before."""
         for number in sorted(_roots(chains, tree)):
             parent = tree.parents[number]
             if parent is None:
@@ -117,7 +117,7 @@ class Mjcf(BodyExport):
             yield tag("connect", name=f"{chains[number].name}_tie0", **bodies, anchor=anchor, **self._stiff())
 
     def _stiff(self) -> dict[str, tuple[float, ...]]:
-        """Return the attributes of a constraint as stiff as the time step allows."""
+        """Return the attributes of the stiffest constraint that the time step allows."""
         return {"solref": (2 * self.timestep, 1), "solimp": (0.99, 0.999, 0.001, 0.5, 2)}
 
     def _defaults(self) -> Iterator[str]:
@@ -138,7 +138,7 @@ class Mjcf(BodyExport):
         chains
             all chains.
         tree
-            which chain branches off from which.
+            the parent of each chain.
         roots
             the chains that begin a tree of bodies.
         base
@@ -182,7 +182,7 @@ class Mjcf(BodyExport):
         yield "</body>" * depth
 
     def _junction_exclusions(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
-        """Yield the contacts of bodies near a junction, where they overlap."""
+        """Yield the contact exclusions of bodies that overlap near junctions."""
         shapes = [bodies.chain for bodies in chains]
         for first, second in overlapping_bodies(shapes, list(map(self.radius_of, shapes)), tree.junctions):
             names = [chains[body.chain].body(body.segment) for body in (first, second)]
@@ -218,7 +218,7 @@ class Mjcf(BodyExport):
 
 
 def _roots(chains: Sequence[ChainBodies], tree: Grown) -> set[int]:
-    """Return the chains that begin a tree of bodies: the roots of objects, and those that would nest too deep."""
+    """Return the chains that begin a tree of bodies: the roots of objects, and those that would be nested too deeply."""
     roots: set[int] = set()
     depths: dict[int, int] = {}
     waiting = tree.children(None)
@@ -235,5 +235,5 @@ def _roots(chains: Sequence[ChainBodies], tree: Grown) -> set[int]:
 
 
 def _is_branched(number: int, tree: Grown) -> bool:
-    """Tell whether a chain is part of a branched object."""
+    """Return whether a chain is part of a branched object."""
     return tree.parents[number] is not None or bool(tree.children(number))

@@ -1,4 +1,4 @@
-"""MuJoCo: the motion of a whole capture as keyframes of one model."""
+"""Export the motion of a whole capture as keyframes of one MuJoCo model."""
 
 import itertools
 import warnings
@@ -34,10 +34,10 @@ class MjcfMotion(Mjcf):
     def write(self, frames: Sequence[Detection], path: Path) -> None:
         """Write the frame with the most chains as an MJCF model (XML), in m, with a keyframe for each frame that has them all.
 
-        The chains of a branched object are trees of their own, which a `connect` holds together at each junction: so a keyframe
-        puts every joint where the frame has it. A keyframe has the name of the frame, the time since the first keyframe in s, and
-        the model's `qpos`. Frames that lack a chain, or have it with another number or length of segments, have no keyframe, with
-        a warning.
+        The chains of a branched object are separate trees of bodies, which a `connect` holds together at each junction, so that a
+        keyframe can put every joint at its detected position. A keyframe has the name of the frame, the time since the first
+        keyframe in s, and the model's `qpos`. Frames that lack a chain, or have it with another number or length of segments,
+        have no keyframe, with a warning.
 
         Raises
         ------
@@ -55,13 +55,13 @@ class MjcfMotion(Mjcf):
         path.write_text("\n".join(text) + "\n", encoding="utf-8")
 
     def _tree(self, detection: Detection) -> Grown:
-        """Return the chains as they are, each with a root of its own."""
+        """Return the chains unchanged, each with its own root."""
         junctions = tuple(junction.ends for junction in detection.junctions)
         alone = grown(replace(detection, junctions=(), objects=()))
         return replace(alone, junctions=junctions)
 
     def _ties(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
-        """Yield the constraints that hold chains together at junctions, at the end of the first of them."""
+        """Yield the constraints that hold chains together at junctions, placed at the end of the first chain of each."""
         for number, (first, *others) in enumerate(tree.junctions):
             anchor = (0, 0, first.end * chains[first.chain].chain.segment_length)
             for other in others:
@@ -70,7 +70,7 @@ class MjcfMotion(Mjcf):
                 yield tag("connect", name=name, body1=bodies[0], body2=bodies[1], anchor=anchor, **self._stiff())
 
     def _keys(self, shown: Sequence[tuple[Detection, float]]) -> Iterator[str]:
-        """Yield a key for each frame, of the given time in s; all have the same chains, and the first is the model's."""
+        """Yield a keyframe for each frame with its time in s; all frames have the chains of the first, which is the model's."""
         rest: list[Floats] = []
         before: list[Floats] = []
         for frame, time in shown:
@@ -93,7 +93,7 @@ def _qpos(joints: Floats, links: Floats, rest: Floats) -> Floats:
     links
         (N, 3, 3) orientation of each segment.
     rest
-        (N, 3, 3) the same in the model, where all ball joints are at rest.
+        (N, 3, 3) orientation of each segment in the model, where all ball joints are at rest.
     """
     turns = (relative_rotations(rest).inv() * relative_rotations(links)).as_quat(canonical=True)
     parts = []
@@ -106,7 +106,7 @@ def _qpos(joints: Floats, links: Floats, rest: Floats) -> Floats:
 
 
 def _same(chain: Chain, frame: Detection, model: Detection) -> Chain | None:
-    """Return the chain of a frame that is a chain of the model, with segments of the same length, or None."""
+    """Return the chain of a frame that matches a chain of the model, with equal segments; None if there is none."""
     other = chain if frame is model else same_chain(chain, model, frame)
     is_as_long = other is not None and abs(other.segment_length / chain.segment_length - 1) <= MAX_LENGTH_ERROR
     return other if is_as_long else None
@@ -117,7 +117,7 @@ def _has_all(frame: Detection, model: Detection) -> bool:
 
 
 def _only(frame: Detection, model: Detection) -> Detection:
-    """Return a frame with the chains of the model alone, in their order."""
+    """Return a frame with only the chains of the model, in the order of the model."""
     chains = tuple(same for chain in model.chains if (same := _same(chain, frame, model)) is not None)
     kept = replace(frame, chains=chains, crossings=(), junctions=(), objects=())
     return replace(kept, junctions=model.junctions) if len(chains) == len(model.chains) else kept

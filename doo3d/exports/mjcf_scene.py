@@ -1,4 +1,4 @@
-"""What a MuJoCo model has around its chains: z up and the ground at z = 0, light, ground, and the camera of the capture."""
+"""Build the scene around the chains of a MuJoCo model: light, ground at z = 0 with z up, camera of the capture."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
@@ -15,20 +15,20 @@ TILES = (0.80, 0.81, 0.82), (0.72, 0.73, 0.75)
 TILES_PER_METRE = 10  # squares of 5 cm: a checker texture has two of them along each side
 LIGHT_HEIGHT = 2.0  # m above the chains
 OPTICAL_TO_CAMERA = np.diag((1.0, -1.0, -1.0))
-"""MuJoCo's cameras have y up and look along -z; an optical frame has y down and looks along z."""
+"""Rotation from an optical frame (y down, looks along z) to a MuJoCo camera's frame (y up, looks along -z)."""
 
 
 class Scene(NamedTuple):
-    """Frames in the coordinates of the model, and what is around the chains.
+    """The frames in the coordinates of the model, with gravity, camera and ground.
 
     Attributes
     ----------
     frames
-        the detections; the model is that of the first.
+        the detections; the model is made from the first.
     gravity
         (3,) m/s².
     pose
-        (4, 4) m, of the results' coordinates in the model's; None if they are the same.
+        (4, 4) m, pose of the results' coordinates in the model's; None if they are equal.
     camera
         (4, 4) m, pose of the capture's camera (its optical frame) in the model; None if it is unknown.
     ground
@@ -45,9 +45,9 @@ class Scene(NamedTuple):
 def scene_of(
     frames: Sequence[Detection], gravity: Floats, radius_of: Callable[[Chain], float], upright: bool, has_ground: bool
 ) -> Scene:
-    """Return frames, turned so that gravity points along -z and moved so that the ground is at z = 0.
+    """Transform frames so that gravity points along -z and the ground is at z = 0.
 
-    A world's coordinates stay, and so do all without gravity.
+    World coordinates, and frames without gravity, are not changed.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ def scene_of(
     radius_of
         radius of a chain, m.
     upright
-        False leaves everything in the coordinates of the results.
+        False keeps the coordinates of the results.
     has_ground
         whether the model has a ground.
 
     Raises
     ------
-    InputError : there is to be a ground, and gravity is 0.
+    InputError : a ground is wanted, but gravity is 0.
     """
     is_turned = upright and gravity.any() and frames[0].coordinates != "world"
     ground = None
@@ -82,7 +82,7 @@ def scene_of(
 
 
 def surroundings(pose: Floats | None) -> Iterator[str]:
-    """Yield the elements before the bodies: how the scene is lit and looks, and `pose` as the numeric "pose" if there is one."""
+    """Yield the XML elements before the bodies: light and appearance, and `pose`, if given, as the numeric "pose"."""
     yield "<visual>"
     yield tag("headlight", ambient=(0.35, 0.35, 0.35), diffuse=(0.4, 0.4, 0.4), specular=(0.1, 0.1, 0.1))
     yield tag("rgba", haze=(*HORIZON, 1.0))
@@ -99,7 +99,7 @@ def surroundings(pose: Floats | None) -> Iterator[str]:
 
 
 def around_bodies(scene: Scene) -> Iterator[str]:
-    """Yield the light above the chains, the camera "capture" if its pose is known, and the ground if there is one."""
+    """Yield the XML elements of the light above the chains and, if known, the camera "capture" and the ground."""
     magnitude, chains = float(np.linalg.norm(scene.gravity)), scene.frames[0].chains
     down = scene.gravity / magnitude if magnitude else np.array((0.0, 0.0, -1.0))
     center = np.mean([chain.joints.mean(axis=0) for chain in chains], axis=0) if chains else np.zeros(3)

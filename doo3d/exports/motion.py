@@ -1,4 +1,4 @@
-"""Velocities and accelerations of joints, from the frames before and after."""
+"""Compute velocities and accelerations of joints from the frames before and after."""
 
 import math
 from collections.abc import Sequence
@@ -36,9 +36,10 @@ class MotionExport(Export):
     def motions_of(self, frames: Sequence[Detection]) -> list[list[JointMotion]]:
         """Return the motion of each chain of each frame: central differences between the frame before and the frame after.
 
-        The frames may be unevenly spaced in time: the three positions of a joint lie on a parabola, whose derivatives these are.
-        The motion is NaN if one of the two frames lacks the chain, with the same id, number of joints and coordinates. So it is
-        in the first and the last frame, for rings, whose first joint may change, and if timestamps are missing or do not rise.
+        The frames may be unevenly spaced in time: velocity and acceleration are the derivatives of the parabola through a joint's
+        three positions. The motion is NaN if one of the two frames has no chain with the same id, number of joints and
+        coordinates; in the first and the last frame; for rings, whose first joint may change; and if timestamps are missing or do
+        not increase.
 
         frames : the frames of a capture, in order.
         """
@@ -57,7 +58,7 @@ class MotionExport(Export):
 
 
 def same_chain(chain: Chain, frame: Detection, other: Detection) -> Chain | None:
-    """Return the chain of another frame that has the id of a chain, its number of joints and its coordinates, or None.
+    """Return the chain of another frame with the same id, number of joints and coordinates; None if there is none.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ def same_chain(chain: Chain, frame: Detection, other: Detection) -> Chain | None
     frame
         the frame that has the chain.
     other
-        the frame to look in.
+        the frame to search.
     """
     if chain.id is None or other.coordinates != frame.coordinates:
         return None
@@ -75,7 +76,7 @@ def same_chain(chain: Chain, frame: Detection, other: Detection) -> Chain | None
 
 
 def _motion(chain: Chain, around: list[Chain | None], steps: Floats) -> JointMotion:
-    """Return the motion of a chain between its two neighbors in time, `steps` s apart from it: (2,)."""
+    """Return the motion of a chain from its neighbors in time; steps : (2,) time to each of them, s."""
     known = [each for each in around if each is not None]
     if len(known) < 2 or chain.closed or not (steps > 0).all():
         unknown = np.full(chain.joints.shape, np.nan)

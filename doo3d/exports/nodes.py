@@ -1,4 +1,4 @@
-"""Evenly spaced points along a chain, the initial state of a tracker."""
+"""Export evenly spaced points along a chain, the initial state of a tracker."""
 
 import json
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""All frames in one file of arrays, bit-exact."""
+"""Export all frames in one file of arrays, bit-exact."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,8 +14,8 @@ from .trees import graph_of
 class Npz(MotionExport):
     """Export format NPZ: one NumPy file of arrays with all frames of a capture, without loss of precision.
 
-    Each quantity, such as the joints, is one array over all chains of all frames. Arrays of offsets tell which rows belong to
-    which chain; `arrays` lists all arrays.
+    Each quantity, such as the joints, is one array over all chains of all frames. Arrays of offsets assign the rows to the
+    chains; `arrays` lists all arrays.
     """
 
     summary: ClassVar[str] = "NumPy arrays of the whole capture, exact"

@@ -1,4 +1,4 @@
-"""Bodies of branched objects that overlap near junctions, where simulators must not let them collide."""
+"""Find bodies of branched objects that overlap near junctions, whose contacts simulators must exclude."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -10,7 +10,8 @@ from ..types import Chain, ChainEnd
 from .link_frames import link_frames
 
 CONTACT_FREE_RADII = 3.0
-"""Radii along the chain or from a junction: closer capsules touch at every bend, so contacts between them are excluded."""
+"""Distance along the chain or from a junction, in radii, within which contacts are excluded, since capsules touch at every
+bend."""
 
 
 class Body(NamedTuple):
@@ -23,17 +24,17 @@ class Body(NamedTuple):
 def overlapping_bodies(
     chains: Sequence[Chain], radii: Sequence[float], junctions: Sequence[Sequence[ChainEnd]]
 ) -> list[tuple[Body, Body]]:
-    """Return the pairs of bodies of different chains that meet at junctions.
+    """Return the pairs of bodies of different chains that overlap near junctions.
 
     These are all pairs within three radii of a junction, and from there on the pairs whose capsules intersect in the detected
-    shape, as FCL decides (package python-fcl), such as along a branch that leaves at an acute angle.
+    shape, as computed by FCL (package python-fcl), such as along a branch that leaves at an acute angle.
 
     Parameters
     ----------
     chains
         the chains, 3-D.
     radii
-        radius of each, m.
+        radius of each chain, m.
     junctions
         for each junction the chain ends that meet there.
 
@@ -67,11 +68,7 @@ def overlapping_bodies(
 
 
 def _near(
-    junction: int,
-    reach: float,
-    chains: Sequence[Chain],
-    junctions: Sequence[Sequence[ChainEnd]],
-    joined: dict[ChainEnd, int],
+    junction: int, reach: float, chains: Sequence[Chain], junctions: Sequence[Sequence[ChainEnd]], joined: dict[ChainEnd, int]
 ) -> set[Body]:
     """Return the bodies that begin within `reach` m of a junction, also beyond a short chain's other junction."""
     bodies: set[Body] = set()

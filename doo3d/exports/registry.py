@@ -1,4 +1,4 @@
-"""The export formats by name; each is imported on first use."""
+"""Register the export formats by name; each is imported on first use."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ _FILE_PER = ("capture", "frame", "chain")
 
 
 def _fault_of(entry: Any) -> str | None:
-    """Return what an entry lacks to be an export format; None if it lacks nothing."""
+    """Return the reason why an entry is not a valid export format; None if it is valid."""
     if not (isinstance(entry, type) and issubclass(entry, Export)):
         return "is no class derived from doo3d.exports.Export"
     for name, kind in (("summary", str), ("suffixes", tuple), ("supports_2d", bool)):
@@ -57,7 +57,7 @@ def export_class(name: str) -> type[Export]:
     Raises
     ------
     ConfigError
-        there is no format of this name, or it is that of a broken plug-in.
+        there is no format of this name, or its plug-in is broken.
     """
     if name not in FORMATS:
         raise ConfigError(f"no export format {name!r}: choose one of {', '.join(FORMATS)}", code="format-unknown")

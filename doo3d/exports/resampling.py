@@ -1,4 +1,4 @@
-"""Chains with another number of segments, for simulators that are slow with many joints."""
+"""Resample chains to another number of segments, for simulators that are slow with many joints."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from ..types import Chain, Floats
 BISECTIONS = 60
 MIN_RING = 3  # segments of a ring
 RING_TRIALS = 50
-"""Lengths tried for the segments of a ring, each 0.5 % shorter or longer than one before."""
+"""Number of segment lengths that are tried for a ring, in steps of 0.5 % to both sides."""
 
 
 def resampled(chain: Chain, count: int) -> Chain:
     """Return a 3-D chain with another number of equal segments, from the first joint to the last.
 
-    The new joints lie on the given segments, so a chain with fewer segments is a little shorter. Radii are interpolated; a
+    The new joints are on the given segments, so that a chain with fewer segments is slightly shorter. Radii are interpolated; a
     segment is occluded if its middle is.
 
     Parameters
@@ -24,11 +24,11 @@ def resampled(chain: Chain, count: int) -> Chain:
     chain
         the chain.
     count
-        number of segments: at least 1, for a ring 3.
+        number of segments: at least 1, for a ring at least 3.
 
     Raises
     ------
-    InputError : a ring cannot have so few segments.
+    InputError : the number of segments is too small for a ring.
     """
     if count == len(chain.occluded):
         return chain

@@ -1,4 +1,4 @@
-"""A ROS 2 bag: the chains as paths, and as markers for RViz."""
+"""Export a ROS 2 bag: the chains as paths, and as markers for RViz."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""SWC, the format of programs for skeletons and neurons."""
+"""Export SWC, the text format of programs for skeletons and neurons."""
 
 from collections.abc import Sequence
 from pathlib import Path

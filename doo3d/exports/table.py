@@ -1,4 +1,4 @@
-"""All frames in one table, one row per joint."""
+"""Export all frames as one table, one row per joint."""
 
 import csv
 import math

@@ -1,25 +1,25 @@
-"""Branched objects for exports: chains that grow from a root, and the graph of nodes and edges."""
+"""Prepare branched objects for exports: chains directed away from a root, and a graph of nodes and edges."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..track.tracking import reversed_chain
+from ..track.chain_direction import reversed_chain
 from ..types import ChainEnd, Detection, Floats
 
 
 @dataclass(frozen=True)
 class Grown:
-    """The chains of a detection, each turned so that it leads away from the root of its object.
+    """The chains of a detection, each directed away from the root of its object.
 
     Attributes
     ----------
     detection
-        the detection with the turned chains, in their order.
+        the detection with the directed chains, in their order.
     parents
-        for each chain the chain at whose end it begins; None for a chain that begins at the root of its object.
+        for each chain the index of the chain at whose end it begins; None for a chain that begins at the root of its object.
     junctions
-        for each junction the ends that meet there, of the turned chains.
+        for each junction the ends of the directed chains that meet there.
     trunk_tips
         for each branched object the chain of its trunk that ends at the tip farthest from the root.
     """
@@ -30,17 +30,17 @@ class Grown:
     trunk_tips: tuple[int, ...] = ()
 
     def children(self, parent: int | None) -> list[int]:
-        """Return the chains that begin at the end of a chain, or those that begin at roots for None."""
+        """Return the chains that begin at the end of a chain; for None, those that begin at roots."""
         return [chain for chain, own in enumerate(self.parents) if own == parent]
 
 
 def grown(detection: Detection, from_last: bool = False) -> Grown:
-    """Turn the chains of branched objects so that each leads away from the root, a tip of the trunk.
+    """Reverse chains of branched objects where necessary, so that each leads away from the root, a tip of the trunk.
 
     Parameters
     ----------
     detection
-        the detection; without junctions its chains stay as they are.
+        the detection; without junctions, its chains are not changed.
     from_last
         whether the root is the last end of the trunk, not the first.
     """
@@ -90,7 +90,7 @@ class Graph:
     edges
         (C, 2) int, for each chain the node at its first joint and at its last.
     objects
-        (C,) int, for each chain its object; its own number where branched objects were not looked for.
+        (C,) int, index of each chain's object; the chain's own index if the detection did not look for branched objects.
     """
 
     positions: Floats
@@ -100,7 +100,7 @@ class Graph:
 
 
 def graph_of(detection: Detection) -> Graph:
-    """Return the graph of a detection: a chain without junctions is an edge between two nodes of its own."""
+    """Return the graph of a detection, in which a chain without junctions is an edge between two separate nodes."""
     dim = 2 if detection.mode == "2d" else 3
     at = {(end.chain, end.end): number for number, junction in enumerate(detection.junctions) for end in junction.ends}
     positions = [junction.position for junction in detection.junctions]

@@ -1,4 +1,4 @@
-"""URDF: cylinders and revolute joints, two or three for a ball joint."""
+"""Export URDF robots: cylinders and revolute joints, two or three in place of a ball joint."""
 
 import math
 import warnings
@@ -30,10 +30,10 @@ ROOT = "world"  # simulators hold a root link of this name without inertia (PyBu
 class Urdf(BodyExport):
     """Export format URDF: one robot in which each segment is a link with a cylinder.
 
-    Two neighbouring segments are joined by two or three revolute joints (option `axes`) in place of a ball joint. The root link
+    Two neighboring segments are joined by two or three revolute joints (option `axes`) in place of a ball joint. The root link
     "world" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the detected shape.
 
-    URDF cannot say which links may overlap, so where links of a branched object do, at junctions, one has no collision shape.
+    URDF cannot exclude contacts between links, so where two links overlap at a junction, one of them has no collision shape.
     """
 
     summary: ClassVar[str] = "URDF: cylinders, a ball joint is two or three revolute joints"
@@ -92,7 +92,7 @@ class Urdf(BodyExport):
         yield "</robot>"
 
     def _counts(self, tree: Grown) -> list[int]:
-        """Return the number of segments of each chain, with a note where PyBullet's limit matters."""
+        """Return the number of segments of each chain, with a note if PyBullet's limit reduces them."""
         detected = [len(chain.occluded) for chain in tree.detection.chains]
         counts = fitting_counts(tree, self.axes, self.max_joints) if self.segments is None else [self.segments] * len(detected)
         joints, before = joint_count(tree, counts, self.axes), joint_count(tree, detected, self.axes)
@@ -111,7 +111,7 @@ class Urdf(BodyExport):
         return counts
 
     def _shapeless(self, chains: Sequence[ChainBodies], tree: Grown) -> set[Body]:
-        """Return the links that have no collision shape: of two that overlap at a junction the one farther from the root."""
+        """Return the links without a collision shape: of two that overlap at a junction, the one farther from the root."""
         order: dict[int | None, int] = {None: -1}
         waiting = tree.children(None)
         while waiting:
@@ -126,7 +126,7 @@ class Urdf(BodyExport):
         return shapeless
 
     def _chain(self, bodies: ChainBodies, root: str, parent: ChainBodies | None, shapeless: set[int]) -> Iterator[str]:
-        """Yield the links of one chain.
+        """Yield the XML of the links and joints of one chain.
 
         Parameters
         ----------
@@ -178,7 +178,7 @@ class Urdf(BodyExport):
         parent, child
             links that it joins.
         position, angles
-            of the child in the parent, (3,) m and (3,) rad (roll, pitch, yaw), in the detected shape.
+            pose of the child in the parent in the detected shape: (3,) m, and (3,) rad (roll, pitch, yaw).
         bodies
             the chain.
         """
@@ -206,7 +206,7 @@ class Urdf(BodyExport):
 
 
 def _shares(bodies: ChainBodies, radius: float) -> tuple[float, float]:
-    """Return mass (kg) and moment of inertia (kg m²) of a link without a shape; the segment beside it gives the mass up."""
+    """Return mass (kg) and moment of inertia (kg m²) of a link without a shape, taken from the segment next to it."""
     return LINK_SHARE * bodies.mass, bodies.mass * (3 * radius**2 + bodies.chain.segment_length**2) / 12
 
 

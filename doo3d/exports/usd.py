@@ -1,4 +1,4 @@
-"""USD: curves with widths, animated by the timestamps of the capture."""
+"""Export USD scenes: curves with widths, animated by the timestamps of the capture."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -68,16 +68,16 @@ class Usd(RadiusExport):
 
 
 def new_stage(path: Path, frames: Sequence[Detection], *modules: str) -> tuple[dict[str, Any], Any]:
-    """Return modules of OpenUSD by their names, and a stage of metres for a new file, with an Xform /doo3d in it.
+    """Create a stage in metres for a new file, with an Xform /doo3d; return OpenUSD's modules by name, and the stage.
 
-    It turns the coordinates of a camera, y down and z away, to y up and z towards the viewer.
+    The Xform turns the coordinates of a camera (y down, z away) to y up and z towards the viewer.
 
     Parameters
     ----------
     path
         the file.
     frames
-        detections whose coordinates the stage is to have.
+        detections, in whose coordinates the stage is.
     modules
         names of modules that are needed besides Usd, UsdGeom and Gf.
 
@@ -98,7 +98,7 @@ def new_stage(path: Path, frames: Sequence[Detection], *modules: str) -> tuple[d
 
 
 def _sphere_arrays(pxr: dict[str, Any], points: Floats, widths: Floats) -> list[Any]:
-    """Return points (N, 3) m, their widths (N,) m, and the box around the spheres that they are, as arrays of OpenUSD."""
+    """Return points (N, 3) m, widths (N,) m, and the bounding box of the spheres, as arrays of OpenUSD."""
     vt, half = pxr["Vt"], widths.max(initial=0.0) / 2
     box = np.array([points.min(axis=0) - half, points.max(axis=0) + half]) if len(points) else np.zeros((2, 3))
     pairs = ((vt.Vec3fArray, points), (vt.FloatArray, widths), (vt.Vec3fArray, box))
@@ -110,9 +110,9 @@ def _chain_of(frame: Detection, label: int) -> Chain | None:
 
 
 def _objects(frames: Sequence[Detection]) -> dict[int, int]:
-    """Return the branched object of each chain by its label: objects of the capture, in the order in which they appear.
+    """Return label of each chain -> branched object of the capture, numbered in the order of appearance.
 
-    A chain belongs to the object in which it is first joined to others.
+    A chain belongs to the object in which it is first connected to other chains.
     """
     result: dict[int, int] = {}
     count = 0
@@ -139,7 +139,7 @@ def _junctions(
     pxr, stage, codes
         as for `_curve`.
     path
-        of the points.
+        path of the points in the stage.
     frames
         the frames.
     members
@@ -167,13 +167,7 @@ def _junctions(
 
 
 def _curve(
-    pxr: dict[str, Any],
-    stage: Any,
-    path: str,
-    label: int,
-    chains: list[Chain | None],
-    codes: list[float | None],
-    kind: Usd,
+    pxr: dict[str, Any], stage: Any, path: str, label: int, chains: list[Chain | None], codes: list[float | None], kind: Usd
 ) -> None:
     """Define the curve of one chain, at each time code.
 
@@ -184,9 +178,9 @@ def _curve(
     stage
         the Usd.Stage.
     path
-        of the curve.
+        path of the curve in the stage.
     label
-        of the chain.
+        label of the chain.
     chains
         the chain in each frame; None where it is missing.
     codes

@@ -1,4 +1,4 @@
-"""USD for simulators: rigid bodies with capsules and D6 joints of UsdPhysics."""
+"""Export USD scenes for simulators: rigid bodies with capsules and D6 joints of UsdPhysics."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +24,8 @@ class UsdPhysics(BodyExport):
     """Export format OpenUSD with physics: one scene per frame, in which each segment is a rigid body with a capsule.
 
     The origin of a body is at the middle of its segment, and its z axis points along the segment. Neighboring bodies are joined
-    by a D6 joint: translations are locked, bending is limited, and drives give bending stiffness and damping. At a junction such
-    joints lead from the last body before it to the first body of each chain after it.
+    by a D6 joint: translations are locked, bending is limited, and drives give bending stiffness and damping. At a junction, such
+    joints connect the last body before it to the first body of each chain after it.
     """
 
     summary: ClassVar[str] = "OpenUSD with UsdPhysics: capsules with D6 joints"
@@ -81,7 +81,7 @@ class UsdPhysics(BodyExport):
         stage.GetRootLayer().Save()
 
     def _chain(self, pxr: dict[str, Any], stage: Any, bodies: ChainBodies, apart: dict[str, list[str]], is_held: bool) -> None:
-        """Define the bodies and the joints of one chain, and which bodies do not collide.
+        """Define the bodies and the joints of one chain, and the pairs of bodies without collision.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class UsdPhysics(BodyExport):
         apart
             path of a body -> paths of bodies of other chains that it does not collide with.
         is_held
-            whether the first segment is held.
+            whether the first segment is fixed in space.
         """
         geometry, physics, chain = pxr["UsdGeom"], pxr["UsdPhysics"], bodies.chain
         radius, length, count = self.radius_of(chain), chain.segment_length, len(chain.occluded)
@@ -135,7 +135,7 @@ class UsdPhysics(BodyExport):
             held.CreateLocalRot0Attr(_quaternion(pxr, rotations[0]))
 
     def _branch_off(self, pxr: dict[str, Any], stage: Any, bodies: ChainBodies, parent: ChainBodies) -> None:
-        """Define the joint from the last body of a chain before a junction to the first body of one after it."""
+        """Define the joint from the last body of a chain before a junction to the first body of a chain after it."""
         chain, before = bodies.chain, parent.chain
         rotations = Rotation.from_matrix(np.stack((link_frames(before.joints)[-1], link_frames(chain.joints)[0])))
         place = rotations[0].inv().apply(chain.joints[0] - (before.joints[-1] + before.joints[-2]) / 2)
@@ -152,13 +152,13 @@ class UsdPhysics(BodyExport):
         pxr, stage
             modules of OpenUSD, and the stage.
         path
-            of the joint.
+            path of the joint in the stage.
         bodies
             paths of the two bodies.
         at
             (3,) m, position of the joint in the first body; and the length of a segment of the second body, m.
         rotations
-            of the two bodies; the joint is at rest in this shape.
+            orientations of the two bodies; the joint is at rest in this shape.
         """
         physics, vector = pxr["UsdPhysics"], pxr["Gf"].Vec3f
         joint = physics.Joint.Define(stage, path)

@@ -1,4 +1,4 @@
-"""Plan and atomic writing of the files of an export."""
+"""Plan the files of an export and write them atomically."""
 
 import dataclasses
 import os
@@ -25,7 +25,7 @@ Frames = tuple[str, ...]  # names of the frames in a file
 Plan = list[tuple[Path, Sequence[Detection]]]  # each file or folder to write, with its frames
 
 _exported: dict[tuple[Path, Frames], dict[str, list[int] | None]] = {}
-"""Checks of what this process exported without a run, by path and frames: a cell of a notebook may be run again."""
+"""Checksums of files that this process exported without a run, by path and frames, so that a notebook's cell can be run again."""
 
 
 def export(
@@ -60,11 +60,11 @@ def export(
     min_confidence
         confidence, 0 to 1, below which objects are left out.
     force
-        replace existing files; otherwise they are an error. Files that nobody changed since are replaced without it: those made
-        from this run, those that this process exported from frames of the same names, and those that would be the same.
+        True replaces existing files, which are an error otherwise. Three kinds of unchanged files are always replaced: those made
+        from this run, those that this process exported from frames of the same names, and those with the same content.
     with_progress
-        called with the list of frames to read, then with that of files to write; returns an iterable of the same, for example
-        one that shows a progress bar.
+        called with the list of frames to read, then with the list of files to write; returns an iterable of the same items, for
+        example one that shows a progress bar.
     **options
         options of the format, such as radius=0.004.
 
@@ -111,7 +111,7 @@ def export(
 
 
 def _products(results: Exportable) -> Products | None:
-    """Return the register of what was made from a run; None for detections that are not read from one."""
+    """Return the register of files made from a run; None for detections that were not read from a run."""
     folder = results.path if isinstance(results, Results) else results
     return Products(Path(folder)) if isinstance(folder, str | Path) else None
 
@@ -119,8 +119,8 @@ def _products(results: Exportable) -> Products | None:
 def default_path(results: Path, to: str) -> Path:
     """Return the path that `doo3d export` writes to if none is given.
 
-    The path is beside the folder of the results. If that is `out`, it is a file such as `out.npz` for a format with one file per
-    capture, otherwise a folder such as `out_mjcf`.
+    The path is next to the folder of the results. For the folder `out`, it is a file such as `out.npz` for a format with one file
+    per capture, otherwise a folder such as `out_mjcf`.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
     kind
         the format.
     to
-        its name, for messages.
+        name of the format, for messages.
     detections
         all frames.
     path
@@ -192,8 +192,7 @@ def _plan(kind: Export, to: str, detections: list[Detection], path: Path) -> Pla
     plan: Plan = [(path / f"{check_file_name(piece.frame, to)}{kind.suffix}", [piece]) for piece in pieces]
     if len({target for target, _ in plan}) < len(plan):
         raise InputError(
-            f"several frames have the same name and would be written to one file in {path}",
-            code="frame-names-clash",
+            f"several frames have the same name and would be written to one file in {path}", code="frame-names-clash"
         )
     return plan
 
@@ -211,7 +210,7 @@ def _names(frames: Sequence[Detection]) -> Frames:
 
 
 def _not_made_before(plan: Plan, made: Products | None) -> list[Path]:
-    """Return the existing files of a plan that were changed or made otherwise than from the same run or, without one, frames."""
+    """Return the existing files of a plan that were changed by a user or made from another run, or other frames without a run."""
 
     def is_repeated(target: Path, frames: Sequence[Detection]) -> bool:
         if made is not None:
@@ -237,7 +236,7 @@ def _write(
 ) -> tuple[Path, ...]:
     """Write all files under temporary names, then rename them, so that a failure leaves no file behind.
 
-    `existing` are files that may stay only as they are: another content is an error.
+    `existing` are files that may not be replaced: a new content that differs from theirs is an error.
     """
     if not plan:
         return ()

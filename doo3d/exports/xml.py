@@ -1,4 +1,4 @@
-"""XML text; a chain nests deeper than the recursion of the standard library's writer allows."""
+"""Write XML text without recursion, since chains are nested deeper than the standard library's writer allows."""
 
 from collections.abc import Iterable
 from typing import Any

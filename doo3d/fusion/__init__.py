@@ -1,1 +1,1 @@
-"""Views of one scene fused to a cloud."""
+"""Fuse views of one scene to a point cloud."""

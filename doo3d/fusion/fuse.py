@@ -1,6 +1,4 @@
-"""Fusion of many views of an object at rest to one cloud in the world frame of the camera poses."""
-
-from __future__ import annotations
+"""Fuse many views of an object at rest to one cloud in the world frame."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,63 +7,68 @@ import numpy as np
 
 from ..config import Config, ConfigLike, as_config
 from ..errors import DooError, InputError
-from ..inputs import FrameData, FrameRef
+from ..inputs import FrameRef
 from ..scene.frame import FrameScene
 from ..scene.multiview_model import MultiViewDepthModel
+from ..scene.scene import Scene
 from ..segment import segment
-from ..types import Array, CameraView, Cloud, Floats, Frame, Image
+from ..types import Array, CameraView, Cloud, Floats, Image
 from ..types.arguments import refused
 from ..types.display import counted
 from ..types.pose import as_pose, in_frame_of
+from .camera_at_rest import check_camera_moved
 from .pose_agreement import check_views_agree
 from .voxel_sums import VoxelSums
 
 FUSED_NAME = "static"
-"""Name of the fused frame, and of its files."""
-
-MIN_CAMERA_MOTION_M, MIN_CAMERA_TURN_RAD = 0.005, np.radians(1.0)
-"""A camera whose poses differ by less than both has not moved: its views show the same parts of the object."""
+"""Name of the fused frame and of its files."""
 
 SUPPORT_RADIUS_VOXELS = 4.0
 """Radius, in voxels, within which observations of different frames support each other."""
 
 MAX_VIEWS = 24
-"""Views kept for the axis estimate and the free-space test: more cost time and add little."""
+"""Largest number of views for estimating the axis and testing free space: more cost time and add little."""
 
 
 @dataclass
 class _ViewSampler:
-    """Views spread evenly over all frames, at most MAX_VIEWS (24): every frame, then every second, every fourth, ..."""
+    """At most MAX_VIEWS (24) views, spread evenly over all frames.
+
+    First every frame is kept, then every second, every fourth, ...
+    """
 
     step: int = 1
     count: int = 0
     views: list[CameraView] = field(default_factory=list)
 
     def add(self, view: CameraView) -> None:
+        """Add the view of the next frame, if its turn comes."""
+        if self.count % self.step == 0 and len(self.views) == MAX_VIEWS:
+            self.views, self.step = self.views[::2], 2 * self.step
         if self.count % self.step == 0:
-            if len(self.views) == MAX_VIEWS:
-                self.views, self.step = self.views[::2], 2 * self.step
-            if self.count % self.step == 0:
-                self.views.append(view)
+            self.views.append(view)
         self.count += 1
 
 
 @dataclass
 class _Accumulation:
-    """Everything gathered from the frames so far.
+    """The points, views and notes of the frames added so far.
 
     Attributes
     ----------
     fine, coarse
-        sums per voxel of one point spacing (1, x, y, z, r, g, b) and of the support radius (1); None before the first frame.
+        sums per voxel: (1, x, y, z, r, g, b) in voxels of one point spacing, and (1) in voxels of the support radius. None
+        before the first frame.
     sampler
-        views kept for the visibility.
+        views for the test of visibility.
     poses
-        (4, 4) of each fused frame.
+        (4, 4) m of each fused frame, camera to world.
     notes
-        a sentence for each frame left out.
+        one sentence for each frame left out.
     codes
-        codes of their errors.
+        error codes of the frames left out.
+    without_pose
+        number of frames without a pose.
     """
 
     fine: VoxelSums | None = None
@@ -76,8 +79,11 @@ class _Accumulation:
     codes: set[str] = field(default_factory=set)
     without_pose: int = 0
 
-    def add(self, scene: FrameScene, pose: Floats) -> None:
-        """Add the object's points of one frame."""
+    def add(self, scene: Scene, pose: Floats) -> None:
+        """Add the object's points of one frame.
+
+        pose : (4, 4) m, camera to world.
+        """
         if self.fine is None or self.coarse is None:
             size = scene.spacing
             self.fine, self.coarse = VoxelSums(size), VoxelSums(SUPPORT_RADIUS_VOXELS * size)
@@ -86,7 +92,8 @@ class _Accumulation:
         self.fine.add_frame(points, np.concatenate((ones, points, _point_colors(scene)), axis=1))
         self.coarse.add_frame(points, ones)
         self.poses.append(pose)
-        self.sampler.add(CameraView(scene.camera, pose, scene.mask, scene.depth))
+        if isinstance(scene, FrameScene):
+            self.sampler.add(CameraView(scene.camera, pose, scene.mask, scene.depth))
 
     def voxels(self) -> tuple[VoxelSums, VoxelSums]:
         """Return the fine and the coarse voxels.
@@ -112,34 +119,35 @@ class _Accumulation:
 def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
     """Fuse the views of an object at rest to one cloud in world coordinates.
 
-    Each frame is segmented as the config says, or by the capture's masks; the object's points are moved to world coordinates and
-    averaged per voxel, with voxels as large as the point spacing. Points that too few frames (`fusion.min_views`) observed
+    Each frame is segmented according to the settings, or by the capture's masks; the object's points are moved to world
+    coordinates and averaged per voxel, with voxels of the point spacing. Points with fewer than `fusion.min_views` frames
     nearby are removed if at least as many views saw through them as saw the object there, or if no frame has a depth image.
     Frames are read one at a time; memory does not grow with their number.
 
     Parameters
     ----------
     frames
-        the frames of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4) m,
-        camera to world: p_world = pose @ p_camera.
+        the frames of a capture with camera poses and an object at rest, such as `open_capture(path).frames`. A pose is (4, 4)
+        m, camera to world: p_world = pose @ p_camera.
     config
-        configuration of segmentation and fusion, as `detect` takes it; None for the preset "default". If `fusion.min_views` is
-        more than half of the frames, half of them (rounded up) counts instead.
+        the settings of segmentation and fusion, as `detect` takes them; None for the preset "default". `fusion.min_views` is
+        limited to half of the number of frames, rounded up.
 
     Returns
     -------
-    Cloud, m, in the world frame of the poses, with colors if all frames have them. It holds the object alone, and `detect`
-    does not segment it again. Its notes name the frames that could not be used.
+    Cloud, m, in the world frame of the poses, with colors if all frames have them. It contains the object
+    alone, and `detect` does not segment it again. Its notes name the frames that could not be used.
 
     Raises
     ------
-    InputError : no frame has a pose; the camera did not move; the views contradict each other by their poses; no frame can be
-        used, or the object is in none.
+    InputError : no frame has a pose, the camera did not move, the views contradict each other by their poses, or
+    no usable frame
+        shows the object.
     """
     config = as_config(config)
     if isinstance(frames, str | np.ndarray) or not isinstance(frames, Iterable):
         raise refused(frames, "frames", "the frames of a capture, as doo3d.open_capture returns it")
-    gathered = _gathered(frames, config)
+    gathered = _gather(frames, config)
     gathered.voxels()
     check_camera_moved(np.array(gathered.poses))
     check_views_agree(gathered.sampler.views)
@@ -147,7 +155,7 @@ def fuse(frames: Iterable[FrameRef], config: ConfigLike | None = None) -> Cloud:
 
 
 def fuse_cameras(views: Iterable[FrameRef], config: Config, name: str, timestamp: float | None) -> Cloud:
-    """Fuse what several cameras of a rig see at one time to one cloud, as `fuse` does with the views of one camera.
+    """Fuse the simultaneous views of several cameras of a rig to one cloud.
 
     A camera from which the object is hidden is left out; one view is enough.
 
@@ -156,7 +164,7 @@ def fuse_cameras(views: Iterable[FrameRef], config: Config, name: str, timestamp
     views
         the frame of each camera, with its pose in the rig.
     config
-        settings of segmentation and fusion.
+        the settings of segmentation and fusion.
     name, timestamp
         name and time (s) of the cloud.
 
@@ -164,11 +172,11 @@ def fuse_cameras(views: Iterable[FrameRef], config: Config, name: str, timestamp
     ------
     InputError : no frame can be used, or the object is in none.
     """
-    return replace(_cloud(_gathered(views, config), config, name), timestamp=timestamp)
+    return replace(_cloud(_gather(views, config), config, name), timestamp=timestamp)
 
 
-def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
-    """Return what the frames show of the object, with a note for each frame that cannot be used."""
+def _gather(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
+    """Add up the object's points of all usable frames, with notes on the others."""
     gathered = _Accumulation()
     for frame in frames:
         if not isinstance(frame, FrameRef):
@@ -179,8 +187,10 @@ def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
                 gathered.without_pose += 1
                 continue
             pose = as_pose(loaded.pose, "its pose")
-            scene = segment(_require_depth(loaded), config.segment, loaded.mask_for(config), config.seed).scene
-            if not (isinstance(scene, FrameScene) and len(scene.points)):
+            if isinstance(loaded.data, Image):
+                raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
+            scene = segment(loaded.data, config.segment, loaded.mask_for(config), config.seed).scene
+            if not len(scene.points):
                 raise InputError("the object is not in it", code="object-missing")
         except DooError as error:
             gathered.notes.append(f"{frame.name} is left out: {error}")
@@ -191,7 +201,7 @@ def _gathered(frames: Iterable[FrameRef], config: Config) -> _Accumulation:
 
 
 def _cloud(gathered: _Accumulation, config: Config, name: str) -> Cloud:
-    """Return the cloud of what was gathered; raise InputError if nothing was."""
+    """Return the cloud of the accumulated points; raise InputError if there are none."""
     fine, coarse = gathered.voxels()
     poses: Floats = np.array(gathered.poses)
     notes = [f"{counted(len(poses), 'frame')} {'is' if len(poses) == 1 else 'are'} fused", *gathered.notes]
@@ -212,71 +222,34 @@ def _cloud(gathered: _Accumulation, config: Config, name: str) -> Cloud:
     )
 
 
-def camera_moves(poses: Floats) -> bool:
-    """Tell whether a camera of poses (F, 4, 4), F >= 1, moves at least 5 mm or turns 1 degree from its first pose."""
-    motion, turn = _camera_motion(poses)
-    return bool(motion >= MIN_CAMERA_MOTION_M or turn >= MIN_CAMERA_TURN_RAD)
-
-
-def _camera_motion(poses: Floats) -> tuple[float, float]:
-    """Return how far a camera of poses (F, 4, 4) gets from its first pose at most: m, and rad."""
-    motion = np.linalg.norm(poses[:, :3, 3] - poses[0, :3, 3], axis=1).max()
-    cos = (np.einsum("fij,ij->f", poses[:, :3, :3], poses[0, :3, :3]) - 1) / 2
-    return float(motion), float(np.arccos(np.clip(cos, -1, 1)).max())
-
-
-def check_camera_moved(poses: Floats) -> None:
-    """Raise an InputError if the camera hardly moved: by less than 5 mm and less than 1 degree from its first pose.
-
-    poses : (F, 4, 4), F >= 1 poses, camera to world, m.
-
-    Raises
-    ------
-    InputError : the camera did not move, so that all frames show the same side of the object.
-    """
-    if not camera_moves(poses):
-        motion, turn = _camera_motion(poses)
-        raise InputError(
-            f"the camera did not move ({1000 * motion:.1f} mm, {np.degrees(turn):.1f} degrees in {len(poses)} frames): every "
-            "frame shows the same parts, detect in them one by one, without --fuse-views",
-            code="camera-still",
-        )
-
-
 def _central_viewpoint(poses: Floats) -> Floats:
-    """Return the camera position (3,) m nearest to the mean of all positions."""
+    """Return the camera position (3,) m that is nearest to the mean of all positions."""
     positions: Floats = poses[:, :3, 3]
     return np.asarray(positions[np.linalg.norm(positions - positions.mean(axis=0), axis=1).argmin()])
 
 
-def _require_depth(loaded: FrameData) -> Frame | Cloud:
-    """Return the data of a frame with depth; images are refused."""
-    if isinstance(loaded.data, Image):
-        raise InputError("it is an image without depth, of which no cloud can be made", code="mode-needs-depth")
-    return loaded.data
-
-
-def _point_colors(scene: FrameScene) -> Floats:
+def _point_colors(scene: Scene) -> Floats:
     """Return the colors (N, 3) of the points; NaN without colors."""
-    return scene.point_colors().astype(float) if scene.color.size else np.full(scene.points.shape, np.nan)
+    colors = scene.point_colors()
+    return colors.astype(float) if len(colors) else np.full(scene.points.shape, np.nan)
 
 
 def _consistent_points(
     fine: VoxelSums, coarse: VoxelSums, min_views: int, views: Sequence[CameraView], margin: float
 ) -> tuple[Floats, Array | None]:
-    """Return the mean point and color of each fine voxel, without those that the views contradict.
+    """Return the mean point and color of each voxel that the views do not contradict.
 
     Parameters
     ----------
     fine, coarse
         the voxels of `_Accumulation`.
     min_views
-        frames that must have observed the coarse voxel of a point. A point with fewer is removed if the views
-        contradict it (as many saw through it as saw the object there), or if there are no views.
+        smallest number of frames in the coarse voxel of a point. A point with fewer is removed if the views contradict it (at
+        least as many saw through it as saw the object there), or if there are no views.
     views
-        the views to ask.
+        the views to compare with.
     margin
-        m, least distance behind a point of depth that shows free space.
+        m, smallest distance of a depth reading behind a point that shows free space.
 
     Returns
     -------

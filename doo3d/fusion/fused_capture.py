@@ -1,6 +1,4 @@
-"""A capture whose frames are fused to one cloud (`doo3d detect --fuse-views`)."""
-
-from __future__ import annotations
+"""Make a capture whose frames are fused to one cloud (`--fuse-views`)."""
 
 from functools import partial
 
@@ -11,16 +9,16 @@ from .fuse import FUSED_NAME, fuse
 
 
 def fused_capture(capture: Capture, config: Config) -> Capture:
-    """Return a capture of a single frame, named "static": the point cloud made by fusing all frames of another capture.
+    """Return a capture of a single frame: the cloud fused from another capture.
 
-    The other capture is read and fused when the single frame is loaded: `frames[0].load()`.
+    The other capture is read and fused when the frame, named "static", is loaded: `frames[0].load()`.
 
     Parameters
     ----------
     capture
         the frames to fuse, with camera poses and an object at rest.
     config
-        configuration of segmentation and fusion.
+        the settings of segmentation and fusion.
 
     Raises
     ------
@@ -36,4 +34,5 @@ def fused_capture(capture: Capture, config: Config) -> Capture:
 
 
 def _load_fused(frames: tuple[FrameRef, ...], config: Config) -> FrameData:
+    """Return the data of the fused frame."""
     return FrameData(fuse(frames, config))

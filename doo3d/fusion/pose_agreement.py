@@ -1,6 +1,4 @@
-"""Whether the poses of views agree with what the views show, and if not, which convention would."""
-
-from __future__ import annotations
+"""Check the poses of views by their depth, and name a convention that fits."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,20 +9,22 @@ from ..types import CameraView, Floats
 from ..types.pose import in_frame_of
 
 SAMPLED_POINTS = 2000
-"""Readings of a view that are compared with the next view, in whose measured pixels a tenth as many of all views must lie."""
+"""Number of depth readings of a view that are compared with the next view. At least a tenth of this number, over all views,
+must project to measured pixels."""
 
 DEPTH_TOLERANCE = 0.03
-"""Share of the depth by which two readings of one surface may differ: noise of sensors, drift of poses, slopes."""
+"""Largest relative difference between two depth readings of one surface: noise of sensors, drift of poses, slopes."""
 
 MIN_AGREEMENT, CLEAR_AGREEMENT = 0.4, 0.7
-"""Share of the points not behind what another view measured that lie on it: below the first the views contradict each other, from
-the second on they agree. With the right poses it is over 0.99 on a table seen from all sides, with others 0.4 at the most."""
+"""Fraction of the points not behind the depth of another view that are on its surface: below the first the views contradict
+each other, from the second on they agree. With correct poses it is over 0.99 on a table seen from all sides, with others at
+most 0.4."""
 
 _OPENGL = np.diag((1, -1, -1, 1))
 
 
 def _in_metres(pose: Floats) -> Floats:
-    """Return a pose whose translation is in mm with one in m."""
+    """Return a pose with its translation converted from mm to m."""
     return np.vstack((pose[:3] / (1, 1, 1, 1000), pose[3:]))
 
 
@@ -36,22 +36,26 @@ CONVENTIONS: dict[str, Callable[[Floats], Floats]] = {
     "world to camera with y up, as view matrices of OpenGL": lambda pose: np.linalg.inv(pose) @ _OPENGL,
     "in millimetres (divide their translations by 1000)": _in_metres,
 }
-"""What poses can be if not camera to world in metres, and how they are made to be."""
+"""Wrong conventions of poses, and the conversion of each to camera to world in metres."""
 
 
 def check_views_agree(views: Sequence[CameraView]) -> None:
-    """Raise an InputError if the views of an object at rest contradict each other by their poses.
+    """Raise an InputError if views of an object at rest contradict each other.
 
-    Readings of each view are moved into the next one: where they lie in front of what that view measured, it saw through them.
+    Readings of each view are moved into the next one by their poses: readings in front of its depth contradict it, since that
+    view saw through them.
 
     Raises
     ------
-    InputError : they do (code poses-contradict); the message names the convention of poses by which they agree.
+    InputError : the views contradict each other (code poses-contradict); the message names the convention with
+    which they agree.
     """
-    agreement = _agreement(views, [view.pose for view in views])
+    agreement = _agreement_share(views, [view.pose for view in views])
     if agreement is not None and agreement >= CLEAR_AGREEMENT:
         return
-    found = {name: _agreement(views, [convert(view.pose) for view in views]) or 0.0 for name, convert in CONVENTIONS.items()}
+    found = {
+        name: _agreement_share(views, [convert(view.pose) for view in views]) or 0.0 for name, convert in CONVENTIONS.items()
+    }
     best = max(found, key=found.__getitem__)
     if found[best] >= max(CLEAR_AGREEMENT, 2 * (agreement or 0.0)):
         remedy = f"they agree if the poses are {best}"
@@ -60,14 +64,17 @@ def check_views_agree(views: Sequence[CameraView]) -> None:
             "neither inverted, nor with the axes of OpenGL, nor in millimetres do they agree: check the poses and their order"
         )
     else:
-        return  # hardly overlapping, or noisy
+        return  # little overlap, or noisy depth
     raise InputError(
         f"the views contradict each other by their poses, taken as camera to world in metres: {remedy}", code="poses-contradict"
     )
 
 
-def _agreement(views: Sequence[CameraView], poses: Sequence[Floats]) -> float | None:
-    """Return the share of the readings not behind what the next view measured that lie on it; None if too few can be compared."""
+def _agreement_share(views: Sequence[CameraView], poses: Sequence[Floats]) -> float | None:
+    """Return the fraction of the readings in the next view that are on its surface.
+
+    Readings behind the surface, or without depth there, do not count. None if too few are left.
+    """
     on = free = 0
     for first, second, pose, other in zip(views, views[1:], poses, poses[1:], strict=False):
         v, u = np.nonzero(first.depth)

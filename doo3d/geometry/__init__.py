@@ -1,1 +1,1 @@
-"""Geometry that several stages share: polylines, arcs, equal segments, masks, sparse grids, intersections."""
+"""Compute with polylines, arcs, equal segments, masks, grids and projections."""

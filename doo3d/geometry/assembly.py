@@ -1,6 +1,4 @@
-"""The pieces of one object in order, with the paths across the gaps between them."""
-
-from __future__ import annotations
+"""Hold the pieces of one object in order, with the paths across their gaps."""
 
 from dataclasses import dataclass
 
@@ -10,19 +8,19 @@ from .gap_path import GapPath
 
 @dataclass(frozen=True)
 class Assembly:
-    """The pieces (chains) of one object in order, from its start to its end, before the gaps between them are filled.
+    """The pieces (chains) of one object in order, before their gaps are filled.
 
     Attributes
     ----------
     pieces
-        the joints of each piece of N segments, (N + 1, D) m, D = 3 (in 2-D: px, D = 2), in order and in one direction along the
+        the joints of each piece of N segments, (N + 1, D) m, D = 3 (in 2-D: px, D = 2), in the order and direction of the
         object.
     gap_paths
         the path from each piece to the next; a closed object has one more, from the last piece to the first.
     closed
         True for a ring, whose last piece is linked to the first.
     confidence
-        the confidence of each link of two pieces, 0 to 1, in the order of the gaps. Empty for one chain that was a ring already.
+        confidence of each link of two pieces, 0 to 1, in the order of the gaps. Empty for a single chain that already was a ring.
     """
 
     pieces: tuple[Floats, ...]

@@ -1,10 +1,8 @@
-"""Align the points of a path with curves: one position for each point, all chosen together by dynamic programming.
+"""Align the points of a path with curves, all together by the Viterbi algorithm.
 
-A point near a crossing of curves is near two of them. If the nearest is chosen for each point alone, a path with small errors
-seems to jump to the other curve and back; the Viterbi algorithm finds the sequence of positions of least total cost.
+A point near a crossing of curves is near two of them. If the nearest one is chosen for each point alone, a path with small
+errors seems to jump to the other curve and back; the Viterbi algorithm finds the sequence of positions of least total cost.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -16,25 +14,26 @@ from scipy.ndimage import minimum_filter1d
 from ..types import Bools, Floats, Ints
 
 JUMP = 20.0
-"""Cost of a jump from one curve to another, and the highest cost of a step along one curve."""
+"""Cost of a jump from one curve to another, and largest cost of a step along one curve."""
 
 SLACK_SHARE = 0.5
-"""Share of a step's length along the path by which its length along the curve may differ before the step costs as much as a jump.
-Paths cut corners, and noise adds length."""
+"""Fraction of a step's length along the path by which its length along the curve may differ before the step costs as much as a
+jump. Paths cut corners, and noise adds length."""
 
 
 @dataclass(frozen=True)
 class Candidates:
-    """Candidate positions on curves for the points of a path: arrays of C candidates, sorted by the index of the point.
+    """Candidate positions on curves for the points of a path, sorted by point.
 
-    A point may have several candidates, such as one on each of two crossing curves. All lengths are in the unit of the curves.
+    All arrays have C candidates. A point may have several, such as one on each of two crossing curves. All lengths are in the
+    unit of the curves.
 
     Attributes
     ----------
     point
         (C,) int, index of the candidate's point along the path.
     curve
-        (C,) int, index of the curve that the candidate lies on.
+        (C,) int, index of the curve of the candidate.
     arc
         (C,) length along the curve from its start to the candidate.
     distance
@@ -42,12 +41,12 @@ class Candidates:
     tolerance
         (C,) distance that costs the `misfit` of `choose`.
     slack
-        (C,) length by which a step along the curve may differ from the step along the path, in addition to SLACK_SHARE (0.5) of
-        the step.
+        (C,) length by which a step along the curve may differ from the step along the path, in addition to SLACK_SHARE (0.5)
+        of the step.
     direction
         (C,) 1 or -1, the direction in which the path must follow the curve; 0 for either.
     period
-        (C,) length of a closed curve, so that a step takes the shorter way round; infinite for an open curve.
+        (C,) length of a closed curve, around which a step takes the shorter way; infinite for an open curve.
     path_position
         (C,) position of the point along the path, in units of `path_unit`.
     path_unit
@@ -66,10 +65,10 @@ class Candidates:
     path_unit: float = 1.0
 
     def step_cost(self, a: Ints, b: Ints) -> Floats:
-        """Return the costs of stepping from candidates a to candidates b.
+        """Return the costs of steps from candidates a to candidates b.
 
-        A step along one curve costs more, the more its length along the curve differs from that along the path (by the square of
-        the difference), and JUMP (20) at most. A step to another curve, or to another `direction`, costs JUMP.
+        A step along one curve costs the squared difference between its lengths along the curve and along the path, relative to
+        the slack, times JUMP (20), and JUMP at most. A step to another curve, or to another `direction`, costs JUMP.
 
         Parameters
         ----------
@@ -90,7 +89,7 @@ class Candidates:
         return np.asarray(JUMP * np.where(leaves_curve, 1.0, np.minimum(excess**2, 1.0)))
 
     def choose(self, misfit: float = 1.0) -> Ints:
-        """Choose one candidate for each point so that the total cost of misfits and steps is least (Viterbi algorithm).
+        """Choose one candidate for each point by the Viterbi algorithm.
 
         Parameters
         ----------
@@ -99,8 +98,8 @@ class Candidates:
 
         Returns
         -------
-        (Q,) int, indices of the Q chosen candidates, in the order of the points. Points without any candidate are skipped; (0,)
-        if there are no candidates at all.
+        (Q,) int, indices of the Q chosen candidates, in the order of the points. Points without a candidate
+        are skipped; (0,) if there are no candidates at all.
         """
         if not len(self.point):
             return np.zeros(0, dtype=int)
@@ -121,14 +120,16 @@ class Candidates:
 def nearest_samples(
     distances: Floats, limits: Floats, half_window: int, mode: Literal["nearest", "wrap"] = "nearest"
 ) -> tuple[Ints, Ints]:
-    """Find the samples of a curve at which points come nearest to it: local minima of the distance along the curve.
+    """Find the local minima of the distance of points along a curve.
+
+    They are the samples of the curve that are nearest to each point.
 
     Parameters
     ----------
     distances
         (N, P), distance of each of N points from each of P samples along the curve.
     limits
-        (P,) or (N, P), greatest distance at which a minimum counts, in the unit of `distances`.
+        (P,) or (N, P), largest distance of a minimum, in the unit of `distances`.
     half_window
         number of samples on either side of a minimum that must not be nearer to the point.
     mode

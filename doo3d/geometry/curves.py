@@ -1,4 +1,4 @@
-"""Several curves at once: the points of all in flat arrays, one curve after the other, as the kernels take them."""
+"""Hold several curves in flat arrays, one curve after another."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .projection import Projection
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """K curves as polylines of N points in all; what follows from the points is computed once, when it is first read.
+    """K curves as polylines of N points in all; derived arrays are cached.
 
     Attributes
     ----------
     points
-        (N, D), the points of all curves, one curve after the other: positions, m (px in 2-D), or D values at each. The array
-        is read-only from then on.
+        (N, D), the points of all curves, one curve after another: positions, m (px in 2-D), or D values at each. The array
+        becomes read-only.
     bounds
         (K + 1,) int, row of the first point of each curve, and N.
     closed
@@ -39,7 +39,10 @@ class Curves:
 
     @classmethod
     def of(cls, lines: Sequence[Floats], closed: Sequence[bool] | None = None) -> Curves:
-        """Return curves through the points (P, D) of each line; without `closed` none is a ring, and without lines D is 2."""
+        """Return curves through the points (P, D) of each line.
+
+        Without `closed` all are open; without lines D is 2.
+        """
         points = np.ascontiguousarray(np.concatenate(lines), dtype=float) if len(lines) else np.zeros((0, 2))
         is_ring = np.zeros(len(lines), dtype=bool) if closed is None else np.array(closed, dtype=bool)
         return cls(points, np.cumsum([0, *map(len, lines)]), is_ring)
@@ -57,11 +60,11 @@ class Curves:
 
     @cached_property
     def parts(self) -> list[slice]:
-        """For each curve the slice that selects its points in arrays over the points of all."""
+        """For each curve the slice of its points in arrays over the points of all."""
         return [slice(*both) for both in itertools.pairwise(self.bounds.tolist())]
 
     def of_numbers(self, numbers: Sequence[int]) -> Curves:
-        """Return some of the curves."""
+        """Return the curves of given numbers."""
         return Curves.of([self[number] for number in numbers], self.closed[numbers].tolist())
 
     def with_points(self, points: Floats) -> Curves:
@@ -75,7 +78,7 @@ class Curves:
 
     @cached_property
     def owner(self) -> Ints:
-        """The curve that each point belongs to, (N,)."""
+        """The index of the curve of each point, (N,)."""
         return np.repeat(np.arange(len(self.closed)), np.diff(self.bounds))
 
     @cached_property
@@ -86,7 +89,10 @@ class Curves:
 
     @cached_property
     def tangents(self) -> Floats:
-        """The unit tangents at the points by central differences, onwards, (N, D); one-sided at the ends of an open curve."""
+        """The unit tangents at the points by central differences, (N, D).
+
+        They point along the curve, and are one-sided at the ends of an open curve.
+        """
         rows, first, last = np.arange(len(self.points)), self.bounds[self.owner], self.bounds[self.owner + 1] - 1
         is_ring = self.closed[self.owner]
         before = np.where(rows > first, rows - 1, np.where(is_ring, last, first))
@@ -100,16 +106,16 @@ class Curves:
 
     @cached_property
     def segments(self) -> Ints:
-        """The rows of the points that a segment leads from, to the next row, (N - K,)."""
+        """The rows of the first points of all segments, (N - K,)."""
         return np.flatnonzero(self.owner[1:] == self.owner[:-1])
 
     @cached_property
     def segment_bounds(self) -> Ints:
-        """The bounds of the segments of each curve in arrays over the segments of all, (K + 1,)."""
+        """The bounds of each curve's segments in arrays over all segments, (K + 1,)."""
         return self.segments.searchsorted(self.bounds)
 
     def ends(self, window: float) -> Floats:
-        """Return the outward tangents at both ends of each curve, (2 K, D).
+        """Return the outward unit tangents at both ends of each curve, (2 K, D).
 
         window : length of curve at the end to which a parabola is fitted; at least the last segment is used.
         """
@@ -128,7 +134,7 @@ class Curves:
         Returns
         -------
         samples : as curves of `counts` points, S in all.
-        segment : (S,) int, the segment of its curve on which each sample lies.
+        segment : (S,) int, index within its curve of the segment of each sample.
         """
         starts, along = np.append(0, np.cumsum(counts)), arc_length(self.points)
         owner = np.repeat(np.arange(len(self)), counts)
@@ -152,8 +158,8 @@ class Curves:
 
         Returns
         -------
-        (..., D), ... being the shape of `at`; NaN beyond the ends of an open curve. Positions on a ring, whose last point has to
-        repeat its first, wrap around.
+        (..., D), ... being the shape of `at`; NaN beyond the ends of an open curve. Positions on a ring, whose
+        last point must repeat its first, wrap around.
         """
         count, at = self.counts[curve] - 1, np.where(np.isfinite(at), at, np.nan)
         at = np.where(self.closed[curve], at % np.maximum(count, 1), at)
@@ -164,11 +170,14 @@ class Curves:
         return np.asarray(np.where(known[..., None], between, np.nan))
 
     def seen_in(self, view: Projection) -> Curves:
-        """Return the curves as a view shows them: (u, v, distance) of each point, NaN where it is behind the camera."""
+        """Return the curves projected to a view: (u, v, distance), NaN behind the camera."""
         return self.with_points(np.column_stack((view.project(self.points), view.distance(self.points))))
 
 
 def runs(values: Bools) -> list[tuple[int, int]]:
-    """Return the bounds (first, end) of each run of True in (N,) bool values: values[first:end] are True."""
+    """Return the bounds (first, end) of each run of True: values[first:end] are True.
+
+    values : (N,) bool.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate(([False], values, [False])).astype(np.int8))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))

@@ -1,6 +1,4 @@
-"""Groups of items that are joined two by two, and sums over groups."""
-
-from __future__ import annotations
+"""Group items that are joined in pairs, and add up values over groups."""
 
 from collections.abc import Sequence
 
@@ -12,7 +10,7 @@ from ..types import Floats, Ints
 
 
 class DisjointSet:
-    """A partition of N items into groups, as one array of labels: all pairs of items can be compared at once.
+    """A partition of N items into groups, as one array of labels.
 
     Attributes
     ----------
@@ -21,7 +19,7 @@ class DisjointSet:
     """
 
     def __init__(self, group: Sequence[int] | Ints) -> None:
-        """Start with the labels of N items; `range(N)` puts each item in a group of its own."""
+        """Start with the labels of N items; `range(N)` puts each item in its own group."""
         self.group: Ints = np.array(group, dtype=np.int64)
         self._count = len(set(self.group.tolist()))
 
@@ -30,7 +28,7 @@ class DisjointSet:
         return self._count
 
     def members(self) -> list[list[int]]:
-        """Return the ascending numbers of the items of each group, the groups in the order of their first items."""
+        """Return the ascending items of each group, in the order of their first items."""
         return [np.flatnonzero(self.group == number).tolist() for number in dict.fromkeys(self.group.tolist())]
 
     def join(self, first: int, second: int) -> bool:
@@ -44,11 +42,17 @@ class DisjointSet:
 
 
 def joined_groups(pairs: Ints, count: int) -> Ints:
-    """Return the number of the group of each of `count` items, from 0, (count,); pairs : (P, 2), the items that are joined."""
+    """Return the group of each of `count` items, numbered from 0: (count,) int.
+
+    pairs : (P, 2) int, the items that are joined.
+    """
     graph = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def group_sums(values: Floats, group: Ints, count: int) -> Floats:
-    """Return the sums of the rows of values (N, D) in each of `count` groups, (count, D); group : (N,), that of each row."""
+    """Return the sums of the rows of values (N, D) in each group, (count, D).
+
+    group : (N,) int, group of each row, below `count`.
+    """
     return np.column_stack([np.bincount(group, weights=column, minlength=count) for column in values.T])

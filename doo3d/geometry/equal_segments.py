@@ -1,6 +1,4 @@
-"""Equal segments along a curve, from end to end."""
-
-from __future__ import annotations
+"""Divide curves into segments of equal length, from end to end."""
 
 import numpy as np
 
@@ -9,31 +7,31 @@ from ..types import Floats
 from .curves import Curves
 
 MAX_ITERATIONS = 50
-"""Iterations of Newton's method at most; a handful is usual."""
+"""Largest number of iterations of Newton's method; a few suffice."""
 
 MAX_SAMPLES_PER_CHORD = 100
-"""Points of a curve per chord up to which bends are taken from points side by side."""
+"""Number of points of a curve per chord up to which curvature is measured at neighboring points."""
 
 
 def chains_along(curves: Curves, shifts: Floats, length: float) -> Curves:
-    """Return the joints of chains of segments of exactly `length` along curves from end to end, as curves.
+    """Return the joints of chains of segments of exactly `length` along curves.
 
-    Chords laid on a curve itself would lie inside its bends. So it is moved outwards there first, by two thirds of the sagitta.
+    The chords of a curve are inside its bends. So the curve is first moved outwards by two thirds of the sagitta.
 
     Parameters
     ----------
     curves
         K curves through evenly spaced points.
     shifts
-        (2 K,) length by which each curve is lengthened straight ahead, or shortened, at its first and at its last point; in the
+        (2 K,) length by which each curve is extended straight ahead, or shortened, at its first and at its last point; in the
         unit of the points. Not used for rings.
     length
         length of a segment, in the unit of the points.
 
     Returns
     -------
-    The joints along each curve; none for a curve shorter than half a segment or curled up within one, and for a ring of fewer
-    than three segments.
+    The joints along each curve; none for a curve shorter than half a segment or curled up within one, and for
+    a ring of fewer than three segments.
     """
     joints = Curves(
         *kernels.equal_segments(curves.points, curves.bounds, curves.closed, shifts, length, MAX_SAMPLES_PER_CHORD), curves.closed
@@ -42,13 +40,13 @@ def chains_along(curves: Curves, shifts: Floats, length: float) -> Curves:
         return joints
     flags = curves.closed.tolist()
     lines = zip(curves, joints, flags, strict=True)
-    return Curves.of([equal_ring(line, length) if is_ring else laid for line, laid, is_ring in lines], flags)
+    return Curves.of([equal_ring(line, length) if is_ring else chain for line, chain, is_ring in lines], flags)
 
 
 def equal_segments(points: Floats, length: float) -> Floats:
-    """Return the joints of a chain of segments of exactly `length` along a polyline from end to end.
+    """Return the joints of a chain of segments of exactly `length` along a polyline.
 
-    The whole number of segments that fits best is used. The chain is longer or shorter than the polyline by the same length at
+    The number of segments is the one that fits best. The chain is longer or shorter than the polyline by the same length at
     both ends; where it is longer, it continues straight.
 
     Parameters
@@ -60,17 +58,17 @@ def equal_segments(points: Floats, length: float) -> Floats:
 
     Returns
     -------
-    (N + 1, D), joints of N segments, in the unit of the points; (0, D) for a polyline shorter than half a segment or
-    curled up within one.
+    (N + 1, D), joints of N segments, in the unit of the points; (0, D) for a polyline shorter than half a
+    segment or curled up within one.
     """
     curve = Curves.of([points])
     return kernels.equal_segments(curve.points, curve.bounds, curve.closed, np.zeros(2), length, 0)[0]
 
 
 def equal_ring(points: Floats, length: float) -> Floats:
-    """Return the joints of a closed chain of segments of exactly `length` around a closed polyline.
+    """Return the joints of a ring of segments of exactly `length` along a polyline.
 
-    The whole number of segments that fits best is used, so the perimeter changes by half a segment at most.
+    The number of segments is the one that fits best, so the perimeter changes by half a segment at most.
 
     Parameters
     ----------
@@ -81,13 +79,11 @@ def equal_ring(points: Floats, length: float) -> Floats:
 
     Returns
     -------
-    (N + 1, D), joints of N >= 3 segments, the last joint equal to the first, in the unit of the points; (0, D) if fewer than
-    three segments fit, or none do, as around a polyline that folds back and forth.
+    (N + 1, D), joints of N >= 3 segments, the last joint equal to the first, in the unit of the points; (0, D)
+    if fewer than three segments fit, or none do, as around a polyline that folds back and forth.
 
-    Notes
-    -----
-    Equal chords are laid around the polyline, the ring is scaled about its centroid until they have the exact length, and
-    Newton's method removes the rest of the misfit.
+    Notes ----- Equal chords are placed around the polyline (their length by bisection), the ring is scaled about its centroid
+    to the exact length, and Newton's method removes the rest of the misfit.
     """
     loop = np.concatenate((points, points[:1]))
     joints = kernels.lay_equal_chords(loop, length)[0]
@@ -107,11 +103,14 @@ def equal_ring(points: Floats, length: float) -> Floats:
 
 
 def close_ring(joints: Floats, length: float) -> Floats:
-    """Move the joints (N, D) of a ring by the least that makes all of its N segments exactly `length` long.
+    """Move the joints (N, D) of a ring until N segments are exactly `length` long.
 
-    Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d: the last of the chords around a rough polyline may end short
-    of the ring's first joint, or beside it. Returns (N + 1, D), the last joint equal to the first; if there is no such ring, with
-    segments of other lengths.
+    Each step is the smallest motion (Newton's method on (|d|^2 - length^2) / 2 = 0 for each segment d). It closes chords
+    around a rough polyline that end short of the first joint, or next to it.
+
+    Returns
+    -------
+    (N + 1, D), the last joint equal to the first; with segments of other lengths if there is no such ring.
     """
     for _ in range(MAX_ITERATIONS):
         d = np.roll(joints, -1, axis=0) - joints

@@ -1,6 +1,4 @@
-"""Intersections of curves in the view."""
-
-from __future__ import annotations
+"""Find the intersections of curves in a view."""
 
 from dataclasses import dataclass
 
@@ -13,12 +11,14 @@ from .curves import Curves
 
 @dataclass(frozen=True)
 class Intersections:
-    """C intersections of curves in the view; each is where one segment (column 0 of the arrays) crosses another (column 1).
+    """C intersections of two segments of curves in the view.
+
+    Column 0 of the arrays is the first segment, column 1 the second.
 
     Attributes
     ----------
     chain
-        (C, 2) int, index of the curve that each of the two segments belongs to.
+        (C, 2) int, index of the curve of each segment.
     segment
         (C, 2) int, index of each segment in its curve.
     t
@@ -37,20 +37,20 @@ class Intersections:
 
 
 def find_intersections(curves: Curves) -> Intersections:
-    """Find every point where two segments of some curves cross in the view.
+    """Find every point where two segments of curves cross in the view.
 
     Neighboring segments of one curve, which share a joint, do not count. Segments with a NaN joint (not visible) are skipped.
 
     Parameters
     ----------
     curves
-        the curves as the view shows them: u and v are the first two values of each point. A ring's last point repeats its first,
-        so that its last segment is a neighbor of its first. There may be no curves.
+        the curves in the view: u and v are the first two values of each point. The last point of a ring repeats its first, so
+        its last segment is a neighbor of its first. There may be no curves.
 
     Returns
     -------
-    The intersections, each once; `Intersections` with C = 0 if there are none. They are sorted by the first segment (in the
-    order of the curves and along them), then by the second.
+    The intersections, each once; `Intersections` with C = 0 if there are none. They are sorted by the first
+    segment (in the order of the curves and along them), then by the second.
     """
     points = curves.points[:, :2]
     is_seen = np.asarray(np.isfinite(points).all(axis=1))
@@ -77,7 +77,7 @@ def find_intersections(curves: Curves) -> Intersections:
 
 
 def _near_pairs(middles: Floats, reach: float) -> tuple[Ints, Ints]:
-    """Return the pairs of segments, in order, whose middles (N, 2) are no farther apart than the longest is long."""
+    """Return the ordered pairs of segments whose middles (N, 2) are within `reach`."""
     if not len(middles):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     first, second = cKDTree(middles).query_pairs(reach, output_type="ndarray").T
@@ -86,5 +86,5 @@ def _near_pairs(middles: Floats, reach: float) -> tuple[Ints, Ints]:
 
 
 def _cross(first: Floats, second: Floats) -> Floats:
-    """Return the cross product of each two vectors (N, 2)."""
+    """Return the cross product of each pair of 2-D vectors, (N,)."""
     return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]

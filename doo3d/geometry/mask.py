@@ -1,6 +1,4 @@
-"""Bounding box, pixels and radius of the object from its mask alone."""
-
-from __future__ import annotations
+"""Compute bounding box, dilation and radius of the object from its mask alone."""
 
 import cv2
 import numpy as np
@@ -10,24 +8,27 @@ from ..types import Array, Bools, Floats
 
 
 def bounding_box(mask: Bools) -> tuple[slice, slice]:
-    """Return the bounding box of the True pixels of a mask as slices, so that mask[box] is the part of the mask in the box.
+    """Return the bounding box of a mask as slices of rows and of columns.
 
-    mask : (H, W) bool, with at least one True pixel. Returns (slice of rows, slice of columns).
+    mask : (H, W) bool, with at least one True pixel; mask[box] is the part in the box.
     """
     top, bottom, left, right = kernels.bounding_box(mask)
     return slice(top, bottom), slice(left, right)
 
 
 def dilate(mask: Bools, px: float) -> Bools:
-    """Return the pixels (H, W) bool within `px` of a mask (H, W) bool, by a chamfer distance that is met up to rounding."""
+    """Return the pixels within `px` of a mask, (H, W) bool.
+
+    mask : (H, W) bool. The distance is a chamfer distance, with a tolerance for rounding.
+    """
     return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5) <= px + 1e-3)
 
 
 def ridge_radius(inside: Array, scale: Array) -> float:
     """Return the radius of the object in a mask from the mask's distance transform.
 
-    It is the median half-width along the ridges of the transform, that is, along the middle of the strands. The median is
-    weighted by the half-width, so that specks count for little.
+    It is the median half-width along the ridges of the transform, the medial axes of the strands, weighted by the half-width,
+    so that specks weigh little.
 
     Parameters
     ----------
@@ -45,10 +46,10 @@ def ridge_radius(inside: Array, scale: Array) -> float:
 
 
 def median_half_width(half_width: Array) -> float:
-    """Return the median of K half-widths (K,) of an object, each weighted by itself, in the same unit; 0 if K is 0.
+    """Return the median of half-widths (K,), each weighted by itself; 0 if K is 0.
 
-    Half-widths are measured at pixels along medial axes. The weight makes it a median over the area, so that specks count for
-    little.
+    Half-widths are measured at pixels along medial axes. The weight makes it a median over the area, so that specks weigh
+    little. The unit is that of the half-widths.
     """
     if not len(half_width):
         return 0.0
@@ -58,7 +59,11 @@ def median_half_width(half_width: Array) -> float:
 
 
 def half_widths(mask: Bools) -> tuple[Array, Floats]:
-    """Return how far each pixel in the box of a mask (H, W) is from its edge, float32 px, 0 outside; the first pixel (u, v)."""
+    """Return the distance of pixels to the edge of a mask, and the first pixel.
+
+    mask : (H, W) bool. The pixel is (u, v), and the distances are float32 px, 0 outside, of the mask's bounding box with a margin
+    of one pixel.
+    """
     if not mask.any():
         return np.zeros((1, 1), dtype=np.float32), np.zeros(2)
     box = bounding_box(mask)

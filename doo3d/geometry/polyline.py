@@ -1,6 +1,4 @@
-"""Polylines and vectors in 2-D and 3-D: the arrays decide which."""
-
-from __future__ import annotations
+"""Compute with polylines and vectors in 2-D and 3-D, by the shape of the arrays."""
 
 import math
 
@@ -10,11 +8,11 @@ from .. import kernels
 from ..types import Array, Floats
 
 TINY = 1e-12
-
+"""Tolerance for comparisons of unit vectors, above the rounding of float64."""
 
 LEAST_WEIGHT = 1e-6
-"""Of a point where the weights determine nothing, as a share of the largest: rounding of float64, 1e-16, to the power that keeps
-six digits of the result."""
+"""Weight of a point where the weights determine nothing, relative to the largest: rounding of float64, 1e-16, to the power
+that keeps six digits of the result."""
 
 
 def unit(vectors: Array) -> Floats:
@@ -32,7 +30,7 @@ def angle(a: Array, b: Array) -> Floats:
 
     a, b : (..., D) vectors of any length. Returns (...) in [0, pi]; pi / 2 if one of the two vectors is zero, 0 if both are.
 
-    By the half-angle form of Kahan, which is exact near 0 and pi, where arccos loses digits.
+    The half-angle form of Kahan is exact near 0 and pi, where arccos loses digits.
     """
     a, b = unit(a), unit(b)
     return np.asarray(2 * np.arctan2(np.linalg.norm(a - b, axis=-1), np.linalg.norm(a + b, axis=-1)))
@@ -49,7 +47,10 @@ def steps(points: Floats, closed: bool = False) -> Floats:
 
 
 def arc_length(points: Floats) -> Floats:
-    """Return the arc length from the first point of a polyline (P, D) to each of its P points: (P,), the first 0."""
+    """Return the arc length from the first point of a polyline to each point, (P,).
+
+    points : (P, D). The first value is 0.
+    """
     return np.cumsum(np.append(np.zeros(min(len(points), 1)), steps(points)))
 
 
@@ -65,7 +66,7 @@ def resample(points: Floats, at: Array) -> Floats:
 
     Returns
     -------
-    (S, D)
+    (S, D), in the unit of the points.
     """
     along = arc_length(points)
     return np.column_stack([np.interp(at, along, values) for values in np.asarray(points).T])
@@ -74,17 +75,17 @@ def resample(points: Floats, at: Array) -> Floats:
 def densify(points: Floats, spacing: float) -> Floats:
     """Return evenly spaced points along a polyline, both ends included.
 
-    points : (P, D). spacing : greatest arc length between neighboring points. Returns (Q, D), Q >= 2 points.
+    points : (P, D). spacing : largest arc length between neighboring points. Returns (Q, D), Q >= 2 points.
     """
     total = float(arc_length(points)[-1])
     return resample(points, np.linspace(0.0, total, max(2, math.ceil(total / spacing) + 1)))
 
 
 def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: int = 2) -> Floats:
-    """Smooth a sequence of points by Whittaker's smoother (Eilers, Analytical Chemistry 75, 2003).
+    """Smooth a sequence of points by the Whittaker smoother.
 
-    Each point has its own weight matrix, so that a position may count across the object but not along it. Where the weights are
-    near zero the result is the smoothest connection of the points on either side.
+    Each point has its own weight matrix, so that a position may count across the object but not along it. Where the weights
+    are near zero the result is the smoothest connection of the points on either side (Eilers, Analytical Chemistry 75, 2003).
 
     Parameters
     ----------
@@ -93,20 +94,16 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
     weights
         (P, D, D), weight matrix of each point, symmetric and positive semidefinite.
     strength
-        weight of smoothness, in the unit of the weights; 0 leaves the points as they are.
+        weight of smoothness, in the unit of the weights; 0 leaves the points unchanged.
     order
-        order of the differences that are kept small: 2 favors straight lines.
+        order of the differences that are penalized: 2 favors straight lines.
 
     Returns
     -------
     (P, D), the smoothed points; the given ones if there are no more than `order`.
 
-    Notes
-    -----
-    If the weights are too few to determine the result, such as all zero, each point has a least weight of its own.
-
-    With the values v and the weights W, the result x minimises sum (x - v)' W (x - v) + strength * sum |order-th difference of
-    x|^2.
+    Notes ----- With the values v and the weights W, the result x minimizes sum (x - v)' W (x - v) + strength * sum |order-th
+    difference of x|^2. If the weights do not determine it, such as all zero, each point has LEAST_WEIGHT in addition.
     """
     values, weights = np.ascontiguousarray(values), np.ascontiguousarray(weights)
     try:
@@ -117,7 +114,7 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
 
 
 def perpendicular(direction: Floats) -> Floats:
-    """Return some unit vector perpendicular to a given one, always the same one for the same input.
+    """Return a unit vector perpendicular to a given one, the same for the same input.
 
     direction : (D,) unit vector, D = 2 or 3. Returns (D,).
     """

@@ -1,4 +1,4 @@
-"""Projections of points to the plane of a view: of a camera, from a viewpoint, parallel, or in 2-D."""
+"""Project points to the plane of a view: by a camera, in parallel, or in 2-D."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Projection:
         takes N points (N, D), returns their distances along the viewing direction (N,). Of two points at one position in the
         view the nearer hides the other.
     scale
-        takes distances of any shape, returns in the same shape how long one unit of length at that distance is in the view (such
-        as px per m); NaN behind a camera.
+        takes distances of any shape, returns in the same shape the length in the view of a unit of length at that distance
+        (such as px per m); NaN behind a camera.
     """
 
     project: Callable[[Floats], Floats]
@@ -42,7 +42,7 @@ class Projection:
 
     @staticmethod
     def of_camera(camera: Camera) -> Projection:
-        """Return the pinhole projection of points in the camera's optical frame, in m, to pixels (u, v).
+        """Return the pinhole projection of points in the camera frame, m, to px (u, v).
 
         Its `distance` is z in m, and its `scale` focal length / z, in px per m.
         """
@@ -50,7 +50,7 @@ class Projection:
 
     @staticmethod
     def perspective(viewpoint: Floats, axes: Floats, camera: Camera) -> Projection:
-        """Return the pinhole projection of points in m to the pixels of a camera at a viewpoint.
+        """Return the pinhole projection of points in m to the pixels of a posed camera.
 
         Distances are along the camera's forward axis in m, and the scale is in px per m.
 
@@ -73,15 +73,16 @@ class Projection:
     def parallel(origin: Floats, axes: Floats, scale: float = 1.0, offset: Floats | float = 0.0) -> Projection:
         """Return the parallel projection of 3-D points along the forward axis of a view.
 
-        A point's position in the view is `scale` times its coordinates along right and down, relative to `origin`, plus `offset`.
+        A point's position in the view is `scale` times its coordinates along right and down, relative to `origin`, plus
+        `offset`.
 
         Parameters
         ----------
         origin
-            (3,) m, the point that is shown at `offset` and has the distance 0.
+            (3,) m, the point that is projected to `offset` and has the distance 0.
         axes
-            (3, 3), rows are the unit axes of the view in the frame of the points: right, down, forward. Distances grow forward,
-            in m.
+            (3, 3), rows are the unit axes of the view in the frame of the points: right, down, forward. Distances grow
+            forward, in m.
         scale
             length in the view of one unit of length, such as px per m.
         offset
@@ -95,12 +96,13 @@ class Projection:
 
 
 def _pinhole_scale(camera: Camera) -> Callable[[Floats], Floats]:
+    """Return the function from distance, m, to px per m of a pinhole camera."""
     focal = float(np.sqrt(camera.fx * camera.fy))
     return lambda distance: np.asarray(focal / np.where(distance > 0, distance, np.nan))
 
 
 def axes_along(direction: Floats) -> Floats:
-    """Return the axes of a view along a direction: three right-handed unit vectors.
+    """Return three right-handed unit axes of a view along a direction.
 
     direction : (3,), the viewing direction, of any length. Returns (3, 3), rows right, down, forward.
 
@@ -114,13 +116,13 @@ def axes_along(direction: Floats) -> Floats:
 
 
 def _cross(first: Floats, second: Floats) -> Floats:
-    """Return the cross product of two vectors (3,), in a tenth of the time of NumPy's."""
+    """Return the cross product of two vectors (3,), ten times as fast as NumPy's."""
     (a, b, c), (x, y, z) = first.tolist(), second.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def upright_axes_along(direction: Floats) -> Floats:
-    """Return the axes of an upright view along a direction: three right-handed unit vectors.
+    """Return three right-handed unit axes of an upright view along a direction.
 
     direction : (3,), the viewing direction, of any length over 0, in a frame whose y axis points down, such as a camera's
     optical frame. Returns (3, 3), rows right, down, forward.
@@ -139,15 +141,15 @@ def upright_axes_along(direction: Floats) -> Floats:
 
 
 def spread_axes(centered: Floats) -> Floats:
-    """Return the axes of the view in which points are most spread out: three right-handed unit vectors.
+    """Return three right-handed unit axes of the view of largest spread of points.
 
-    They are the principal axes of the points, which spread most along "right" and least along "forward". The largest component of
-    "right", and that of "down", is positive.
+    They are the principal axes of the points, with the largest spread along "right" and the smallest along "forward". The
+    largest component of "right", and that of "down", is positive.
 
     Parameters
     ----------
     centered
-        (N, 3), N points less their mean.
+        (N, 3), N points minus their mean.
 
     Returns
     -------

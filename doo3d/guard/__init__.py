@@ -1,5 +1,5 @@
-"""What is read from outside passes here: limits, text, JSON, YAML, image headers, libraries that may end the process.
+"""Guard the reading of untrusted files: size limits, file names, JSON, YAML, image headers, libraries that may crash.
 
-The rule: damaged or hostile content is an error of doo3d with a sentence, never another exception, an ended process, or memory
-without bound.
+Damaged or hostile content always raises an error of doo3d with a clear sentence; it never raises another exception, ends the
+process or takes unlimited memory.
 """

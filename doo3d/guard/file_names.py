@@ -1,4 +1,4 @@
-"""Names from files that become names of files: never paths."""
+"""Check names that were read from files before they become file names, so that none is a path."""
 
 from pathlib import PurePosixPath, PureWindowsPath
 
@@ -8,7 +8,7 @@ _MAX_BYTES = 240  # of a name: file systems allow 255, with a suffix
 
 
 def is_file_name(name: object) -> bool:
-    """Return whether a value is a text that can be the name of a file in a folder, and no path, on any platform."""
+    """Return whether a value is a string that is a valid file name, and not a path, on every platform."""
     return (
         isinstance(name, str)
         and name not in ("", ".", "..")
@@ -20,11 +20,11 @@ def is_file_name(name: object) -> bool:
 
 
 def check_file_name(name: object, where: str) -> str:
-    """Return `name` if it can be the name of a file in a folder; `where` is the file that it was read from, named in the error.
+    """Return `name` if it is a valid file name; `where` is the file that contains it, named in the error.
 
     Raises
     ------
-    InputError : the name is no text, empty, or leads to another folder.
+    InputError : the name is not a string, is empty, or leads to another folder.
     """
     if isinstance(name, str) and is_file_name(name):
         return name

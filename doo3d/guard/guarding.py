@@ -1,4 +1,4 @@
-"""The one place where an exception about data from outside becomes an error of doo3d."""
+"""Convert exceptions about untrusted data to errors of doo3d."""
 
 import os
 from collections.abc import Iterator
@@ -13,9 +13,9 @@ _LFS_POINTER = b"version https://git-lfs.github.com/spec/"  # left by `git clone
 
 @contextmanager
 def guarded(where: str | os.PathLike[str], kind: type[DooError] = InputError, code: str = "file-damaged") -> Iterator[None]:
-    """Turn every exception of a `with` block that reads something from outside into an error of doo3d.
+    """Convert every exception in a `with` block that reads untrusted data to an error of doo3d.
 
-    Errors of doo3d pass as they are. The exception itself stays as the cause of the error.
+    Errors of doo3d pass unchanged. The exception is kept as the cause of the error.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def guarded(where: str | os.PathLike[str], kind: type[DooError] = InputError, co
 
 @contextmanager
 def prefixed(where: str, path: Path | None = None) -> Iterator[None]:
-    """Name a place in the InputErrors of a `with` block, except in one that names the file or folder `path` already."""
+    """Prefix the InputErrors of a `with` block with a place, except those that already name the file or folder `path`."""
     try:
         yield
     except InputError as error:
@@ -51,25 +51,25 @@ def prefixed(where: str, path: Path | None = None) -> Iterator[None]:
 
 
 def first_line(error: BaseException) -> str:
-    """Return the first line of an exception's message, or its type if the message is empty."""
+    """Return the first line of an exception's message, or the name of its type if the message is empty."""
     return next(iter(str(error).strip().splitlines()), type(error).__name__)[:_MAX_LETTERS]
 
 
 def check_regular(path: Path, where: str | None = None, kind: type[DooError] = InputError) -> None:
-    """Raise `kind` if a path leads to a device or a pipe, which may have no end; `where` is its name in the error."""
+    """Raise `kind` if a path is a device or a pipe, which may be endless; `where` is its name in the error."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise kind(f"{where or path}: is a device or a pipe, expected a file", code="file-unreadable")
 
 
 def check_not_pointer(path: Path, head: bytes) -> None:
-    """Raise InputError if `head`, the first bytes of the file `path` (40 or more), is a pointer of Git LFS."""
+    """Raise InputError if a file is a Git LFS pointer; `head` : its first 40 bytes or more."""
     if head.startswith(_LFS_POINTER):
         sentence = "is a pointer of Git LFS and not the file itself: install Git LFS and run git lfs pull in the repository"
         raise InputError(f"{path}: {sentence}", code="file-lfs-pointer")
 
 
 def read_head(path: Path, count: int) -> bytes:
-    """Return the first `count` bytes of a file, or all if it is shorter; OSError if it cannot be read."""
+    """Read the first `count` bytes of a file, or all if it is shorter; raise OSError if it cannot be read."""
     with path.open("rb") as file:
         return file.read(count)
 
@@ -77,22 +77,22 @@ def read_head(path: Path, count: int) -> bytes:
 def read_bytes(
     path: str | Path, max_bytes: int, where: str | None = None, kind: type[DooError] = InputError, code: str = "file-damaged"
 ) -> bytes:
-    """Return the content of a file.
+    """Read a file, up to a greatest size.
 
     Parameters
     ----------
     path
         the file.
     max_bytes
-        size that the file may have.
+        greatest size of the file, bytes.
     where
-        the file as errors name it; None: its path.
+        name of the file in errors; None for its path.
     kind, code
-        type of the errors, and their code if the path is none.
+        type of the errors, and the code of the errors that have no other.
 
     Raises
     ------
-    DooError : of type `kind`: the file is missing, cannot be read, is no file but a device or a pipe, or is larger.
+    DooError : of type `kind`: the file is missing, cannot be read, is a device or a pipe, or is larger.
     """
     name = str(path) if where is None else where
     with guarded(name, kind, code):

@@ -1,4 +1,4 @@
-"""The size that an image announces in its header, before it is decoded."""
+"""Read the size of an image from its header, before the image is decoded."""
 
 import mmap
 import re
@@ -9,11 +9,11 @@ from .guarding import read_bytes
 from .limits import current_limits
 
 Size = tuple[int, int]
-"""width, height in px."""
+"""Width and height of an image, px."""
 
 _JPEG_MARKER = re.compile(rb"\xff([^\x00\x01\xd0-\xd9\xff])")
 MAX_SEGMENTS = 1 << 16
-"""Segments and scans of a JPEG: a profile, depth or a second image in the header takes one for each 64 kB."""
+"""Greatest number of segments and scans of a JPEG; a color profile, depth or second image takes one for each 64 kB."""
 
 _JPEG_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}  # markers of a frame header
 _PORTABLE = re.compile(rb"P[1-6Ffx](?:\s|#[^\r\n]*[\r\n])+(\d{1,18})(?:\s|#[^\r\n]*[\r\n])+(\d{1,18})")
@@ -25,21 +25,21 @@ _MAX_TAGS = 4096  # of a TIFF
 _WINDOW = re.compile(rb"(?:dataWindow|displayWindow)\0box2i\0")  # in the header of an EXR
 _HEAD_BYTES = 1 << 16  # within which the headers of AVIF, EXR, portable maps and Radiance give the size
 _MAX_PIXEL_BYTES = 16
-"""Bytes of a file for each of its pixels at most: four channels of 32 bits."""
+"""Greatest number of bytes of a file per pixel: four channels of 32 bits."""
 
 _MAX_EXTRA_BYTES = 1 << 26
-"""Bytes of a file besides its pixels at most: profiles, previews, the video that a phone appends."""
+"""Greatest number of further bytes of an image file: profiles, previews, the video that a phone appends."""
 
 
 def read_encoded(path: str | Path, where: str | None = None) -> bytes:
-    """Return the content of an image file, which has no more bytes than the size in its header can need.
+    """Read an image file; refuse it if it has more bytes than the size in its header can need.
 
     Parameters
     ----------
     path
         the file.
     where
-        the file as errors name it; None: its path.
+        name of the file in errors; None for its path.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def read_encoded(path: str | Path, where: str | None = None) -> bytes:
 
 
 def file_size(path: str | Path) -> Size | None:
-    """Return `announced_size` of a file, of which only the header is read; None also if it is none, or cannot be read."""
+    """Return (width, height) px of an image file from its header; None if it is unknown or the file cannot be read."""
     try:
         if not Path(path).is_file():
             return None
@@ -62,10 +62,10 @@ def file_size(path: str | Path) -> Size | None:
 
 
 def announced_size(data: bytes | mmap.mmap) -> Size | None:
-    """Return (width, height) px that the header of an encoded image announces; None if that is not sure.
+    """Return (width, height) px from the header of an encoded image; None if it is uncertain.
 
-    Known are PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun raster.
-    Of several sizes in one file the largest counts: decoders differ in which one they take.
+    Supported are PNG, JPEG, TIFF, BMP, GIF, WebP, EXR, JPEG 2000, AVIF and HEIF, portable maps (PNM, PFM), Radiance and Sun
+    raster. If a file has several sizes, the largest is returned, since decoders differ in the image that they choose.
     """
     try:
         return _announced(data)
@@ -132,7 +132,7 @@ def _jpeg(data: bytes | mmap.mmap) -> Size | None:
 
 
 def _tiff(data: bytes | mmap.mmap, order: str) -> Size | None:
-    """Return the size of the first picture of a TIFF or BigTIFF, or of its tiles if they are larger; None without both sides."""
+    """Return (width, height) px of the first picture of a TIFF or BigTIFF, or of its tiles if larger; None if incomplete."""
     is_big = b"+" in data[2:4]
     at = struct.unpack_from(order + ("Q" if is_big else "I"), data, 8 if is_big else 4)[0]
     count = struct.unpack_from(order + ("Q" if is_big else "H"), data, at)[0]

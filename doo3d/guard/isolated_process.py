@@ -1,4 +1,4 @@
-"""The process in which native readers are called; see `isolation`."""
+"""Run the separate process in which native readers are called; see `isolation`."""
 
 import os
 import signal
@@ -11,12 +11,12 @@ from .guarding import first_line, guarded
 from .isolation import receive, send
 from .limits import limited
 
-_BYTES_PER_POINT = 100  # of a reader: columns of the file, coordinates as float64, colours, and copies
+_BYTES_PER_POINT = 100  # of a reader: columns of the file, coordinates as float64, colors, and copies
 _BASE_BYTES = 512 << 20  # of libraries that load at their first call
 
 
 def main() -> None:
-    """Answer requests on stdin until it is closed. Ctrl-C concerns the program that waits for the answer, not this one."""
+    """Answer requests on stdin until it is closed; ignore Ctrl-C, which the waiting program handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests = os.fdopen(os.dup(0), "rb")
     answers = os.fdopen(os.dup(1), "wb")
@@ -44,7 +44,7 @@ def _answer(function: Any, args: tuple[Any, ...], limits: Any, folder: str, wher
 
 
 def _bound_memory(more: int) -> None:
-    """Let this process take so many bytes more than now, where the platform can tell."""
+    """Limit the memory of this process to `more` bytes above the current use, on platforms that support it."""
     if sys.platform != "linux":
         return
     import resource

@@ -1,6 +1,6 @@
-"""Calls of native readers, and first runs of networks, in a process of their own, where a library that aborts ends nothing else.
+"""Call native readers, and networks for the first time, in a separate process, since such libraries may crash.
 
-One process is kept for all calls: it starts at the first one, which takes a second, and ends with this process.
+One process serves all calls: it starts with the first one, which takes a second, and ends with this process.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..errors import InputError
 from .limits import current_limits
 
 LENGTH = struct.Struct("<Q")
-"""What comes before each message through a pipe: its length in bytes."""
+"""Prefix of each message in a pipe: its length in bytes."""
 
 _END_SECONDS = 5.0  # for an aborted process to end, which may write its memory to disk
 _COMMAND = "from doo3d.guard.isolated_process import main; main()"
@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 def _renew_lock() -> None:
-    """Give a forked process a lock of its own: a thread of its parent may have held the former."""
+    """Make a new lock in a forked process, since a thread of its parent may have held the old one."""
     global _lock
     _lock = threading.Lock()
 
@@ -50,27 +50,28 @@ def isolated(
     memory: int | None = None,
     seconds: float | None = None,
 ) -> T:
-    """Call a function in the process for native readers, and return its value.
+    """Call a function in the separate process, and return its value.
 
     Parameters
     ----------
     function
-        function of a module.
+        importable function of a module, with a picklable value.
     *args
-        its arguments, which can be pickled; so can its value.
+        its arguments, picklable.
     where
         the file that is read, named in errors.
     code
         code of the errors.
     memory
-        bytes that the call may take, where the platform can bound them (Linux); None: what a cloud of `Limits.max_points` needs.
+        greatest memory of the call in bytes, on platforms that support a limit (Linux); None for the need of a cloud of
+        `Limits.max_points`.
     seconds
-        s after which the process is ended; None: never.
+        time in s after which the process is ended; None for no limit.
 
     Raises
     ------
-    InputError : the library ended the process, as some do about damaged files, or gave no answer in time. Errors of doo3d that
-        the function raises pass as they are.
+    InputError : the library ended the process, as some do for damaged files, or did not answer in time. Errors of doo3d that
+        the function raises pass unchanged.
     """
     if not sys.executable:  # Python inside of another program
         return function(*args)
@@ -99,7 +100,7 @@ def isolated(
 
 
 class _Process:
-    """The process for native readers, its pipes, and what its libraries print."""
+    """The separate process, its pipes, and the output of its libraries."""
 
     def __init__(self) -> None:
         paths = [path or os.getcwd() for path in sys.path if isinstance(path, str)]
@@ -130,7 +131,7 @@ class _Process:
     def call(self, request: Any, seconds: float | None = None) -> Any:
         """Send a request and return the answer: ("value", value) or ("error", error).
 
-        If there is none after so many seconds, the process is killed, as `in_time` then says.
+        If there is no answer after `seconds`, the process is killed, and `in_time` becomes False.
         """
         self._printed_before = os.fstat(self._printed.fileno()).st_size
         timer = threading.Timer(seconds or 0.0, self._kill_late)
@@ -147,9 +148,9 @@ class _Process:
         self._process.kill()
 
     def end(self, is_ending: bool = False) -> str:
-        """End the process and return why it ended: its library's last words, or the signal.
+        """End the process and return the reason: the last output of its library, or the signal.
 
-        is_ending : whether it ends by itself, so that its signal is known soon.
+        is_ending : whether the process ends by itself, so that its signal will soon be known.
         """
         if is_ending:
             with suppress(subprocess.TimeoutExpired):

@@ -1,4 +1,4 @@
-"""Limits of announced sizes, checked before memory is taken."""
+"""Limit the sizes that files announce; they are checked before memory is allocated."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,22 +8,22 @@ from dataclasses import dataclass
 from ..errors import InputError
 
 DEFAULT_MAX_PIXELS = 1 << 27
-"""Pixels of an image: more than any depth camera has, and than photographs of 100 megapixels; a frame of so many takes 4 GB."""
+"""Greatest number of pixels of an image, above those of depth cameras and 100-megapixel photographs; such a frame takes 4 GB."""
 
 DEFAULT_MAX_POINTS = 16_000_000
-"""Points of a cloud: with what its reader needs they take 2 GB."""
+"""Greatest number of points of a cloud; with the memory of its reader, they take 2 GB."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The largest data that is read.
+    """The greatest sizes of data that are read.
 
     Attributes
     ----------
     max_pixels
-        pixels of an image, width times height.
+        greatest number of pixels of an image, width times height.
     max_points
-        points of a cloud, as its file announces them.
+        greatest number of points of a cloud, as announced by its file.
     """
 
     max_pixels: int = DEFAULT_MAX_PIXELS
@@ -35,13 +35,13 @@ _current: ContextVar[Limits] = ContextVar("doo3d_limits", default=DEFAULT)
 
 
 def current_limits() -> Limits:
-    """Return the limits that hold here: those of the innermost `limited` block, or the defaults."""
+    """Return the limits in effect: those of the innermost `limited` block, or the defaults."""
     return _current.get()
 
 
 @contextmanager
 def limited(limits: Limits) -> Iterator[None]:
-    """Let `limits` hold for everything that is read in a `with` block."""
+    """Apply `limits` to everything that is read in a `with` block."""
     token = _current.set(limits)
     try:
         yield

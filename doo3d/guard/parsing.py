@@ -1,4 +1,4 @@
-"""JSON and YAML from outside, as plain values of a depth, size and magnitude that the rest of the program can use."""
+"""Parse untrusted JSON and YAML to plain values, with bounds on size, nesting depth and magnitude."""
 
 import json
 import re
@@ -17,19 +17,20 @@ from ..errors import DooError, InputError
 from .guarding import first_line, read_bytes
 
 MAX_JSON_BYTES = 1 << 26
-"""bytes of a JSON file: an hour of a recording's metadata has 40 MB; parsed it takes up to 30 times as much."""
+"""Greatest size of a JSON file in bytes: the metadata of an hour's recording has 40 MB; parsed, it takes up to 30 times as
+much."""
 
 MAX_JSON_VALUES = 3_500_000
-"""Values of a JSON text at most, by its commas and brackets: an hour of a recording's poses has 3 million; they take 500 MB."""
+"""Greatest number of values of a JSON text, by commas and brackets: an hour of poses has 3 million, which take 500 MB."""
 
 MAX_YAML_BYTES = 1 << 20
-"""bytes of a YAML text: a bag's description of 4000 files."""
+"""Greatest size of a YAML text in bytes: the description of a bag of 4000 files."""
 
 MAX_YAML_VALUES = 100_000
-"""Values of a YAML text: a bag's description of 4000 files has 80,000; they take two seconds."""
+"""Greatest number of values of a YAML text: the description of a bag of 4000 files has 80,000, which take two seconds."""
 
 MAX_DEPTH = 60
-"""Depth of lists and objects in each other: nothing that is read has more than 10."""
+"""Greatest nesting depth of lists and objects; valid files have at most 10."""
 
 _MAX_BITS = 1000  # of a whole number: larger ones are no floats
 _MAX_NUMBER_LETTERS = 400  # of a number in YAML, before it is converted
@@ -37,46 +38,37 @@ _FREE_ALIASES = 10_000  # values that aliases may repeat in a YAML text, besides
 _NUMBER_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("int", "float", "timestamp")}
 
 
-def read_json(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
-    """Return the value in a JSON file.
+def read_json(path: str | Path) -> Any:
+    """Read the value of a JSON file; raise InputError if it cannot be read, is not JSON, or exceeds the bounds."""
+    return parse_json(read_bytes(path, MAX_JSON_BYTES), str(path))
+
+
+def read_yaml(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
+    """Read the value of a YAML file.
 
     Parameters
     ----------
     path
         the file.
     where
-        the file as errors name it; None: its path.
+        name of the file in errors; None for its path.
     kind
         type of the errors.
 
     Raises
     ------
-    DooError : of type `kind`: the file cannot be read, is not JSON, or no JSON that could be meant.
+    DooError : of type `kind`: the file cannot be read, is not YAML, or exceeds the bounds.
     """
-    return parse_json(read_bytes(path, MAX_JSON_BYTES, where, kind), str(path) if where is None else where, kind)
-
-
-def read_yaml(path: str | Path, where: str | None = None, kind: type[DooError] = InputError) -> Any:
-    """Return the value in a YAML file; the parameters and errors are those of `read_json`."""
     return parse_yaml(read_bytes(path, MAX_YAML_BYTES, where, kind), str(path) if where is None else where, kind)
 
 
-def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError) -> Any:
-    """Return the value of a JSON text.
-
-    Parameters
-    ----------
-    text
-        the text; bytes are UTF-8.
-    where
-        the file, named in errors.
-    kind
-        type of the errors.
+def parse_json(text: str | bytes, where: str) -> Any:
+    """Return the value of a JSON text; bytes are UTF-8. where : the file, named in errors.
 
     Raises
     ------
-    DooError : of type `kind`, with the code "json-invalid": the text is not JSON, is nested too deeply, or holds a whole number
-        beyond the largest float.
+    InputError : with the code "json-invalid": the text is not JSON, is nested too deeply, or holds a whole number beyond the
+        largest float.
     """
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
@@ -85,12 +77,12 @@ def parse_json(text: str | bytes, where: str, kind: type[DooError] = InputError)
         value = json.loads(text)
         _check_values(value)
     except (ValueError, RecursionError, MemoryError) as error:
-        raise kind(f"{where}: is not valid JSON ({first_line(error)})", code="json-invalid") from None
+        raise InputError(f"{where}: is not valid JSON ({first_line(error)})", code="json-invalid") from None
     return value
 
 
 def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError, *, ignore_tags: bool = False) -> Any:
-    """Return the value of a YAML text; plain values only, no objects of Python.
+    """Return the value of a YAML text; only plain values are allowed, no Python objects.
 
     Parameters
     ----------
@@ -101,13 +93,13 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError,
     kind
         type of the errors.
     ignore_tags
-        read an object of an unknown type, such as OpenCV's `!!opencv-matrix`, as the object without its tag, and the first of
-        several documents that is not empty; leave out OpenCV's first line %YAML:1.0, which is no YAML.
+        True ignores the tags of unknown types, such as OpenCV's `!!opencv-matrix`; reads the first non-empty document of several;
+        and skips OpenCV's first line %YAML:1.0, which is not valid YAML.
 
     Raises
     ------
-    DooError : of type `kind`, with the code "yaml-invalid": the text is not YAML, is nested too deeply, repeats itself by aliases
-        out of proportion, or holds a whole number beyond the largest float.
+    DooError : of type `kind`, with the code "yaml-invalid": the text is not YAML, is nested too deeply, expands too much by
+        aliases, or holds a whole number beyond the largest float.
     """
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
@@ -127,7 +119,7 @@ def parse_yaml(text: str | bytes, where: str, kind: type[DooError] = InputError,
 
 
 class _PythonParser(Reader, Scanner, Parser):
-    """PyYAML's own parser, ten times slower than libyaml."""
+    """PyYAML's parser in pure Python, ten times slower than libyaml."""
 
     def __init__(self, text: str) -> None:
         Reader.__init__(self, text)
@@ -142,7 +134,7 @@ else:
 
 
 class _Loader(Composer, _Parser, SafeConstructor, Resolver):
-    """PyYAML's loader of plain values, with bounds; they are checked on nodes, before values are made of them."""
+    """PyYAML's loader of plain values, with bounds that are checked on nodes, before values are made."""
 
     def __init__(self, text: str) -> None:
         _Parser.__init__(self, text)
@@ -152,7 +144,7 @@ class _Loader(Composer, _Parser, SafeConstructor, Resolver):
         self._depth = self._count = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        """Compose a node, unless it is too deep inside others, or one too many."""
+        """Compose a node; raise an error if it is nested too deeply or there are too many nodes."""
         self._depth += 1
         self._count += 1
         if self._count > MAX_YAML_VALUES:
@@ -171,7 +163,7 @@ class _Loader(Composer, _Parser, SafeConstructor, Resolver):
         return value
 
     def compose_document(self) -> Any:
-        """Compose a document, unless its numbers are too long or its aliases repeat too much."""
+        """Compose a document; raise an error if its numbers are too long or its aliases expand too much."""
         node = super().compose_document()
         sizes: dict[int, int] = {}
         if node is not None and _repeated(node, sizes) > 10 * len(sizes) + _FREE_ALIASES:
@@ -195,7 +187,7 @@ _UntaggedLoader.add_multi_constructor("", _untagged)
 
 
 def _repeated(node: yaml.Node, sizes: dict[int, int]) -> int:
-    """Return the number of nodes below a node and itself, with those that aliases repeat; `sizes` has it by node."""
+    """Return the number of nodes in a tree, counting those repeated by aliases; `sizes` caches it by node."""
     if id(node) in sizes:
         if not sizes[id(node)]:
             raise ValueError("a value contains itself")
@@ -213,7 +205,7 @@ def _repeated(node: yaml.Node, sizes: dict[int, int]) -> int:
 
 
 def is_plain(value: Any) -> bool:
-    """Return whether a parsed value is one that `parse_json` would return: not too deep, no whole number beyond floats."""
+    """Return whether a parsed value is within the bounds of `parse_json`: nesting depth, and whole numbers up to floats."""
     try:
         _check_values(value)
     except ValueError:
@@ -222,7 +214,7 @@ def is_plain(value: Any) -> bool:
 
 
 def _check_values(value: Any) -> None:
-    """Raise ValueError if lists and objects are nested too deeply, or a whole number is beyond floats."""
+    """Raise ValueError if lists and objects are nested too deeply, or a whole number exceeds the largest float."""
     level, depth = [value], 0
     while level:
         depth += 1

@@ -1,11 +1,9 @@
-"""Readers of captures; the format is detected from content, not from the file name alone.
+"""Read captures; the format is detected from the content, not from the file name alone.
 
-To add a format, write a file with one class like `VideoCapture`, or a row in `layouts`, and give it a line in `FORMATS`; the
+To add a format, write a file with one class like `VideoCapture`, or a Layout as in `layouts`, and a line in `FORMATS`; the
 order of the lines is the order in which formats are tried. A program of your own adds its class at run time:
 `FORMATS["mine"] = MyCapture`; such formats are tried first.
 """
-
-from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
@@ -32,16 +30,7 @@ from .support.listing import is_depth_content
 from .support.pose_file import TF, pose_file_beside, read_pose
 from .unknown_format import unknown_format
 
-__all__ = [
-    "FORMATS",
-    "IMAGE_FORMATS",
-    "Capture",
-    "FrameData",
-    "FrameRef",
-    "ReadOptions",
-    "format_class",
-    "open_capture",
-]
+__all__ = ["FORMATS", "IMAGE_FORMATS", "Capture", "FrameData", "FrameRef", "ReadOptions", "format_class", "open_capture"]
 
 FORMATS: Registry[CaptureFormat] = Registry(
     READERS,
@@ -49,7 +38,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "bag": "bag.reader:BagCapture",
         "tum": "layouts:TUM_RGBD",
         "bop": "layouts:BOP",
-        "stray": "layouts:STRAY",
+        "stray": "formats.stray_scanner:STRAY",
         "icl": "layouts:ICL",
         "redwood": "layouts:REDWOOD_INDOOR",
         "record3d": "formats.record3d:Record3DCapture",
@@ -58,7 +47,7 @@ FORMATS: Registry[CaptureFormat] = Registry(
         "lerobot": "formats.lerobot:LeRobotCapture",
         "folder": "layouts:FOLDER",
         "cloud": "formats.cloud:CloudCapture",
-        "photos": "layouts:PHOTOS",
+        "photos": "formats.photos:PHOTOS",
         "video": "formats.video:VideoCapture",
     },
     __name__,
@@ -71,7 +60,8 @@ _HEAD_BYTES = 64  # of a file, read to recognize what is no capture at all
 def format_class(name: str) -> CaptureFormat:
     """Return the class that reads the format `name`, a key of `FORMATS` such as "bag" or "tum".
 
-    The class's module is imported at the first request. KeyError for an unknown name; ConfigError for a broken plug-in.
+    The module of the class is imported at the first request. Raises KeyError for an unknown name, ConfigError for a broken
+    plug-in.
     """
     return FORMATS[name]
 
@@ -101,7 +91,7 @@ def open_capture(
         masks to use instead of the capture's own: a folder of images named like the frames, or one image for a capture of one
         frame. Pixels above zero are the object. None: the capture's own masks, if it has any.
     options
-        values that the capture lacks or has wrong: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
+        values that are missing or wrong in the capture: topics, `camera` (fx, fy, cx, cy in px), `depth_scale` (units per metre),
         `tolerance` (s), `color`, `trajectory` (a file of camera poses), `pose` (of the camera in a robot's base frame; by default
         that in a file pose.yaml or pose.json beside the images). A value given here replaces the capture's.
     camera
@@ -113,7 +103,7 @@ def open_capture(
     Returns
     -------
     Capture : a sequence of FrameRef in recording order, with `len`, iteration and indexing by number, slice or name; has
-        `format` (a key of `FORMATS`), `path`, and `notes`, sentences about what was assumed or mended.
+        `format` (a key of `FORMATS`), `path`, and `notes`, sentences about assumptions and repairs.
 
     Raises
     ------
@@ -147,7 +137,7 @@ def open_capture(
 
 
 def _posed_in_base(capture: Capture, options: ReadOptions) -> Capture:
-    """Return the capture with the camera's pose in the robot's base frame, if one is given or lies beside the images."""
+    """Return the capture with the camera's pose in the robot's base frame, if one is given or stored beside the images."""
     if options.pose is None:
         file = pose_file_beside(capture.path)
         return capture if file is None else in_base_frame(capture, read_pose(file), str(file))
@@ -160,9 +150,9 @@ def _posed_in_base(capture: Capture, options: ReadOptions) -> Capture:
 
 
 def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) -> Capture:
-    """Open a capture with the camera and the unit of the file that the options name, if they do.
+    """Open a capture with the camera and the depth unit of the camera file in the options, if there is one.
 
-    The size of the images, which chooses among several cameras and is checked, is that of the first frame.
+    The size of the first frame's image selects among several cameras of the file, and must agree with the selected one.
     """
     if options.camera_file is None or options.camera is not None:
         return _open(path, images_only, options, options)
@@ -185,7 +175,7 @@ def _open_with_camera_file(path: Path, images_only: bool, options: ReadOptions) 
 
 
 def _first_frame(capture: Capture) -> Frame | None:
-    """Return the depth frame that the capture begins with; None if it has none, or it cannot be read."""
+    """Return the first frame of the capture if it has depth and can be read; otherwise None."""
     try:
         data = capture[0].load().data if len(capture) else None
     except InputError:
@@ -209,7 +199,7 @@ def _can_read(name: str, path: Path) -> bool:
 
 
 def _checked(name: str, read: Any) -> Capture:
-    """Return what a reader made, after a check that it is a capture."""
+    """Convert the object that a reader returned to a Capture; raise an error if it is none."""
     if missing := [part for part in ("path", "format", "frames") if not hasattr(read, part)]:
         sentence = f"the reader {name} returned a {type(read).__name__} without {' and '.join(missing)}: mend or uninstall it"
         raise ConfigError(sentence, code="plugin-broken")
@@ -217,7 +207,7 @@ def _checked(name: str, read: Any) -> Capture:
 
 
 def _check_options(path: Path, name: str, reader: CaptureFormat, images_only: bool, given: ReadOptions) -> None:
-    """Raise InputError if the reader, which names the options that it honors in `options`, does not honor one that is set."""
+    """Raise InputError if an option is set that the reader does not support; its `options` names the supported ones."""
     used = getattr(reader, "options", None)
     if used is not None:
         of_poses = set[str]() if images_only or name in IMAGE_FORMATS else {"trajectory", "pose"}
@@ -225,7 +215,7 @@ def _check_options(path: Path, name: str, reader: CaptureFormat, images_only: bo
 
 
 def _is_depth_by_options(path: Path, options: ReadOptions) -> bool:
-    """Return whether `path` is an image that the options make a depth image, by giving its camera."""
+    """Return whether `path` is an image that counts as a depth image because the options give its camera."""
     if options.camera is None or not path.is_file() or not is_image(path):
         return False
     return options.color is not None or not is_depth_content(path)

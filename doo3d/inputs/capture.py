@@ -1,4 +1,4 @@
-"""A capture is a sequence of frame references, each of which loads one frame's data."""
+"""Define the capture: a sequence of frame references, each of which loads one frame's data."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class FrameData:
         (4, 4) float, camera to world: x_world = pose @ x_camera, in metres; None if unknown. The camera frame is the optical
         frame: x right, y down, z forward. For a cloud it is the frame of the cloud's points.
     base_pose
-        (4, 4) float, camera to the frame that results are wanted in, such as a robot's base frame, in metres; None: results are
-        in the camera's own frame.
+        (4, 4) float, from the camera to the coordinate frame of the results, such as a robot's base frame, in metres; None for
+        results in the camera's own frame.
     notes
         sentences for the user about how the frame was read.
     """
@@ -47,7 +47,7 @@ class FrameData:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Crop or pad a mask that is a pixel off, with a note."""
+        """Crop or pad a mask whose size differs from the image's by a pixel, with a note."""
         if self.mask is not None and not isinstance(self.data, Cloud):
             image = self.data.depth if isinstance(self.data, Frame) else self.data.color
             mask, note = fit_mask(self.mask, image.shape[:2])
@@ -56,9 +56,9 @@ class FrameData:
                 object.__setattr__(self, "notes", (*self.notes, note))
 
     def mask_for(self, config: Config) -> Bools | None:
-        """Return `mask` if the config lets it segment the object (`segment.method` is "auto" or "mask"), else None.
+        """Return `mask` if the config segments by masks (`segment.method` is "auto" or "mask"); otherwise None.
 
-        None as well if the frame has no mask.
+        The result is also None if the frame has no mask.
         """
         return self.mask if config.segment.method in ("auto", "mask") else None
 
@@ -114,25 +114,26 @@ class Capture(Sequence[FrameRef]):
     frames
         references to the frames; their data is read by `FrameRef.load`.
     notes
-        a sentence for each thing that was assumed or mended in reading the capture, printed by `doo3d info` and `doo3d detect`.
+        a sentence for each assumption and repair made while reading, printed by `doo3d info` and `doo3d detect`.
     topics
         a line for each topic or stream of a bag, printed by `doo3d info`.
     extra_files
-        files outside of `path` that were read, such as a camera file, whose change is noticed.
+        files outside of `path` that were read, such as a camera file; a resumed run checks whether they have changed.
     no_depth
-        why depth that the capture seems to have is not read, if no frame has depth; else empty.
+        reason why depth that the capture seems to contain is not read; empty if frames have depth or there is none.
     options
         the options that the capture was read with.
     masks
         path of the mask files that the user gave; None if there are none.
     base_pose
-        the pose of the camera in a robot's base frame as nested lists, or the option ("capture", "tf:base_link"); None without.
+        the pose of the camera in a robot's base frame as nested lists, or the option ("capture", "tf:base_link"); None if none is
+        given.
     selection
         the selection of frames as on the command line, such as "--start 2s --every 5"; None if `frames` are all frames.
     indices
         numbers of the frames in the whole capture, from 0, increasing; None if `frames` are all frames.
     whole
-        the capture with all frames; None if this is the one.
+        the capture with all frames; None if this capture has all frames.
     """
 
     path: Path
@@ -151,13 +152,13 @@ class Capture(Sequence[FrameRef]):
 
     @staticmethod
     def of(read: Any) -> Capture:
-        """Return what a reader made, an object with `path`, `format`, `frames` and maybe more of the attributes, as a Capture."""
+        """Convert the object that a reader returned to a Capture; it has `path`, `format`, `frames` and optional attributes."""
         if isinstance(read, Capture):
             return read
         return Capture(**{name: getattr(read, name) for name in _OF_READERS if hasattr(read, name)})
 
     def selected(self, indices: Sequence[int], selection: str) -> Capture:
-        """Return a capture with the frames of some numbers alone; `selection` is how they are chosen on the command line."""
+        """Return a capture with only the frames of the given numbers; `selection` : the same choice on the command line."""
         numbers = list(indices) if self.indices is None else [self.indices[i] for i in indices]
         frames = [self.frames[i] for i in indices]
         return replace(self, frames=frames, selection=selection, indices=numbers, whole=self.whole or self)
@@ -177,7 +178,7 @@ class Capture(Sequence[FrameRef]):
     @overload
     def __getitem__(self, key: slice) -> Capture: ...
     def __getitem__(self, key: int | str | slice) -> FrameRef | Capture:
-        """Return the frame of a number or a name, or a capture of the frames of a slice.
+        """Return the frame with a number or a name, or a capture of the frames of a slice.
 
         Raises
         ------
@@ -221,9 +222,9 @@ class Capture(Sequence[FrameRef]):
 class CaptureFormat(Protocol):
     """The interface of a class that reads one capture format; calling it with a path and options opens a capture.
 
-    What it returns has `path`, `format` and `frames` of a Capture, and may have `notes`, `topics`, `extra_files` and `no_depth`.
-    A class may also have `options`, a frozenset of the names of the ReadOptions that it honors: others are then refused.
-    Without it no option is refused.
+    The returned object has `path`, `format` and `frames` of a Capture, and may have `notes`, `topics`, `extra_files` and
+    `no_depth`. A class may also have `options`, a frozenset of the names of the ReadOptions that it supports: others are then
+    refused. Without it, no option is refused.
 
     Attributes
     ----------

@@ -1,6 +1,4 @@
-"""Masks and poses from outside of a capture, in place of its own."""
-
-from __future__ import annotations
+"""Replace the masks and poses of a capture by those of separate files."""
 
 from dataclasses import replace
 from functools import partial
@@ -92,7 +90,7 @@ def _load_posed(frame: FrameRef, pose: Floats | None) -> FrameData:
 
 
 def in_base_frame(capture: Capture, pose: Floats | None, source: str) -> Capture:
-    """Return a capture whose results are given in a robot's base frame, or any other in which the camera's pose is known.
+    """Return a capture whose results are in a robot's base frame, or another frame in which the camera's pose is known.
 
     Loading a frame that has no pose raises InputError if `pose` is None.
 

@@ -1,6 +1,4 @@
-"""Selection of frames of a capture: by number, by time, or every Nth."""
-
-from __future__ import annotations
+"""Select frames of a capture: by number, by time, or every Nth."""
 
 import re
 from dataclasses import dataclass
@@ -27,7 +25,7 @@ class Selection:
     Attributes
     ----------
     every
-        of the frames that meet the other conditions, numbers 0, every, 2 * every, ... are used; 1 uses all.
+        step between used frames: of those that meet the other conditions, numbers 0, every, 2 * every, ... are used.
     start, end
         positions of the first and of the last frame to use, both included; None for no limit.
     frames
@@ -56,7 +54,7 @@ class Selection:
 
 
 def select_frames(capture: Capture, selection: Selection) -> Capture:
-    """Return a capture with the selected frames alone, or `capture` itself if `selection` has only its defaults.
+    """Return a capture with only the selected frames, or `capture` itself if `selection` has only its defaults.
 
     Raises
     ------
@@ -128,7 +126,7 @@ class _FrameIndex:
         return int(np.argmin(np.abs(positions - value)))
 
     def _on_axis(self, position: str, option: str) -> tuple[Floats, float]:
-        """Return (count,) the frames' values and the position's value: numbers, or s since the first frame.
+        """Return the values of all frames (count,) and the value of a position: numbers, or s since the first frame.
 
         A position is written as `12` or `-1` (frame number, -1 the last frame), or `12.5s` or `-2s` (time). `option` is the
         command-line option that it was given to, for errors.

@@ -1,6 +1,4 @@
-"""Summary of a capture, from its frame references and the data of a few of its frames."""
-
-from __future__ import annotations
+"""Summarize a capture, from its frame references and the data of a few of its frames."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -43,11 +41,11 @@ class FrameSummary:
     depth
         1st, 50th and 99th percentile of the measured depth, m; None if no pixel has depth.
     depth_step
-        the length that all sampled depths are multiples of, mm; None if there is none of 0.1 mm or more.
+        resolution of the depth, mm: the length of which all sampled depths are multiples; None if it is below 0.1 mm.
     missing
         share of the pixels without depth, 0 to 1; None for clouds and images.
     color_shift
-        shift of the color against the depth, by their edges; None if the edges do not tell.
+        shift of the color against the depth, from their edges; None if the edges are not conclusive.
     points
         number of points of a cloud.
     low, high
@@ -120,9 +118,9 @@ class CaptureSummary:
     checked
         summaries of the frames that were loaded, in recording order.
     notes
-        a sentence for each thing that was assumed or mended in reading the capture.
+        a sentence for each assumption and repair made while reading the capture.
     frame_notes
-        what is implausible about one frame and the chains found in it, from `doo3d.types.plausibility`.
+        sentences about implausible data of one frame and its chains, from `doo3d.types.plausibility`.
     """
 
     path: str
@@ -163,7 +161,7 @@ class CaptureSummary:
         """Warnings about the capture, one sentence each; empty if nothing looks wrong.
 
         There are warnings for implausible depth units, intrinsics and cloud sizes, color that is not registered to the depth,
-        frames of different sizes, long gaps in time, frames that cannot be read, and what `frame_notes` says besides.
+        frames of different sizes, long gaps in time, frames that cannot be read, and the further `frame_notes`.
         """
         checks = (_depth_warnings, _camera_warnings, _color_warnings, _cloud_warnings, _frame_warnings)
         warnings = [warning for check in checks for warning in check(self)]
@@ -192,7 +190,7 @@ def summarize_capture(
 ) -> CaptureSummary:
     """Load up to `samples` evenly spaced frames of a capture and return the summary of the capture.
 
-    Only one frame is in memory at a time. A frame that cannot be read is noted in its summary; it raises no error.
+    Only one frame is in memory at a time. If a frame cannot be read, its summary has the reason; no error is raised.
 
     Parameters
     ----------

@@ -1,13 +1,10 @@
-"""Layouts of images in folders, one row each; `formats.image_folder` reads them all.
+"""Define the layouts of images in folders, which `formats.image_folder` reads.
 
 Sources: Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems* (IROS 2012), cvg.cit.tum.de/data/datasets/
 rgbd-dataset/file_formats; Choi, Zhou, Koltun, *Robust Reconstruction of Indoor Scenes* (CVPR 2015),
 redwood-data.org/indoor/fileformat.html; Handa et al., *A Benchmark for RGB-D Visual Odometry, 3D Reconstruction and SLAM* (ICRA
-2014); Hodaň et al., *BOP: Benchmark for 6D Object Pose Estimation* (ECCV 2018), bop_toolkit, docs/bop_datasets_format.md; Stray
-Scanner: github.com/strayrobots/scanner, docs/format.md.
+2014); Hodaň et al., *BOP: Benchmark for 6D Object Pose Estimation* (ECCV 2018), bop_toolkit, docs/bop_datasets_format.md.
 """
-
-from __future__ import annotations
 
 import re
 from collections import defaultdict
@@ -16,7 +13,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from ..errors import InputError
@@ -25,46 +21,30 @@ from ..guard.parsing import MAX_JSON_BYTES
 from ..types import Floats
 from .formats.image_folder import Files, Layout, Sensor
 from .formats.image_with_yaml import can_read_pair, list_pairs
-from .formats.trajectory import associate, pose_from, read_lines, read_trajectory, sort_by_time
-from .formats.video import VideoCapture
+from .formats.trajectory import associate, read_lines, read_trajectory, sort_by_time
 from .read_options import OF_DEPTH, ReadOptions, without_color
-from .rig.calibration_files import find_pair_calibration
-from .support.camera_search import RECORDER_FILE, has_camera_file, scaled
+from .support.camera_search import RECORDER_FILE, has_camera_file
 from .support.depth_frames import check_depth_scale, check_pose, json_object, numbers, pinhole_of, pose_of
-from .support.image_folders import color_folder, is_depth_file, is_depth_folder, list_frames
-from .support.images import PHOTO_SUFFIXES, Size, decode_image, first_size, is_image, scaled_range
-from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, STRAY_VIDEO_SIZE, TUM, VGA, KnownCamera
-from .support.listing import images_in, match_images, natural_key, role_of
+from .support.image_folders import is_depth_file, is_depth_folder, list_frames
+from .support.images import Size
+from .support.known_cameras import FREIBURG, ICL_NUIM, REDWOOD, SEVEN_SCENES, TUM, VGA, KnownCamera
+from .support.listing import depth_images, first_folder, images_in, match_images
 
 _LISTED_DEPTH, _LISTED_COLOR, _TRUTH = "depth.txt", "rgb.txt", "groundtruth.txt"
 _BOP_CAMERAS = "scene_camera.json"
-_MATRIX, _ODOMETRY, _VIDEO = "camera_matrix.csv", "odometry.csv", "rgb.mp4"
-_ODOMETRY_ROW = "timestamp, frame, x, y, z, qx, qy, qz, qw"
 _STAMPED = re.compile(r"\d+-(\d{6,})")  # file names: number of the image, microseconds
 _SEVEN_SCENES = re.compile(r"frame-\d{6}\.depth\.png")
 _FLIP_Y = np.diag([1.0, -1.0, 1.0, 1.0])
 _ROWS_PER_POSE = 5  # in a .log file: three numbers, then a 4x4 matrix
 _MM_PER_M = 1000.0
-_MASKS = ("mask", "masks")
-_ALL_BITS = (0, 65535)  # range of 16-bit images that use it
-
-
-def _first_folder(path: Path, *names: str) -> Path | None:
-    return next((path / name for name in names if (path / name).is_dir()), None)
-
-
-def _depth_images(path: Path) -> dict[str, Path]:
-    if depth := images_in(path / "depth"):
-        return depth
-    raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
 
 
 def _frame_pose_file(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Path | None]:
-    """Find `pose/0.txt`, as ScanNet's exporter writes it, or `frame-000000.pose.txt`, as 7-Scenes have it."""
+    """Return a function that finds a frame's pose file: `pose/0.txt` (ScanNet) or `frame-000000.pose.txt` (7-Scenes)."""
 
     def file_of(files: Files) -> Path | None:
         root = files.root or path
-        folder = _first_folder(root, "pose", "poses") or root / "pose"
+        folder = first_folder(root, "pose", "poses") or root / "pose"
         return next((file for file in (root / f"{files.name}.pose.txt", folder / f"{files.name}.txt") if file.is_file()), None)
 
     return file_of
@@ -90,7 +70,7 @@ FOLDER = Layout(
 
 
 def _list_tum(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    """Pair the images of two lists by time, each image at most once; without rgb.txt each depth image is a frame."""
+    """List the frames of TUM RGB-D: depth and color images paired by time; without rgb.txt, each depth image is a frame."""
 
     def listed(name: str) -> tuple[Floats, list[Path]]:
         times, rows, found = sort_by_time(path / name, read_lines(path / name, 2, "time and file name"))
@@ -137,9 +117,9 @@ TUM_RGBD = Layout(
 
 
 def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    """Pair depth and color images by the times in their names, each image at most once; without times by name or order."""
-    depth = _depth_images(path)
-    folder = None if without_color(options) else _first_folder(path, "color", "rgb", "image")
+    """List the frames of Redwood: depth and color images paired by the times in their names, else by name or order."""
+    depth = depth_images(path)
+    folder = None if without_color(options) else first_folder(path, "color", "rgb", "image")
     color = images_in(folder) if folder else {}
     times, others = _times_in(depth), _times_in(color)
     stamps = [None] * len(depth) if times is None else times.tolist()
@@ -164,7 +144,7 @@ def _times_in(images: dict[str, Path]) -> Floats | None:
 
 
 def _find_log(path: Path) -> Path | None:
-    """Return the trajectory beside the images: a file in Redwood's layout, preferably with traj in its name; or None."""
+    """Return the trajectory file beside the images, in Redwood's format, preferably with traj in its name; None if missing."""
     files = [file for file in sorted([*path.glob("*.log"), *path.glob("*traj*.txt")]) if file.is_file() and _is_log(file)]
     return next(iter(sorted(files, key=lambda file: "traj" not in file.name.lower())), None)
 
@@ -175,7 +155,10 @@ def _is_log(file: Path) -> bool:
 
 
 def _redwood_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
-    """Read the poses by number of the depth image, from 1: the third of the numbers before each matrix."""
+    """Return a function from a frame to its pose in Redwood's trajectory file.
+
+    The third number before each matrix is the number of the depth image, from 1.
+    """
     log, poses = _find_log(path), dict[int, Floats]()
     rows = read_lines(log, 3, "three numbers, then a 4x4 matrix") if log else []
     for start in range(0, len(rows), _ROWS_PER_POSE):
@@ -214,7 +197,10 @@ def _is_icl(path: Path) -> bool:
 
 
 def _icl_pose(path: Path, options: ReadOptions, notes: list[str]) -> Callable[[Files], Floats | None]:
-    """Read the poses by number of the image. The data set has y up in left-handed frames, hence its negative fy."""
+    """Return a function from a frame to its pose in ICL-NUIM's trajectory, by number of the image.
+
+    The data set has left-handed frames with y up, hence its negative fy.
+    """
     poses = dict[int, Floats]()
     for file in sorted(path.glob("*.gt.freiburg"))[:1]:
         truth = read_trajectory(file)
@@ -235,8 +221,8 @@ ICL = Layout(
 
 
 def _list_bop(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    cameras, depth = json_object(read_bytes(path / _BOP_CAMERAS, MAX_JSON_BYTES), str(path / _BOP_CAMERAS)), _depth_images(path)
-    folder = None if without_color(options) else _first_folder(path, "rgb", "gray")
+    cameras, depth = json_object(read_bytes(path / _BOP_CAMERAS, MAX_JSON_BYTES), str(path / _BOP_CAMERAS)), depth_images(path)
+    folder = None if without_color(options) else first_folder(path, "rgb", "gray")
     color = images_in(folder) if folder else {}
     masks = defaultdict[str, tuple[Path, ...]](tuple)
     for name, file in images_in(path / "mask_visib").items():
@@ -247,7 +233,7 @@ def _list_bop(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]
 
 
 def _bop_frame(path: Path, folder: Path | None, cameras: dict[str, Any], options: ReadOptions, files: Files) -> Files:
-    """Return the frame with its camera, and its pose camera to world, m; the file has world to camera, mm."""
+    """Return a frame of BOP with its camera and its pose, camera to world, m; the file has world to camera, mm."""
     if files.depth is None:
         raise InputError(f"{path / 'depth'}: has no depth image {files.name}", code="depth-missing")
     if folder is not None and files.color is None:
@@ -277,121 +263,10 @@ BOP = Layout(
 )
 
 
-def _list_stray(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    depth, rows = _depth_images(path), dict[int, tuple[float, Floats]]()
-    if (path / _ODOMETRY).is_file():
-        for line, words in read_lines(path / _ODOMETRY, 9, _ODOMETRY_ROW):
-            if words[0] != "timestamp":
-                where = f"{path / _ODOMETRY}: line {line}"
-                values = numbers([*map(str.strip, words[:9])], 9, f"{where}, {_ODOMETRY_ROW}", "line-invalid").tolist()
-                rows[int(values[1])] = (values[0], pose_from(values[5:9], values[2:5], where))
-    video = VideoCapture(path / _VIDEO).frames if (path / _VIDEO).is_file() and not without_color(options) else None
-    if video is None and not without_color(options):
-        notes.append(f"there is no {_VIDEO}, so depth is read alone")
-    frames = []
-    for index, (name, file) in enumerate(depth.items()):
-        number = int(name) if name.isdecimal() else index
-        time, pose = rows.get(number, (None, None))
-        files = Files(name, file, time=time, pose=pose)
-        if video is not None:
-            color = video[number] if number < len(video) else None
-            files = files.with_color(color, f"{path / _VIDEO}: has no frame for {file}")
-        frames.append(files)
-    return frames
-
-
-def _stray_camera(path: Path, listed: list[Files], size: Size | None) -> KnownCamera:
-    """Return the camera of the depth images; the file has that of the video, whose images are scaled to the depth."""
-    words = [word for _, row in read_lines(path / _MATRIX, 3, "a camera matrix, three numbers a line") for word in row]
-    video = cv2.VideoCapture(str(path / _VIDEO)) if (path / _VIDEO).is_file() else None
-    given = [int(video.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)] if video else [0]
-    width, height = given if min(given) > 0 else STRAY_VIDEO_SIZE
-    x, y = (size[0] / width, size[1] / height) if size else (1.0, 1.0)
-    return KnownCamera(scaled(pinhole_of(words, str(path / _MATRIX)), x, y))
-
-
-STRAY = Layout(
-    "stray",
-    f"a recording of the app Stray Scanner (depth/, {_VIDEO}, {_MATRIX}, {_ODOMETRY})",
-    can_read=lambda path: (path / "depth").is_dir() and (path / _MATRIX).is_file(),
-    frames=_list_stray,
-    camera=_stray_camera,
-)
-
 PAIRS = Layout(
     "pairs",
     "a depth image, or a folder of them, with <name>.yaml (camera: [fx, fy, cx, cy], depth_scale, color)",
     can_read=can_read_pair,
     frames=list_pairs,
     options=OF_DEPTH | {"color"},
-)
-
-
-def _photo_folder(folder: Path) -> Path:
-    """Return the folder with the photographs: `folder` or one of its sub-folders."""
-    if images_in(folder, PHOTO_SUFFIXES) and not (folder / "depth").is_dir():
-        return folder
-    named = _first_folder(folder, "color", "images", "rgb") or color_folder(folder)
-    return named if named.is_dir() else folder
-
-
-def _photos_in(folder: Path) -> dict[str, Path]:
-    """Return the photographs in a folder, stem -> path; of color images beside depth images and masks, the color images alone."""
-    images = images_in(folder, PHOTO_SUFFIXES)
-    roles = {stem: role_of(stem) for stem in images}
-    alone = {"depth", "color"} <= set(roles.values())
-    return {stem: file for stem, file in images.items() if not alone or roles[stem] == "color"}
-
-
-def _photo_root(path: Path) -> Path:
-    folder = path if path.is_dir() else path.parent
-    return folder.parent if path != folder and folder.name in ("color", "images", "rgb") else folder
-
-
-def _range_note(first: Path | None) -> list[str]:
-    """Return a note if the first photograph has 16 bits of which it uses few, so that photographs are scaled by their range."""
-    if first is None or first.suffix.lower() not in (".png", ".tif", ".tiff"):
-        return []
-    try:
-        image = decode_image(first, cv2.IMREAD_UNCHANGED)
-    except InputError:  # loading it reports the error
-        return []
-    low, high = scaled_range(image) if image.dtype == np.uint16 else _ALL_BITS
-    if (low, high) == _ALL_BITS:
-        return []
-    return [f"{first.name} has 16 bits and values from {low:.0f} to {high:.0f}: each such image is scaled by its range"]
-
-
-def _list_photos(path: Path, options: ReadOptions, notes: list[str]) -> list[Files]:
-    folder = _first_folder(_photo_root(path), *_MASKS)
-    masks = images_in(folder, PHOTO_SUFFIXES) if folder else {}
-    notes += _range_note(path if not path.is_dir() else next(iter(_photos_in(_photo_folder(path)).values()), None))
-    if not path.is_dir():
-        return [Files(path.stem, color=path, masks=(masks[path.stem],) if path.stem in masks else ())]
-    photos = _photos_in(_photo_folder(path))
-    size = first_size(list(photos.values()))
-    calibration = None if size is None else find_pair_calibration(path, size)
-    if calibration is not None:
-        notes.append(PAIR_NOTE.format(calibration))
-    masks, frames = match_images(masks, photos), []
-    for name in sorted({**photos, **masks}, key=natural_key):
-        fault = None
-        if name not in photos:
-            fault = (f"{masks[name]}: is a mask without photograph: there is none called {name}", "color-missing")
-        elif folder is not None and name not in masks:
-            fault = (f"{folder}: has no mask {name} for {photos[name]}", "mask-missing")
-        frames.append(Files(name, color=photos.get(name), masks=(masks[name],) if name in masks else (), fault=fault))
-    return frames
-
-
-PAIR_NOTE = "these are images of a stereo pair, side by side: for 3-D give --cameras {}"
-"""Note on photographs beside which there is the calibration of a stereo pair with images of half their width."""
-
-PHOTOS = Layout(
-    "photos",
-    "for the 2-D mode a photograph, or a folder of them, with mask/ (optional)",
-    can_read=lambda path: bool(_photos_in(_photo_folder(path))) if path.is_dir() else is_image(path),
-    frames=_list_photos,
-    upright=lambda path: not (_photo_root(path) / "depth").is_dir(),
-    options=frozenset(),
 )

@@ -1,4 +1,4 @@
-"""Options for reading a capture that lacks a value or has it wrong."""
+"""Define the options for reading a capture in which values are missing or wrong."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ..guard.parsing import parse_yaml
 from .support.pose_file import CAPTURE, TF, read_pose
 
 NONE = "none"
-"""Value of the options `color`, `color_topic` and `depth_topic`: read none."""
+"""Value of the options `color`, `color_topic` and `depth_topic` that turns reading off."""
 
 
 class ReadOptions(BaseModel):
-    """Values for reading a capture that lacks them or has them wrong.
+    """Values for reading a capture in which they are missing or wrong.
 
     A value given here is used instead of the capture's. None keeps the capture's value or, if it has none, the default of its
     format.
@@ -70,7 +70,7 @@ class ReadOptions(BaseModel):
     @field_validator("pose", mode="before")
     @classmethod
     def _read_pose(cls, value: Any) -> Any:
-        """Read the numbers of a pose, so that they are recorded, not the name of a file."""
+        """Read the numbers of a pose, so that they are stored instead of a file name."""
         if value is None or (isinstance(value, str) and (value == CAPTURE or value.startswith(TF))):
             return value
         return tuple(map(tuple, read_pose(value).tolist()))
@@ -99,7 +99,7 @@ class ReadOptions(BaseModel):
 
     @staticmethod
     def of(values: Mapping[str, Any], source: str) -> ReadOptions:
-        """Return the options given as field -> value; source : where they were given, named in errors.
+        """Return the options given as field -> value; source : origin of the values, named in errors.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class ReadOptions(BaseModel):
 
 
 def intrinsics_of(camera: str | Path) -> dict[str, Any]:
-    """Return the field of ReadOptions for a camera: `camera` of a text such as "922,922,640,360", else `camera_file`."""
+    """Return the field of ReadOptions for a camera: `camera` for a text such as "922,922,640,360", else `camera_file`."""
     numbers = str(camera).split(",")
     try:
         return {"camera": tuple(map(float, numbers))} if len(numbers) == 4 else {"camera_file": Path(camera).absolute()}
@@ -130,25 +130,25 @@ OF_DEPTH = OF_CAMERA | {"depth_scale", "color=none"}
 
 
 def without_color(options: ReadOptions) -> bool:
-    """Return whether the options say to read no color."""
+    """Return whether the options turn off the reading of color."""
     return options.color is not None and str(options.color) == NONE
 
 
 def check_used(options: ReadOptions, used: Collection[str], where: str) -> None:
-    """Check that a reader honors all options that are set.
+    """Check that a reader supports all options that are set.
 
     Parameters
     ----------
     options
         the options, as the user gave them.
     used
-        names of those that the reader honors; "name=value" if of that value alone.
+        names of the options that the reader supports; "name=value" for an option of which only one value is supported.
     where
         the capture and its format, named in the error.
 
     Raises
     ------
-    InputError : another option is set.
+    InputError : an option is set that is not supported.
     """
     for name in ReadOptions.model_fields:
         value = getattr(options, name)

@@ -1,6 +1,4 @@
-"""The error for a path in no known format: what was found in it, and the line that makes it readable."""
-
-from __future__ import annotations
+"""Make the error for a path in no known format: its content, and a remedy."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -57,7 +55,7 @@ def _inventory(inside: Sequence[Path]) -> str:
 
 
 def _remedy_of(suffixes: Sequence[str]) -> str:
-    """Return the remedy for the first of some suffixes that is known; "" if none is."""
+    """Return the remedy for the first suffix that has one; "" if none has."""
     first = next((suffix for suffix in suffixes if suffix in (*_ARCHIVES, *_ARRAYS, *_REMEDIES)), "")
     array = f"load it in Python and save its depth in metres and the camera matrix with {_SAVE}" if first else ""
     return "unpack it and give the folder" if first in _ARCHIVES else _REMEDIES.get(first, array)

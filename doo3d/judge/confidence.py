@@ -1,6 +1,4 @@
-"""The confidence of chains: what speaks against each is measured, and weighed as `evidence` says."""
-
-from __future__ import annotations
+"""Measure the evidence against each chain, and compute its confidence from it (logistic regression, see `evidence`)."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -19,30 +17,31 @@ from ..scene.depth_support import DepthSupport
 from ..scene.scene import Scene
 from ..types import Chain, Floats
 from ..types.stopwatch import timed
+from .clutter import clutter_features
 from .deviations import MAX_RESIDUAL_RADII, deviations_of
 from .evidence import Evidence
-from .looks import looks_of
 
 BEND_SAMPLES = round(2 / STEP_RADII)
-"""Samples on either side of another one between which a chain turns: two radii."""
+"""Samples on either side of a sample between which the turn of a chain is measured: two radii."""
 
 SUPPORTED_SHARE = 0.5
-"""Share of a segment's samples that must agree with it for its depth not to be doubtful."""
+"""Share of a segment's samples that must agree with a depth reading; below it, the segment counts as unsupported."""
 
 RESIDUAL_PERCENTILE = np.array((90.0,))
-"""Percentile over a chain's segments of the difference of its readings."""
+"""Percentile over the segments of a chain that is taken as its residual."""
 
 AHEAD_RADII = np.linspace(1.5, 4.0, 6)
-"""Radii ahead of an end at which the mask is looked at, ACROSS_RADII to the side: beyond the rounding of a tip."""
+"""Distances ahead of an end, in radii, at which the mask is sampled: beyond the rounded tip of a cable."""
 
 END_SAMPLES = 2 * BEND_SAMPLES
 """Samples from an end over which its direction is taken: four radii."""
 
-STRAY_RATIO = 5.0
-"""How many times as long for its radius another object is beside a stray: a stub, a blob of noise, clutter."""
+FRAGMENT_RATIO = 5.0
+"""A chain is a small fragment (a stub, a blob of noise, clutter) if the most slender object of the frame is this many times as
+slender, by the ratio of length to radius."""
 
 MAX_DROPPED_RADII = 20.0
-"""Radii of length dropped because of the wanted number of chains that count in full: a piece as long is no clutter."""
+"""Length in radii, dropped because of the wanted number of chains, from which the evidence is 1: clutter is shorter."""
 
 
 @timed("crossings")
@@ -50,10 +49,10 @@ def with_confidence(
     chains: Sequence[Chain],
     dropped: float,
     scene: Scene,
-    bodies: Sequence[Sequence[int]] | None = None,
+    bodies: Sequence[Sequence[int]] = (),
     joined: Collection[tuple[int, int]] = (),
 ) -> tuple[list[Chain], list[Evidence]]:
-    """Return the chains with their confidence and the deviations of their joints, and the evidence that confidence comes from.
+    """Return the chains with their confidence and the standard deviations of their joints, and the evidence against each.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ def with_confidence(
     scene
         what was captured, with the settings: `segment.max_width` says how wide an object may be.
     bodies
-        indices of the chains of each branched object; None if each chain is an object.
+        indices of the chains of each branched object; a chain in none of them is an object by itself.
     joined
         the chain ends, (index of the chain, 0 for its first joint or 1 for its last), that meet at junctions.
 
@@ -74,22 +73,35 @@ def with_confidence(
     """
     if not chains:
         return [], []
+    curves = Curves.of([chain.joints for chain in chains])
+    support = scene.depth_support(curves, [chain.radius for chain in chains])
+    is_deep = curves.points.shape[1] == 3
+    deviations = deviations_of(curves, chains, support, scene) if is_deep else [None] * len(chains)
+    evidence = _evidence(chains, curves, support, dropped, scene, bodies, joined)
+    return [_with_confidence(*each) for each in zip(chains, evidence, deviations, strict=True)], evidence
+
+
+def _evidence(
+    chains: Sequence[Chain],
+    curves: Curves,
+    support: DepthSupport,
+    dropped: float,
+    scene: Scene,
+    bodies: Sequence[Sequence[int]],
+    joined: Collection[tuple[int, int]],
+) -> list[Evidence]:
+    """Return the evidence against each chain; curves : the joints of the chains; support : of their segments by readings."""
     lengths = _object_lengths(chains, bodies)
     slender = [length / chain.radius if chain.radius > 0 else math.inf for length, chain in zip(lengths, chains, strict=True)]
     most_slender = max(filter(math.isfinite, slender), default=0.0)
-    curves = Curves.of([chain.joints for chain in chains])
     view, reach = _samples(curves, chains, scene.view)
-    turns = _sharpest_turns(view).tolist()
-    support = scene.depth_support(curves, [chain.radius for chain in chains])
     doubts = _depth_doubts(curves, chains, support)
-    deviations = deviations_of(curves, chains, support, scene) if curves.points.shape[1] == 3 else [None] * len(chains)
-    unclaimed = np.sqrt(scene.unclaimed(view, reach)).tolist()
+    turns, unclaimed = _sharpest_turns(view).tolist(), np.sqrt(scene.unclaimed(view, reach)).tolist()
     ahead = _mask_ahead(view, reach, chains, scene, joined)
-    share_dropped = min(dropped / (MAX_DROPPED_RADII * scene.radius), 1.0)
     evidence = []
     for i, chain in enumerate(chains):
         unsupported, residual = doubts[i]
-        looks = looks_of(chain, lengths[i], view[i], reach[view.parts[i]], scene)
+        features = clutter_features(chain, lengths[i], view[i], reach[view.parts[i]], scene)
         evidence.append(
             Evidence(
                 joins=math.log1p(sum(1 - connection.confidence for connection in chain.connections)),
@@ -97,23 +109,23 @@ def with_confidence(
                 residual=residual,
                 bend=turns[i],
                 unclaimed=unclaimed[i],
-                dropped=share_dropped,
+                dropped=min(dropped / (MAX_DROPPED_RADII * scene.radius), 1.0),
                 mask_ahead=ahead[i],
-                **looks._asdict(),
-                stray=float(STRAY_RATIO * slender[i] <= most_slender),
+                **features._asdict(),
+                small_fragment=float(FRAGMENT_RATIO * slender[i] <= most_slender),
                 is_wide=scene.is_wide(chain.radius),
-                is_told=scene.object_given,
+                object_given=scene.object_given,
             )
         )
-    if not scene.object_given:
-        narrow = [each for each in evidence if not each.is_wide]
-        unsure = min(sum(each.losses().values()) for each in narrow or evidence)
-        evidence = [replace(each, unsure=unsure) for each in evidence]
-    return [_with_confidence(*each) for each in zip(chains, evidence, deviations, strict=True)], evidence
+    if scene.object_given:
+        return evidence
+    narrow = [each for each in evidence if not each.is_wide]
+    frame_doubt = min(sum(each.losses().values()) for each in narrow or evidence)
+    return [replace(each, frame_doubt=frame_doubt) for each in evidence]
 
 
 def _with_confidence(chain: Chain, evidence: Evidence, deviations: Floats | None) -> Chain:
-    """Return a chain with confidence and deviations. All else was checked when the chain was made, and is not checked again."""
+    """Return a chain with confidence and deviations, without the checks of its constructor, which it passed before."""
     result = copy(chain)
     object.__setattr__(result, "confidence", evidence.confidence)
     if deviations is not None:
@@ -122,7 +134,7 @@ def _with_confidence(chain: Chain, evidence: Evidence, deviations: Floats | None
 
 
 def _sharpest_turns(view: Curves) -> Floats:
-    """Return the largest angle by which each curve, (u, v) px, turns at a sample, (C,) radians, 0 for short ones."""
+    """Return the sharpest turn of each curve (u, v) px, (C,) radians; 0 for curves shorter than two windows."""
     at = np.arange(BEND_SAMPLES, len(view.points) - BEND_SAMPLES)
     at = at[view.owner[at - BEND_SAMPLES] == view.owner[at + BEND_SAMPLES]]
     before, after = (view.points[at + k] - view.points[at + k - BEND_SAMPLES] for k in (0, BEND_SAMPLES))
@@ -131,10 +143,10 @@ def _sharpest_turns(view: Curves) -> Floats:
     return np.arccos(np.maximum(least, -1.0))
 
 
-def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]] | None) -> Floats:
-    """Return for each chain the length of the object that it is a part of, m (px in 2-D)."""
+def _object_lengths(chains: Sequence[Chain], bodies: Sequence[Sequence[int]]) -> Floats:
+    """Return the length of the object that each chain belongs to, (C,) m (px in 2-D)."""
     lengths = np.array([chain.length for chain in chains])
-    for body in bodies or ():
+    for body in bodies:
         lengths[list(body)] = lengths[list(body)].sum()
     return lengths
 
@@ -156,7 +168,7 @@ def _samples(curves: Curves, chains: Sequence[Chain], view: Projection) -> tuple
 
 
 def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport) -> list[tuple[float, float]]:
-    """Return for each chain the share of segments whose depth is doubtful, and the residual of the readings in radii."""
+    """Return for each chain the share of unsupported segments, and the residual of the depth readings in radii."""
     doubts, bounds = [], curves.segment_bounds.tolist()
     for i, chain in enumerate(chains):
         if not (len(support.share) and chain.radius > 0):
@@ -172,9 +184,9 @@ def _depth_doubts(curves: Curves, chains: Sequence[Chain], support: DepthSupport
 def _mask_ahead(
     view: Curves, reach: Floats, chains: Sequence[Chain], scene: Scene, joined: Collection[tuple[int, int]]
 ) -> list[float]:
-    """Return for each chain the share of the pixels ahead of its ends that are in the mask, summed over both ends, 0 to 2.
+    """Return for each chain the fraction of pixels ahead of an end that are in the mask, summed over both ends, 0 to 2.
 
-    Where the mask continues ahead of an end, there is no tip: the object continues, or the end is at the side of another strand.
+    A mask that continues ahead of an end shows that it is no tip: the object continues, or the end touches another strand.
     Ends that are `joined` at a junction do not count.
     """
     shares = [0.0] * len(chains)

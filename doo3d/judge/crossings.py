@@ -1,7 +1,5 @@
 """Where strands cross in the view, and which of the two is the upper."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np

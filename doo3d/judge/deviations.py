@@ -1,6 +1,4 @@
-"""The standard deviation of each joint across and along the ray to it, from what was measured beside it."""
-
-from __future__ import annotations
+"""The standard deviation of each joint, across the viewing ray and along it."""
 
 from collections.abc import Sequence
 
@@ -28,10 +26,10 @@ CLOUD_WEIGHTS = {"pitch": (0.477, 1.75), "bulge": (1.3, 0.15), "roughness": (0.2
 """The same for a cloud, whose pitch is the spacing of its points; fitted by the same script to the points of the frames."""
 
 MAX_RESIDUAL_RADII = 3.0
-"""Radii of a segment's residual that count at most, and where it is unknown."""
+"""Upper limit of the residual of a segment in radii; also its value where it was not measured."""
 
 MAX_OFFSET_RADII = 1.0
-"""Radii of a segment's offset that count at most, and where all are unknown."""
+"""Upper limit of the offset of a segment in radii; also its value where none was measured."""
 
 IN_FRAME, IN_CLOUD = (
     np.array([weights.get(term, (0, 0)) for term in FRAME_WEIGHTS]) for weights in (FRAME_WEIGHTS, CLOUD_WEIGHTS)
@@ -77,7 +75,7 @@ def deviations_of(
 
 
 def _depth_terms(radius: float, share: Floats, residual: Floats, offset: Floats) -> Floats:
-    """Return the terms (N + 1, 3) m that the readings of depth give: unsupported, residual and spread."""
+    """Return the terms of the depth readings, (N + 1, 3) m: unsupported, residual and spread."""
     share, residual = (np.pad(values, 1, mode="edge") for values in (share, np.fmin(residual, MAX_RESIDUAL_RADII)))
     unsupported = 1 - (share[:-1] + share[1:]) / 2
     offset = np.minimum(np.abs(offset[~np.isnan(offset)]), MAX_OFFSET_RADII)
@@ -87,14 +85,14 @@ def _depth_terms(radius: float, share: Floats, residual: Floats, offset: Floats)
 
 
 def _shape_terms(chain: Chain) -> Floats:
-    """Return the terms (N + 1, 3) m that the chain gives: bulge, roughness, and hidden, the length to the next seen segment."""
+    """Return the terms of the shape, (N + 1, 3) m: bulge, roughness, and hidden, the length to the next seen segment."""
     bulge = np.nan_to_num(chain.radii - np.nan_to_num(chain.radius, posinf=0.0), posinf=0.0, neginf=0.0)
     hidden = chain.segment_length * _steps_to_seen(chain.occluded, chain.closed)
     return np.column_stack((bulge, np.full(len(bulge), np.sqrt(np.mean(bulge**2))), hidden))
 
 
 def _steps_to_seen(occluded: Bools, closed: bool) -> Floats:
-    """Return for the N + 1 joints how many segments the next one beside a seen segment is away; N if none is seen."""
+    """Return the number of segments from each of the N + 1 joints to the nearest seen segment; N if none is seen."""
     count = len(occluded)
     seen = np.flatnonzero(~np.append(occluded, True) | ~np.append(True, occluded))
     steps = np.abs(np.arange(count + 1)[:, None] - seen)

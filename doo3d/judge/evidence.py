@@ -1,18 +1,15 @@
-"""The confidence of chains: the odds that a frame is right, from every kind of evidence against it.
+"""The evidence against a chain, and its confidence: a logistic regression.
 
-Each doubtful decision multiplies the odds by a factor below 1, so that the logarithm of the odds is a sum: a constant for a frame
-without doubt, less a weight times the amount of each kind of evidence (logistic regression). The weights were fitted to chains in
-real photographs and captures of many sources, and in rendered scenes; docs/pages/accuracy.md says how the confidence holds on
-sources that a fit did not see.
+The log-odds that a chain is right are a constant, minus the weighted sum of each kind of evidence against it. The weights were
+fitted to chains in real photographs and captures of many sources, and in rendered scenes; docs/pages/accuracy.md has the
+calibration on sources that the fit did not see.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 
 from scipy.special import expit
 
-GIVEN = {
+WEIGHTS_GIVEN = {
     "base": 8.34,
     "joins": 1.41,
     "unsupported": 4.64,
@@ -25,11 +22,11 @@ GIVEN = {
     "uneven": 3.32,
     "rivals": 1.00,
 }
-"""Logarithm of the odds that a chain without any evidence against it is right, and what a unit of each kind of evidence takes
-from it, where the object is given, by a mask or a color: fitted by docs/fit_confidence.py; of `rivals` 1, with which the log odds
-are the mean over all interpretations."""
+"""Weights where the object is given by a mask or a color: `base` is the log-odds of a chain without evidence against it, the
+others are subtracted per unit of evidence. Fitted by docs/fit_confidence.py; that of `rivals` is 1, so that the log-odds are the
+mean over all interpretations."""
 
-AUTO = {
+WEIGHTS_AUTO = {
     "base": 8.15,
     "unsupported": 2.30,
     "bend": 0.73,
@@ -39,16 +36,16 @@ AUTO = {
     "uneven": 0.85,
     "flat": 0.61,
     "faint": 1.14,
-    "doubted": 0.53,
-    "stray": 1.03,
-    "unsure": 1.49,
+    "network_doubt": 0.53,
+    "small_fragment": 1.03,
+    "frame_doubt": 1.49,
 }
-"""The same where strands were looked for by their shape alone, in frames, photographs and clouds: fitted by the same script."""
+"""Weights where segmentation searched for strands by their shape alone. Fitted by the same script."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What speaks against one chain; 0 for nothing.
+    """The evidence against one chain, by kind; 0 for none.
 
     Attributes
     ----------
@@ -66,21 +63,21 @@ class Evidence:
     dropped
         length of the pieces dropped because of the wanted number of chains, 1 for 20 radii or more; the same for all chains.
     rivals
-        by how much the mean log odds of all interpretations of an uncertain frame are below those of the best, which is kept.
+        log-odds of the best interpretation of an uncertain frame minus the mean over all of them.
     mask_ahead
         share of the pixels ahead of the two ends that are in the mask, summed over both ends: there is no tip, since the object
         continues there or the end is at the side of another strand. 0 for a cloud.
-    stubby, uneven, flat, faint, doubted
-        how little the chain looks like a cable by itself, see `Looks`; the last three are 0 where the object is given.
-    stray
+    stubby, uneven, flat, faint, network_doubt
+        how little the chain looks like a cable by itself, see `ClutterFeatures`; the last three are 0 where the object is given.
+    small_fragment
         1 if another object of the frame is five times as long for its radius; else 0.
-    unsure
-        what all this takes from the surest chain of a frame in which the object is not given: where no chain is sure, there may
-        be no object at all.
+    frame_doubt
+        the sum of the losses of the most certain chain of the frame, where the object is not given: if no chain is certain, there
+        may be no object at all.
     is_wide
-        whether it is wider than `segment.max_width` in a frame where nobody said what the object is: it is none then.
-    is_told
-        whether somebody said what the object is; if not, strands were looked for by their shape alone.
+        whether it is wider than `segment.max_width` where the object is not given: its confidence is 0 then.
+    object_given
+        whether the user said what the object is; if not, segmentation searched for strands by their shape alone.
     """
 
     joins: float = 0
@@ -95,14 +92,14 @@ class Evidence:
     uneven: float = 0
     flat: float = 0
     faint: float = 0
-    doubted: float = 0
-    stray: float = 0
-    unsure: float = 0
+    network_doubt: float = 0
+    small_fragment: float = 0
+    frame_doubt: float = 0
     is_wide: bool = False
-    is_told: bool = True
+    object_given: bool = True
 
     def losses(self) -> dict[str, float]:
-        """Return what each kind of evidence takes from the logarithm of the odds, by name."""
+        """Return the log-odds that each kind of evidence subtracts, by name."""
         amounts = vars(self)
         return {name: weight * amounts[name] for name, weight in self._weights().items() if name != "base"}
 
@@ -113,8 +110,8 @@ class Evidence:
 
     @property
     def log_odds(self) -> float:
-        """The logarithm of the odds that the chain is right: that without any evidence, less all losses."""
+        """The log-odds that the chain is right: those without evidence, minus all losses."""
         return self._weights()["base"] - sum(self.losses().values())
 
     def _weights(self) -> dict[str, float]:
-        return GIVEN if self.is_told else AUTO
+        return WEIGHTS_GIVEN if self.object_given else WEIGHTS_AUTO

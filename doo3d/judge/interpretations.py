@@ -1,11 +1,9 @@
-"""Keep the most probable interpretation of an uncertain frame, and the most probable chains where a number of them is wanted.
+"""Interpret an uncertain frame in several ways, and keep the most probable interpretation.
 
-Much is settled before anything tells whether it was right: in coarse voxels two strands are one, and an end cut far back at a
-junction points elsewhere. Only of the whole is it known how well the chains explain what was seen. So an uncertain frame is
-interpreted in other ways too, and the log odds of the chains decide.
+Early stages decide without knowing the result: coarse voxels can merge two strands, and an end cut back far from a junction can
+point to the wrong continuation. Only the finished chains show how well they explain the data. So the stages run again with other
+voxel sizes, clearances and costs of free space where the first result is uncertain, and the log-odds of the chains decide.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
@@ -24,7 +22,7 @@ from .verdict import CERTAIN, Verdict
 
 
 class Interpretation(NamedTuple):
-    """How a frame is interpreted: factors of what the stages use otherwise.
+    """One way to interpret a frame: factors of the values that the stages use otherwise.
 
     Attributes
     ----------
@@ -47,14 +45,14 @@ class Interpretation(NamedTuple):
 
 
 USUAL = Interpretation()
-"""The interpretation of every frame."""
+"""The interpretation that every frame gets first."""
 
 OTHERS = (Interpretation(voxel=0.5, clearance=0.5), Interpretation(clearance=0.5, free_space=0.25))
 """The interpretations of an uncertain frame beside the usual one. Of 50 changes of settings these two together made most frames
 right, and hardly one wrong, in scenes of all families and in tough ones: `doo3d evaluate ablations` has the row."""
 
 MAX_UNCERTAIN_PIECES = 100
-"""Pieces at most of an uncertain frame that is interpreted in other ways too, for time: an object has 50 at most."""
+"""Maximum number of pieces of a frame that is interpreted in other ways, which bounds the time: an object has up to 50."""
 
 NOTE = "merge: the object falls into {} pieces, so it is interpreted in one way only; others are tried up to {}"
 
@@ -92,7 +90,7 @@ def interpret(walk: Callable[[Interpretation], T]) -> tuple[T, Verdict, tuple[st
     Returns
     -------
     best : the most probable interpretation.
-    verdict : its verdict, with what the other interpretations say against it.
+    verdict : its verdict, with the evidence of its rivals.
     notes : messages to the user: that there were too many pieces to try others.
     """
     usual = walk(USUAL)
@@ -113,17 +111,17 @@ def interpret(walk: Callable[[Interpretation], T]) -> tuple[T, Verdict, tuple[st
 
 
 def other_interpretations(chains: Sequence[Chain], evidence: Sequence[Evidence], scene: Scene) -> tuple[Interpretation, ...]:
-    """Return the other interpretations that a frame needs; none unless it is uncertain.
+    """Return the further interpretations to try; none unless the frame is uncertain.
 
-    Only frames need them whose object somebody told, and whose connections are decided together: for these the evidence was
-    weighed.
+    They are tried only where the object is given and all connections are decided together: the weights of the evidence were
+    fitted to such frames.
 
     Parameters
     ----------
     chains
         the chains of the usual interpretation, with their confidence.
     evidence
-        what speaks against each of them.
+        the evidence against each of them.
     scene
         what was captured, with the settings.
     """
@@ -138,22 +136,22 @@ def other_interpretations(chains: Sequence[Chain], evidence: Sequence[Evidence],
 
 
 def most_probable(interpretations: Sequence[Sequence[Evidence]], config: Config) -> tuple[int, list[Evidence]]:
-    """Return which interpretation of a frame has the highest log odds, with what the others say against it.
+    """Return the interpretation of a frame with the highest log-odds, and its evidence with that of its rivals.
 
-    The log odds of a frame are those of its least probable chain. The others speak against the best interpretation by as much as
-    the mean of all is lower.
+    The log-odds of a frame are those of its least probable chain. The evidence `rivals` is the difference between the best
+    log-odds and the mean over all interpretations.
 
     Parameters
     ----------
     interpretations
-        what speaks against each chain, of each interpretation, the usual one first. Those without chains are passed over,
-        and those that leave more of the mask unclaimed than the usual one: chains are easily smooth where a part is left out.
+        the evidence against each chain of each interpretation, the usual one first. Interpretations without chains are skipped,
+        and those that leave more of the mask unclaimed than the usual one: chains are smooth where a part is left out.
     config
-        the settings: strays below `output.min_confidence` do not count.
+        the settings: small fragments below `output.min_confidence` do not count.
 
     Returns
     -------
-    The number of the interpretation, of equal ones the first, and what speaks against each of its chains.
+    The index of the interpretation, of equal ones the first, and the evidence against each of its chains.
     """
     most = interpretations[0][0].unclaimed
     possible = (number for number, evidence in enumerate(interpretations) if evidence and evidence[0].unclaimed <= most)
@@ -164,6 +162,6 @@ def most_probable(interpretations: Sequence[Sequence[Evidence]], config: Config)
 
 
 def _log_odds(evidence: Sequence[Evidence], config: Config) -> float:
-    """Return the log odds of the least probable chain, improbable strays aside; infinite without any."""
+    """Return the log-odds of the least probable chain, except improbable small fragments; infinite without any."""
     least = config.output.min_confidence
-    return min((each.log_odds for each in evidence if not each.stray or each.confidence >= least), default=math.inf)
+    return min((each.log_odds for each in evidence if not each.small_fragment or each.confidence >= least), default=math.inf)

@@ -1,7 +1,5 @@
 """How sure the chains of a frame are: confidence, deviations, and which strand is on top where two cross."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ..scene.scene import Scene

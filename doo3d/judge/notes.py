@@ -1,7 +1,5 @@
 """Notes on a frame in which nothing was found."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ..scene.scene import Scene

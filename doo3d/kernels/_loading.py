@@ -1,7 +1,5 @@
 """Finds the built module of the kernels, which is not beside their sources in a checkout."""
 
-from __future__ import annotations
-
 import sys
 from hashlib import sha256
 from importlib import import_module

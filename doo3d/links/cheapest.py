@@ -1,7 +1,5 @@
 """Link the cheapest pair of ends first, as Keipour et al. (RA-L 2022) do, down to a number of chains."""
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """The confidence of links: what each saves against the best alternative without it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ A cost unit is a mm of gap, in an image a px; a radian of a turn costs `merge.di
 hand, and measured together on rendered harnesses with masks, with ragged masks, and as clouds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ..config import MergeConfig

@@ -1,7 +1,5 @@
 """The record of the links: each with its cost, term by term, and its cheapest alternative."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -6,8 +6,6 @@ the next, show which two ends belong together: those that follow each other on o
 with no other chain in between. The lines end where strands cross; there the terms decide.
 """
 
-from __future__ import annotations
-
 from statistics import median
 from typing import TypeAlias
 

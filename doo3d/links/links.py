@@ -1,7 +1,5 @@
 """Which chain ends belong together (Keipour et al., RA-L 2022, section III-F)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 

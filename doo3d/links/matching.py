@@ -1,7 +1,5 @@
 """Maximum-weight matching of chain ends, and the rings of chains that pairs of ends close."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Choose the links among all pairs of ends, given their costs, and reach the wanted number of chains by the same rule."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 

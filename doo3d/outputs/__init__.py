@@ -1,13 +1,13 @@
-"""Results on disk: the folder of a run, the JSON file of a detection, the journal, and their readers."""
+"""Write and read results on disk: the folder of a run, the JSON file of a detection, the journal."""
 
 SUFFIXES = {"json": ".json", "jpg": ".jpg", "png": ".png"}
-"""The suffixes of the files that a run writes for each frame, by their kind."""
+"""Kind of file that a run writes for each frame -> its suffix."""
 
 PICTURES = ("jpg", "png")
-"""The kinds that are pictures, of which a frame has one or none; the first is the usual one."""
+"""Kinds of files that are pictures, the default first; a frame has at most one picture."""
 
 STRANDS = ".strands.json"
-"""The suffix of what the first pass of a sequence keeps of a frame besides."""
+"""Suffix of the file in which the first pass of a sequence stores the strands of a frame."""
 
 MANIFEST, CONFIG, JOURNAL = "manifest.json", "config.yaml", "progress.jsonl"
 """The names of the files that a run writes once."""

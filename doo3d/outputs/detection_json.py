@@ -1,4 +1,4 @@
-"""A detection as JSON, schema doo3d/detection/2."""
+"""Encode a detection as JSON, schema doo3d/detection/2."""
 
 import json
 import math
@@ -20,7 +20,7 @@ def encode(detection: Detection, data: Frame | Cloud | Image | None = None) -> b
     detection
         the chains and crossings to write.
     data
-        not used; it is there because all functions that encode a file of a frame take the same two arguments.
+        not used; all encoders of a frame's files take the same two arguments.
     """
     return dumps(detection.to_dict()).encode("utf-8")
 
@@ -34,7 +34,10 @@ def dumps(value: Any) -> str:
 
 
 def _text(value: Any, newline: str) -> str:
-    """Return a value as JSON; `newline` begins the line that it ends on. Lists of numbers and of these are encoded in C."""
+    """Return a value as JSON text; `newline` is the line break with the indentation of its last line.
+
+    Lists of numbers, and lists of these, are encoded by the json module, for speed.
+    """
     inside = newline + " "
     if isinstance(value, dict) and value:
         return "{" + ",".join(f"{inside}{_key(key)}: {_text(item, inside)}" for key, item in value.items()) + newline + "}"
@@ -55,7 +58,7 @@ def _on_one_line(value: Any) -> str:
 
 
 def _key(key: Any) -> str:
-    """Return a key of a dict as JSON, which knows strings only."""
+    """Return a key of a dict as a JSON string."""
     return _ENCODER.encode(key if isinstance(key, str) else _ENCODER.encode(key))
 
 

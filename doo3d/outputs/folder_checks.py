@@ -1,4 +1,4 @@
-"""Checks of a run's folder and of the names of its files, before anything is written or removed."""
+"""Check a run's folder and the names of its files before anything is written or removed."""
 
 import os
 from collections.abc import Iterable, Sequence
@@ -14,18 +14,18 @@ from .torn_manifest import is_torn
 
 
 def lies_in_input(path: Path, source: Path) -> bool:
-    """Return whether a folder that holds something else than results of a run is the input, at `source`, or part of it."""
+    """Return whether a folder is the input at `source` or part of it, unless it holds the results of a run."""
     inside = path.is_dir() and source in (path.resolve(), *path.resolve().parents)
     return inside and any(not file.name.startswith(PREFIX) for file in path.iterdir()) and not is_of_run(path)
 
 
 def is_of_run(path: Path) -> bool:
-    """Return whether a folder has a manifest of doo3d, be it a torn one."""
+    """Return whether a folder has a manifest of doo3d, even one that a power failure cut off."""
     return read_manifest(path) is not None or is_torn(path)
 
 
 def check_names(path: Path, names: Sequence[str]) -> None:
-    """Raise InputError if a frame's name is used twice or cannot be that of its files; `path` is the folder of the results."""
+    """Raise InputError if a frame's name occurs twice or cannot be a file name; `path` is the folder of the results."""
     checked: set[str] = set()
     for name in names:
         if name in checked:
@@ -40,7 +40,7 @@ def check_names(path: Path, names: Sequence[str]) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Raise InputError if a folder cannot be made or written to, as far as permissions tell."""
+    """Raise InputError if the permissions do not allow to make a folder or to write to it."""
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.exists())
     if not existing.is_dir():
         raise InputError(f"{path}: {existing} is a file, expected a folder for the results", code="out-is-file")
@@ -57,7 +57,7 @@ def remove_files(path: Path, names: Iterable[str]) -> None:
 
 
 def folder_aside(path: Path, names: Iterable[str]) -> Path:
-    """Return the folder in which the results in a folder are kept aside: of OUT it is OUT_1, or the next number.
+    """Return the folder to which the results in a folder are moved: OUT_1 for OUT, or the next free number.
 
     A folder that an interrupted `move_aside` began to fill is returned again. `names` are those of the frames.
     """
@@ -72,7 +72,7 @@ def folder_aside(path: Path, names: Iterable[str]) -> Path:
 
 
 def move_aside(path: Path, names: Iterable[str], aside: Path) -> None:
-    """Move the files of a run from its folder to another; the manifest, which marks it as a run's, is the last of them.
+    """Move the files of a run to another folder; the manifest, which marks a folder as a run's, is moved last.
 
     Raises
     ------

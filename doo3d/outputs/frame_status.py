@@ -1,4 +1,4 @@
-"""The status of each frame of a run, failed ones included, from the manifest and the journal."""
+"""Read the status of each frame of a run, including failed ones, from the manifest and the journal."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ from .run_reader import Results
 
 @dataclass(frozen=True)
 class FrameStatus:
-    """How one frame of a run ended, for videos and reports.
+    """The outcome of one frame of a run, for videos and reports.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ def _status(folder: Path, frame: dict[str, Any], line: dict[str, Any]) -> FrameS
 
 
 def read_picture(path: Path | None) -> Array | None:
-    """Return the image in a file as (H, W, 3) uint8 BGR; None if the file is missing or not an image, or without a path."""
+    """Read an image file as (H, W, 3) uint8 BGR; None if there is no path, or the file is missing or not an image."""
     if path is None:
         return None
     try:

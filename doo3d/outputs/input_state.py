@@ -1,4 +1,4 @@
-"""The state of a run's input files: which have changed since a frame failed, so that the frame is tried again."""
+"""Record the state of a run's input files, so that a failed frame is tried again once its files have changed."""
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class InputState:
-    """The input files of a run as they are now.
+    """The current state of a run's input files.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class InputState:
     def digest(self, replaced: Mapping[str, str | None] | None = None) -> str:
         """Return the SHA-256 of paths, sizes and times as 64 hexadecimal digits.
 
-        replaced : paths whose state is another one than it is now; None for a file that does not exist.
+        replaced : path -> state to use instead of the current one; None for a file that does not exist.
         """
         states = {**self.files, **(replaced or {})}
         text = "\n".join(f"{path} {states[path]}" for path in sorted(states) if states[path] is not None)
@@ -35,15 +35,14 @@ class InputState:
         return {path: self.files[path] for path in self.by_frame[name] if path in self.files}
 
     def has_changed(self, line: Mapping[str, Any]) -> bool:
-        """Return whether a file of a failed frame has changed, appeared or gone since; `line` is its line in the journal."""
+        """Return whether a file of a failed frame has changed, appeared or disappeared; `line` : its line in the journal."""
         former = line.get("inputs")
         return isinstance(former, dict) and line["name"] in self.by_frame and former != self.of_frame(line["name"])
 
     def digest_before(self, lines: Iterable[Mapping[str, Any]]) -> str:
-        """Return the digest that the input had if nothing but files of failed frames has changed since.
+        """Return the digest of the input with the files of failed frames in their state at the time of failure.
 
-        Files that other frames are read from as well, such as a bag, count as they are now. `lines` are those of all frames in
-        the journal.
+        Files that other frames also use, such as a bag, keep their current state. `lines` are those of all frames in the journal.
         """
         last = {line["name"]: line for line in lines}
         failed = {name for name, line in last.items() if line["status"] == "failed" and self.has_changed(line)}

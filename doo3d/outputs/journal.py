@@ -1,4 +1,4 @@
-"""The journal of a run: one line per finished frame, append-only, so that a killed run loses nothing."""
+"""Write and read the journal of a run: one appended line per finished frame, so that a kill loses no frame."""
 
 import json
 import os
@@ -18,9 +18,9 @@ class Journal:
     """The journal of a run: a file to which one JSON object per line is appended, one for each finished frame.
 
     A line counts only if it is complete. An incomplete line at the end, left by a killed process, is overwritten by the next one.
-    A frame that is done again gets another line; its last one counts. To continue an existing file, call `read` before `add`;
-    otherwise the first `add` overwrites it from its start. A symbolic link in place of the file is replaced by a file, never
-    written through.
+    A frame that is processed again gets another line; its last one counts. To continue an existing file, call `read` before
+    `add`; otherwise the first `add` overwrites it from its start. A symbolic link in place of the file is replaced by a file,
+    never written through.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ class Journal:
     def read(self) -> list[dict[str, Any]]:
         """Return the objects of all lines, in order, up to the first line that is incomplete or not a JSON object.
 
-        The next `add` appends after the last of these lines. Objects that are not those of a frame are left out. Without a file,
-        the list is empty.
+        The next `add` appends after the last of these lines. Objects that are not records of a frame are left out. Without a
+        file, the list is empty.
         """
         entries: list[dict[str, Any]] = []
         self._size = 0
@@ -62,7 +62,7 @@ class Journal:
         Raises
         ------
         OSError
-            the disk is full or the file may not be written to; the line then does not count.
+            the disk is full or the file may not be written to; the line is then ignored when the journal is read.
         """
         line = _encoded(values)
         if self.path.is_symlink():
@@ -77,7 +77,7 @@ class Journal:
         self._size += len(line)
 
     def rewrite(self, entries: Iterable[dict[str, Any]]) -> None:
-        """Replace the whole file by these lines, at once.
+        """Replace the whole file by these lines, atomically.
 
         Raises
         ------
@@ -100,7 +100,7 @@ def _encoded(values: dict[str, Any]) -> bytes:
 
 
 def is_frame_line(values: dict[str, Any]) -> bool:
-    """Return whether a line of a journal is the record of a frame, with every value of its type."""
+    """Return whether a line of a journal is the record of a frame, with values of the right types."""
     return (
         isinstance(values.get("name"), str)
         and values.get("status") in ("ok", "failed")

@@ -1,4 +1,4 @@
-"""One file as the product of a command or a function, such as a report: its name, and writing it."""
+"""Name and write a single file made from a run, such as a report."""
 
 from pathlib import Path
 
@@ -7,9 +7,9 @@ from .atomic import write_bytes, writing
 
 
 def named_after(results: Path, suffix: str) -> Path:
-    """Return the path of a product of a run that no name was given for: beside the folder of the run, named like it.
+    """Return the default path of a file made from a run: next to the run's folder, with the folder's name.
 
-    results : the folder, such as out. suffix : of the product, such as ".html".
+    results : the folder, such as out. suffix : suffix of the file, such as ".html".
     """
     folder = results.resolve() if results.name in ("", "..") else results
     return folder.with_name(folder.name + suffix)
@@ -25,7 +25,7 @@ def check_new_file(path: Path, force: bool, results: Path | None = None) -> None
     force
         whether it may exist already.
     results
-        folder of the run that it is made from; it may exist if it was made from that before, and not changed since.
+        folder of the run from which the file is made; an unchanged file made from this run before may be replaced.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Points and edges as PLY."""
+"""Encode points and edges as PLY."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ..types import Array, Floats, Ints
 
 
 def encode_points(points: Floats, colors: Array, edges: Ints) -> bytes:
-    """Return points and edges as the bytes of a binary little-endian PLY file.
+    """Encode points and edges as the bytes of a binary little-endian PLY file.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What was made from the results of a run, such as its report: such files may be replaced until somebody changes them."""
+"""Remember the files made from a run's results, such as its report, which may be replaced until a user changes them."""
 
 import contextlib
 import os
@@ -13,13 +13,13 @@ from .atomic import PREFIX, write_text
 from .detection_json import dumps
 
 PRODUCTS = f"{PREFIX}products.json"
-"""File in the folder of the results with size and CRC-32 of every file made from them, by its path seen from there."""
+"""File in the folder of the results: path of each file made from them, relative to the folder -> size and CRC-32."""
 
 _CHUNK_BYTES = 1 << 20
 
 
 class Products:
-    """The files made from the results in a folder, and whether they are still as they were made.
+    """The files made from the results in a folder, with checksums that show whether they have changed since.
 
     Parameters
     ----------
@@ -31,19 +31,19 @@ class Products:
         self._folder = results
 
     def are_unchanged(self, path: Path) -> bool:
-        """Return whether a file, or every file in a folder, was made from these results and not changed since."""
+        """Return whether a file, or every file in a folder, was made from these results and is unchanged."""
         made = self._read()
         return path.exists() and all(made.get(self._key(file)) == _check(file) for file in _files(path))
 
     def add(self, paths: Iterable[Path]) -> None:
-        """Remember files, and those in folders, as made from these results; without effect if nothing can be written there."""
+        """Remember files, and those in folders, as made from these results; do nothing if the folder is not writable."""
         made = self._read() | {self._key(file): _check(file) for path in paths for file in _files(path)}
         there = {key: check for key, check in made.items() if (self._folder / key).exists()}
         with contextlib.suppress(OSError):
             write_text(self._folder / PRODUCTS, dumps(dict(sorted(there.items()))))
 
     def forget(self) -> None:
-        """Remember none any more: other results take the place of these."""
+        """Forget all files, when other results replace these."""
         with contextlib.suppress(OSError):
             (self._folder / PRODUCTS).unlink(missing_ok=True)
 
@@ -59,7 +59,7 @@ class Products:
 
 
 def checks(path: Path) -> dict[str, list[int] | None]:
-    """Return size in bytes and CRC-32 of a file, or of each file in a folder by its path seen from there."""
+    """Return [size in bytes, CRC-32] of a file, or of each file in a folder by its relative path."""
     return {file.relative_to(path).as_posix(): _check(file) for file in _files(path)}
 
 
@@ -68,7 +68,7 @@ def _files(path: Path) -> list[Path]:
 
 
 def _check(file: Path) -> list[int] | None:
-    """Return size in bytes and CRC-32 of a file; None if it cannot be read."""
+    """Return [size in bytes, CRC-32] of a file; None if it cannot be read."""
     size = crc = 0
     try:
         with file.open("rb") as opened:

@@ -1,4 +1,4 @@
-"""Which frames of an interrupted run are finished, so that repeating the command does only the others."""
+"""Find the finished frames of an interrupted run, so that repeating the command processes only the others."""
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -19,10 +19,10 @@ class Finished:
     Attributes
     ----------
     leading
-        frame name -> line of the journal, of all frames before the first one that is to be done.
+        frame name -> line of the journal, for all frames before the first unfinished one.
     later
-        the same of the frames after it. Their files are complete, but were made before those of an earlier frame of the capture,
-        so ids of chains may have to change.
+        the same for the finished frames after it. Their files are complete, but were made before those of an earlier frame of the
+        capture, so ids of chains may have to change.
     """
 
     leading: dict[str, Line] = field(default_factory=dict)
@@ -32,21 +32,21 @@ class Finished:
 def finished_frames(
     folder: Path, lines: Sequence[Line], names: Sequence[str], retry: Callable[[Line], bool] = lambda line: False
 ) -> Finished:
-    """Return the frames that an interrupted run has finished.
+    """Return the frames that an interrupted run has finished, from its journal and its files.
 
     A frame is finished if the journal has a line for it and either all its files are as the line says, by size and CRC-32, or the
-    frame failed and is not to be tried again.
+    frame failed and need not be tried again.
 
     Parameters
     ----------
     folder
         folder of the run's results.
     lines
-        lines of the run's journal. Of several lines of one frame the last counts.
+        lines of the run's journal; the last line of each frame counts.
     names
         names of all frames of the run, in order.
     retry
-        returns, for the line of a frame that failed, whether the frame is to be tried again.
+        returns whether a failed frame must be tried again, given its line.
     """
     by_name = {line["name"]: (position, line) for position, line in enumerate(lines)}
     finished, last, in_order = Finished(), -1, True
@@ -67,7 +67,7 @@ def file_checks(files: Mapping[str, bytes]) -> dict[str, list[int]]:
 
 
 def _is_complete(folder: Path, line: Line) -> bool:
-    """Return whether the files of a frame are as its line says."""
+    """Return whether the files of a frame have the sizes and CRC-32 in its line."""
     checks = line.get("files")
     if not isinstance(checks, dict):
         return False

@@ -1,4 +1,4 @@
-"""The folder of a run: its frames' files, `config.yaml`, `manifest.json` and the journal `progress.jsonl`."""
+"""Write the folder of a run: the files of its frames, `config.yaml`, `manifest.json` and the journal."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from .run_lock import LOCK, RunLock
 from .torn_manifest import TORN_NOTE, is_torn, restored_manifest, run_digests
 
 KEPT_SECONDS = 60.0
-"""s of work on all frames beyond which results are kept aside when settings change: to make them again takes patience."""
+"""Total time of all frames in s above which results are moved to another folder, not deleted, when settings change."""
 
 
 class ResultsFolder:
     """The folder that a run writes its results to, frame after frame; an interrupted run resumes from it.
 
-    It holds `<frame>.json` and, if it is wanted, `<frame>.jpg` for each frame, `config.yaml`, `manifest.json` (input, versions,
+    The folder holds `<frame>.json` and, if wanted, `<frame>.jpg` for each frame, `config.yaml`, `manifest.json` (input, versions,
     outcome of each frame) and `progress.jsonl`, the journal with one line per finished frame. A frame is finished once its line
     is in the journal, which is written after its files. All files but the journal are the same, byte for byte, for the same
     input and configuration. Only one process writes to the folder: it is locked until `close`, or the end of a `with` block,
@@ -48,29 +48,29 @@ class ResultsFolder:
         the state of the input files, one entry in its `by_frame` per frame of the run, in order.
     restart
         whether to replace results of the same input in the folder. If false, results of the same input, configuration and
-        versions are resumed, those of another configuration are replaced with a note, or kept in a folder
-        beside this one if they took more than KEPT_SECONDS, and others raise InputError.
+        versions are resumed; those of another configuration are replaced with a note, or moved to a folder next to this one if
+        they took more than KEPT_SECONDS; others raise InputError.
     force
         whether to write even if the folder has other content. Results of any other run are removed, other files stay.
     retry_failed
-        whether to do failed frames again. If false, only those are done again whose files have changed.
+        whether to process all failed frames again; if false, only those whose files have changed.
 
     Attributes
     ----------
     path
         the folder.
     done
-        frame name -> line in the journal, for the frames that an earlier run has finished, up to the first that is to be done.
+        frame name -> line in the journal, for the finished frames before the first unfinished one.
     later
-        the same for the frames after it, whose ids may have to change once those before them are done: call `keep` or `add`.
+        the same for the finished frames after it, whose ids may have to change: call `keep` or `add` for each.
     notes
-        sentences for the user about what was found in the folder.
+        sentences for the user about earlier results in the folder.
 
     Raises
     ------
     InputError
-        the folder has other content or results that `restart` and `force` do not replace, lies in the input, cannot be written to
-        or is locked by another run, or a frame's name cannot be a file name.
+        the folder has other content or results that `restart` and `force` do not replace, is inside the input, cannot be written
+        to or is locked by another run, or a frame's name cannot be a file name.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class ResultsFolder:
             raise
 
     def _resume(self, restart: bool, force: bool, retry_failed: bool) -> None:
-        """Compare the run with what is in the folder, and find the frames that are finished."""
+        """Compare the run with the results in the folder, and find the finished frames."""
         manifest, lines = self._former_run()
         conflict = find_conflict(self.path, manifest, self._identity, self._inputs.digest_before(lines))
         if conflict and not (force or conflict.is_setting or (restart and conflict.can_restart)):
@@ -151,7 +151,7 @@ class ResultsFolder:
         self._repeats = [line["name"] for line in lines] != list(self.done)  # frames of other lines are written once more
 
     def _former_run(self) -> tuple[dict[str, Any] | None, list[Line]]:
-        """Return manifest and lines of the journal of the results in the folder, the manifest restored if it is torn."""
+        """Return manifest and journal lines of the results in the folder; a manifest cut off by a power failure is restored."""
         manifest, torn = read_manifest(self.path), is_torn(self.path)
         lines = self._journal.read() if manifest is not None or torn else []
         if torn:
@@ -165,7 +165,7 @@ class ResultsFolder:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None) -> None:
-        """Unlock the folder, whatever has happened."""
+        """Unlock the folder, also after an error."""
         self.close()
 
     def close(self) -> None:
@@ -218,7 +218,7 @@ class ResultsFolder:
             raise self._unwritable(error) from None
 
     def keep(self, name: str) -> None:
-        """Confirm the files of one of the frames in `later`: they are as this run would make them.
+        """Confirm the files of a frame in `later`, which are equal to those that this run would write.
 
         Raises
         ------
@@ -232,7 +232,7 @@ class ResultsFolder:
             raise self._unwritable(error) from None
 
     def amend(self, name: str, line: dict[str, Any], files: dict[str, bytes]) -> None:
-        """Write further files of a frame in `done` or `later`, then its line in the journal once more.
+        """Write further files of a frame in `done` or `later`, then its new line in the journal.
 
         Parameters
         ----------
@@ -295,15 +295,16 @@ class ResultsFolder:
                 (self.path / name).unlink(missing_ok=True)
 
     def _write(self, path: Path, content: bytes) -> None:
-        """Write a file of a frame; it is flushed to the disk by `finish`.
+        """Write a file of a frame, which `finish` flushes to the disk.
 
-        After a power failure before that, the check in the journal tells an incomplete file, and its frame is done again.
+        After a power failure before that, the checksum in the journal reveals an incomplete file, and its frame is processed
+        again.
         """
         write_bytes(path, content, False)
         self._unflushed.append(path)
 
     def _remove_created(self) -> None:
-        """Remove the folders that were made for this run, as far as they are empty."""
+        """Remove the folders made for this run that are empty."""
         with contextlib.suppress(OSError):
             for folder in self._created:
                 folder.rmdir()
@@ -315,7 +316,7 @@ class ResultsFolder:
                 temporary.unlink()
 
     def _tidy_journal(self) -> None:
-        """Leave one line per frame in the journal, the last one, in the order of the capture."""
+        """Rewrite the journal with one line per frame, the last one, in the order of the capture."""
         lines = {line["name"]: line for line in self._journal.read()}
         self._journal.rewrite(lines[name] for name in self._inputs.by_frame if name in lines)
 
@@ -356,6 +357,6 @@ class ResultsFolder:
 
 
 def _seconds(line: Line) -> float:
-    """Return the time that a frame took, s, from its line in the journal; 0 if the line does not say."""
+    """Return the processing time of a frame in s from its line in the journal; 0 if unknown."""
     seconds = line.get("seconds")
     return float(seconds) if isinstance(seconds, int | float) and math.isfinite(seconds) else 0.0

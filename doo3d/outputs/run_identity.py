@@ -1,4 +1,4 @@
-"""The identity of a run: what makes the results in a folder those of the same input, configuration and versions."""
+"""Identify a run by input, configuration and versions, to recognize its results in a folder."""
 
 import contextlib
 import hashlib
@@ -19,7 +19,7 @@ from .atomic import PREFIX
 
 SCHEMA = "doo3d/manifest/1"
 PACKAGES = ("numpy", "scipy", "opencv-python-headless", "trimesh", "python-fcl", "rustworkx", "open3d", "open3d-cpu")
-"""Packages whose versions the manifest records: results may depend on them."""
+"""Packages whose versions the manifest records, since results may depend on them."""
 
 _MAX_NAMES = 4  # of changed settings in a note
 
@@ -37,7 +37,7 @@ class Conflict:
     can_restart
         whether the option `restart` may replace the results in the folder, because they are of the same input.
     is_setting
-        whether they are replaced unasked, because only settings differ.
+        whether they are replaced without `restart`, because only settings differ.
     """
 
     reason: str
@@ -101,7 +101,7 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
     current
         the result of `identity` for the new run.
     files_before
-        another digest of the input that is no conflict: that before files of failed frames changed.
+        a second accepted digest of the input: the one before files of failed frames changed.
     """
     if not path.is_dir() or not any(not file.name.startswith(PREFIX) for file in path.iterdir()):
         return None
@@ -125,7 +125,7 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
 
 
 def changed_settings(path: Path, config: Config) -> str:
-    """Return which settings differ between the `config.yaml` in a folder and a configuration, such as "merge.chains, seed".
+    """Return the settings that differ between a folder's `config.yaml` and a configuration, such as "merge.chains, seed".
 
     Empty if the file cannot be read.
     """

@@ -1,4 +1,4 @@
-"""The lock of a run's folder: two runs never write into one folder at the same time."""
+"""Lock a run's folder, so that two runs never write into one folder at the same time."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ..errors import InputError
 from .atomic import PREFIX
 
 LOCK = f"{PREFIX}run.lock"
-"""The name of the lock file. It begins like temporary files, so that a folder that holds nothing else counts as empty."""
+"""Name of the lock file. It starts like those of temporary files, so that a folder with only the lock counts as empty."""
 
 MAX_SILENCE_SECONDS = 300.0
-"""s after its last frame for which a run of another computer counts as alive, where the file system keeps locks of one computer
-only: five times the default time limit of a frame."""
+"""Time in s after its last frame for which a run on another computer counts as alive, if the file system does not share locks
+between computers: five times the default time limit of a frame."""
 
 _TOUCH_SECONDS = 10.0  # between two updates of the lock file's time, by which other computers see that the run is alive
 _ATTEMPTS = 20  # the folder or the lock file may be removed by another run that ends at this moment
@@ -69,8 +69,8 @@ class LockHolder:
 class RunLock:
     """An exclusive lock of a folder, held from creation to `release`.
 
-    The lock is one of the operating system, on a file in the folder: it ends with the process, however that ends. The file names
-    process and host of the holder, for the message to others. A file left behind by a killed process is taken over.
+    The lock is one of the operating system, on a file in the folder: it ends with the process, also after a kill. The file names
+    process and host of the holder, for the error message of other runs. The file of a killed process is taken over.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class RunLock:
             raise
 
     def touch(self) -> None:
-        """Show other computers that this run is alive; called after each frame, it writes every ten seconds at most."""
+        """Show other computers that this run is alive, after each frame; write at most every ten seconds."""
         if time.monotonic() - self._touched > _TOUCH_SECONDS:
             self._touched = time.monotonic()
             with contextlib.suppress(OSError):
@@ -123,7 +123,7 @@ class RunLock:
             os.close(file)
 
     def _open(self, folder: Path) -> int:
-        """Return the locked lock file, which is still the one in the folder."""
+        """Open and lock the lock file, and check that it is still the one in the folder."""
         for attempt in range(_ATTEMPTS):
             try:
                 folder.mkdir(parents=True, exist_ok=True)
@@ -149,7 +149,7 @@ class RunLock:
         raise OSError(errno.EAGAIN, "the lock file is replaced again and again", str(self._path))
 
     def _refuse_if_alive_elsewhere(self) -> None:
-        """Refuse if another computer's run seems to be alive: some file systems keep locks of one computer only."""
+        """Raise if a run on another computer seems to be alive, since some file systems do not share locks."""
         if self.former is None or self.former.host == socket.gethostname():
             return
         if time.time() - os.fstat(self._file).st_mtime < MAX_SILENCE_SECONDS:
@@ -170,7 +170,7 @@ def _holder(path: Path) -> str:
 
 
 def _is_at(file: int, path: Path) -> bool:
-    """Return whether an open file is the one at a path."""
+    """Return whether an open file is the same as the one at a path."""
     try:
         return os.path.samestat(os.fstat(file), os.stat(path))
     except OSError:
@@ -178,7 +178,7 @@ def _is_at(file: int, path: Path) -> bool:
 
 
 def _lock(file: int) -> bool:
-    """Lock an open file, without waiting; False if another process has locked it. True where locks are not supported."""
+    """Lock an open file without waiting; return False if another process has locked it, True without support of locks."""
     try:
         if sys.platform == "win32":
             import msvcrt

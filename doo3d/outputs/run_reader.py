@@ -1,4 +1,4 @@
-"""Reader of the results that `doo3d detect` wrote."""
+"""Read the results that `doo3d detect` wrote."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ from .detection_json import read_object
 
 @dataclass(frozen=True)
 class Results:
-    """The results of a run, opened for reading.
+    """The results of a run, to be read frame by frame.
 
     Attributes
     ----------
@@ -75,21 +75,21 @@ class Results:
             yield self.detection(name)
 
     def config(self) -> Config | None:
-        """Return the settings of the run; None without their file; raise ConfigError if it is damaged."""
+        """Return the settings of the run; None if their file is missing; raise ConfigError if it is damaged."""
         path = self.path / CONFIG
         return load_config(path) if path.is_file() else None
 
     def capture_frames(self, with_masks: bool = True) -> dict[str, FrameRef]:
         """Return name -> frame of the capture that the run was made from.
 
-        with_masks : false leaves out masks that are no part of the capture.
+        with_masks : False leaves out masks that are not part of the capture.
 
         Raises
         ------
         DooError
             the capture cannot be read now, or is of another format.
         """
-        from ..camera.opening import open_frames
+        from ..camera.open_rig import open_frames
 
         source = self.manifest.get("input", {})
         try:
@@ -140,7 +140,7 @@ def open_results(path: str | Path, min_confidence: float = 0.0) -> Results:
 
 
 def read_detection(path: str | Path) -> Detection:
-    """Return the detection in the JSON file of one frame, of the schema doo3d/detection/2.
+    """Read the detection in the JSON file of one frame (schema doo3d/detection/2).
 
     An unknown radius, null in the file, becomes NaN; an unknown timestamp or id becomes None.
 

@@ -1,4 +1,4 @@
-"""What the first pass leaves on disk for the second: the strands of each frame, and the objects of the whole capture."""
+"""Write and read the files of a sequence's first pass: strands of each frame, and objects of the capture."""
 
 import base64
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ from pydantic import TypeAdapter
 
 from ..camera.background import BackgroundView
 from ..errors import InputError
+from ..track.depth_readings import NODES, PER_NODE
 from ..track.objects import SequenceObject
 from ..track.observations import Observation, ObservedStrand
-from ..track.readings import NODES, PER_NODE
 from ..types import Array, Detection, Floats
 from . import STRANDS
 from .atomic import write_text
@@ -25,25 +25,25 @@ STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/2", "doo3d/sequence/1"
 _OBJECT = TypeAdapter(SequenceObject)
 
 OBJECTS = "objects.json"
-"""File of the objects, in the folder of the first pass."""
+"""Name of the file of the objects, in the folder of the first pass."""
 
 
 @dataclass(frozen=True)
 class SequenceFile:
-    """What is known of a whole capture.
+    """The knowledge about a whole capture, for the second pass.
 
     Attributes
     ----------
     frames
         names of all frames, in order.
     max_gap
-        number of frames without any strand of an object up to which it is filled in.
+        greatest number of frames without a strand of an object in which the object is filled in.
     min_confidence
-        confidence below which chains that no sequence confirms are left out.
+        confidence below which chains are left out that the other frames do not confirm.
     objects
         the objects.
     poses
-        (T, 4, 4) m, camera to world, estimated from the frames; None if they are known, or the camera stands still.
+        (T, 4, 4) m, camera to world, estimated from the frames; None if the poses are given, or the camera does not move.
     """
 
     frames: tuple[str, ...]
@@ -54,9 +54,9 @@ class SequenceFile:
 
 
 def encode_strands(observation: Observation) -> bytes:
-    """Return the strands of a frame as JSON, UTF-8 bytes."""
+    """Encode the strands of a frame as JSON, UTF-8 bytes."""
     strands = [
-        {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(strand).items()}
+        {name: value.tolist() or None if isinstance(value, np.ndarray) else value for name, value in vars(strand).items()}
         for strand in observation.strands
     ]
     pose = None if observation.pose is None else observation.pose.tolist()
@@ -69,12 +69,12 @@ def encode_strands(observation: Observation) -> bytes:
 
 
 def _encoded(readings: Array) -> str:
-    """Return the readings along a chain as Base64 of their bytes."""
+    """Encode the readings along a chain as Base64 of their bytes."""
     return base64.b64encode(readings.astype("<f4").tobytes()).decode("ascii")
 
 
 def read_background(folder: Path, frame: str) -> BackgroundView | None:
-    """Return the background of a frame as the first pass left it; None if the frame failed or has none.
+    """Read the background of a frame from the first pass; None if the frame failed or has none.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def read_background(folder: Path, frame: str) -> BackgroundView | None:
 
 
 def read_observation(folder: Path, frame: str) -> Observation:
-    """Return what the first pass found in a frame, without its background; nothing for a frame that failed, which has no files.
+    """Read the observation of a frame from the first pass, without its background; empty for a failed frame.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _background(values: dict[str, Any]) -> BackgroundView | None:
 
 
 def _readings(encoded: str | None) -> Array | None:
-    """Return the readings that `_encoded` gave."""
+    """Decode readings, the inverse of `_encoded`."""
     if encoded is None:
         return None
     return np.frombuffer(base64.b64decode(encoded), dtype="<f4").reshape(2, NODES, PER_NODE)
@@ -127,13 +127,13 @@ def _strand(values: dict[str, Any]) -> ObservedStrand:
     if points.shape != (len(arcs), 3) or not len(arcs):
         raise ValueError(f"points {points.shape}, arcs {arcs.shape}")
     start, end = values["tips"]
-    sight = None if values.get("sight") is None else np.array(values["sight"], dtype=float).reshape(points.shape)
-    joined = None if values.get("joined") is None else np.array(values["joined"], dtype=float).reshape(arcs.shape)
+    sight, joined = (np.array(values.get(name) or (), dtype=float) for name in ("sight", "joined"))
+    sight, joined = sight.reshape(points.shape if len(sight) else (0, 3)), joined.reshape(arcs.shape if len(joined) else 0)
     return ObservedStrand(points, arcs, float(values["length"]), (float(start), float(end)), int(values["chain"]), sight, joined)
 
 
 def write_objects(folder: Path, known: SequenceFile) -> None:
-    """Write what is known of a capture."""
+    """Write the objects file of a capture."""
     objects = [asdict(item) for item in known.objects]
     values = {"schema": OBJECTS_SCHEMA, "frames": known.frames, "max_gap": known.max_gap}
     values |= {"min_confidence": known.min_confidence, "objects": objects}
@@ -142,7 +142,7 @@ def write_objects(folder: Path, known: SequenceFile) -> None:
 
 
 def read_objects(folder: Path) -> SequenceFile:
-    """Return what `write_objects` wrote.
+    """Read the objects file of a capture, the inverse of `write_objects`.
 
     Raises
     ------
@@ -171,9 +171,9 @@ def _damaged(path: Path, error: Exception) -> InputError:
 
 
 def summary(objects: Sequence[SequenceObject], frames: int) -> list[dict[str, Any]]:
-    """Return the objects for the manifest of a run: id, length, radius, number of segments, and frames that show them wholly.
+    """Return the objects for the manifest: id, length, radius, number of segments, and frames that show them completely.
 
-    Those of a tree also have "junctions", the numbers of the junctions at their ends, null for a tip.
+    Objects that belong to a tree also have "junctions", the numbers of the junctions at their ends, null for a tip.
     """
     keys = ("id", "length", "radius", "segments")
     return [

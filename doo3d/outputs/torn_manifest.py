@@ -1,4 +1,4 @@
-"""A manifest that a power failure cut off: the journal and `config.yaml` tell whose results are in the folder."""
+"""Restore a manifest that a power failure cut off, from the journal and `config.yaml`."""
 
 import hashlib
 import json
@@ -13,16 +13,16 @@ from .detection_json import dumps
 TORN_NOTE = f"{MANIFEST} was incomplete, as after a power failure; it is written anew, from the journal"
 
 _BEGIN = dumps({"schema": "doo3d/manifest/"}).split('"\n')[0].encode()
-"""What every manifest of doo3d begins with."""
+"""First bytes of every manifest of doo3d."""
 
 _UNKNOWN = f"unknown, since {MANIFEST} is damaged"
 
 Identity = Mapping[str, Any]
-"""The entries of a manifest by which a run is recognised, from `identity`."""
+"""Entries of a manifest that identify a run, from `identity`."""
 
 
 def is_torn(path: Path) -> bool:
-    """Return whether the manifest in a folder is empty, cut off or followed by zero bytes, as far as it is there doo3d's own."""
+    """Return whether a folder has an incomplete manifest of doo3d: empty, cut off or padded with zero bytes."""
     try:
         content = (path / MANIFEST).read_bytes().rstrip(b"\0")
     except OSError:
@@ -37,9 +37,9 @@ def is_torn(path: Path) -> bool:
 
 
 def run_digests(identity: Identity) -> dict[str, str]:
-    """Return short digests of what makes a run this one: "input", "files", "config" and "versions".
+    """Return short digests that identify a run: "input", "files", "config" and "versions".
 
-    Each line of its journal has them, so that a folder whose manifest is torn is still known.
+    Each line of the journal has them, so that the run is recognized even if the manifest is incomplete.
     """
     parts = {
         "input": {key: value for key, value in identity["input"].items() if key not in ("files", "frames")},
@@ -53,7 +53,7 @@ def run_digests(identity: Identity) -> dict[str, str]:
 def restored_manifest(
     path: Path, lines: Sequence[Mapping[str, Any]], current: Identity, files_before: str, config: str
 ) -> dict[str, Any] | None:
-    """Return what the torn manifest in a folder said of its run, as far as it can be known; None if the folder is not doo3d's.
+    """Return the restored identity of the run with an incomplete manifest; None if the folder is not doo3d's.
 
     Parameters
     ----------
@@ -62,11 +62,11 @@ def restored_manifest(
     lines
         lines of the journal in it.
     current
-        the entries of the run that is to write there.
+        the identity of the new run, which will write there.
     files_before
-        another digest of the input's files that is no difference; see `find_conflict`.
+        a second accepted digest of the input's files; see `find_conflict`.
     config
-        text of the `config.yaml` of that run.
+        text of the `config.yaml` of the new run.
     """
     if not lines:
         names = {file.name for file in path.iterdir() if not file.name.startswith(PREFIX)}

@@ -1,1 +1,1 @@
-"""Runs: every frame of a capture through the method, by this process or by workers, resumable at any moment."""
+"""Run the detection over every frame of a capture, in this process or in workers; runs can be interrupted and resumed."""

@@ -1,7 +1,7 @@
-"""Checks over the frames of a run: evidence from each frame, and sentences about the whole capture.
+"""Check the frames of a run for implausible data: collect evidence from each frame, and report on the capture.
 
-Registration of the color, and exchanged channels, are looked at in a few frames only, chosen by their place in the capture. So
-the evidence is the same with any number of workers, and in a run that was resumed.
+The registration of color to depth, and exchanged color channels, are checked in a few frames only, chosen by their position in
+the capture, so that the evidence does not depend on the number of workers or on interruptions.
 """
 
 import math
@@ -21,18 +21,18 @@ from ..types.plausibility.registration import ColorShift, color_shift, registrat
 from .frame_record import OK, FrameRecord
 
 MIN_FRAMES_APART = 32
-"""Frames from one that is looked at thoroughly to the next: it takes 3 ms, hence 0.1 ms per frame of a capture."""
+"""Least distance, in frames, between two thorough checks; a check takes 3 ms, hence 0.1 ms per frame of a capture."""
 
 MAX_THOROUGH = 8
-"""Frames of a capture that are looked at thoroughly, at most."""
+"""Greatest number of frames of a capture that are checked thoroughly."""
 
 SHIFT, EXCHANGED, LENGTHS, WIDTH = "shift", "exchanged", "lengths", "width"
-"""Keys of the evidence of a frame: (right, down, gain) px; chains found with red and blue exchanged; (id, length) of chains that
-are whole in view, m or px; width of the image, px."""
+"""Keys of a frame's evidence. SHIFT: (right, down, gain) of the color against the depth, px. EXCHANGED: number of chains found
+with red and blue exchanged. LENGTHS: (id, length) of the chains fully in view, m or px. WIDTH: width of the image, px."""
 
 
 def thorough_frames(names: Sequence[str]) -> frozenset[str]:
-    """Return the names of the frames to look at thoroughly: the first, and at most seven more, evenly spaced."""
+    """Return the names of the frames to check thoroughly: the first, and at most seven more, evenly spaced."""
     return frozenset(names[:: max(MIN_FRAMES_APART, math.ceil(len(names) / MAX_THOROUGH))])
 
 
@@ -48,9 +48,9 @@ def frame_evidence(
     detection
         the chains found in it.
     config
-        the settings they were found with.
+        the settings of the detection.
     detect
-        function that finds chains in other data with the same settings; called if no chain was found in ranges of color.
+        function that detects in other data with the same settings; called if color ranges are set and no chain was found.
     """
     data, evidence = loaded.data, dict[str, Any]()
     if config.mode != "2d" and isinstance(data, Frame) and (shift := color_shift(data)) is not None:
@@ -65,7 +65,7 @@ def frame_evidence(
 
 
 def chain_evidence(detection: Detection, data: Frame | Cloud | Image) -> dict[str, Any]:
-    """Return the lengths of the tracked chains that are whole in view, for `capture_notes`."""
+    """Return the lengths of the tracked chains that are fully in view, as evidence for `capture_notes`."""
     chains = detection.in_camera().chains
     border = None if isinstance(data, Cloud) else data
     whole = [chain for chain in chains if chain.id is not None and is_whole(chain, border)]
@@ -73,9 +73,9 @@ def chain_evidence(detection: Detection, data: Frame | Cloud | Image) -> dict[st
 
 
 def capture_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
-    """Return what is implausible about the frames of a run taken together, a sentence each.
+    """Return sentences about implausible data that only the frames of a run together show.
 
-    records : of all frames, in the order of the capture.
+    records : the records of all frames, in the order of the capture.
     """
     succeeded = [record for record in records if record.status == OK]
     shifts, exchanged, lengths, width = list[ColorShift](), list[int](), list[ChainLength](), 0
@@ -98,9 +98,9 @@ def capture_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
 
 
 def run_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
-    """Return the notes of `capture_notes`, and before them the first note of each topic that the checks of the frames gave.
+    """Return the first note of each topic from the checks of single frames, then the notes of `capture_notes`.
 
-    Such a note ends with the name of its frame and the number of frames that have one of its topic.
+    A note of the first kind ends with the name of its frame and the number of frames with a note of its topic.
     """
     first, counts = dict[str, str](), dict[str, int]()
     for record in records:
@@ -112,7 +112,7 @@ def run_notes(records: Sequence[FrameRecord]) -> tuple[str, ...]:
 
 
 def _exchange_notes(exchanged: Sequence[int], with_chains: int) -> list[str]:
-    """Return a sentence if frames without chains have some once red and blue are exchanged, and no frame has one as it is."""
+    """Return a sentence if no frame has a chain, but some frames have chains once red and blue are exchanged."""
     found = [count for count in exchanged if count]
     if with_chains or 2 * len(found) <= len(exchanged):
         return []

@@ -1,4 +1,4 @@
-"""Jobs done by the workers of a dask scheduler: processes of this machine, or of others."""
+"""Execute jobs on the workers of a dask scheduler, which run on this machine or on others."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .retrying_executor import RESUME_MESSAGE, JobLost, RetryingExecutor, Worker
 from .threads import single_thread
 
 MAX_SECONDS_WITHOUT_WORKERS = 60.0
-"""s without any worker until the run ends; a worker that died is replaced within some seconds."""
+"""Time in s without any worker after which the run ends; dask replaces a dead worker within some seconds."""
 
 POLL_SECONDS = 1.0
-"""s between checks that workers are alive, while a job is waited for."""
+"""Time in s between checks that workers are alive, while waiting for a job."""
 
 CLOSE_SECONDS = 5.0
-"""s that ending the connection to the scheduler may take."""
+"""Greatest time in s for closing the connection to the scheduler."""
 
 
 @contextmanager
@@ -67,7 +67,7 @@ def _client(scheduler: str) -> Iterator[Any]:
 
 @contextmanager
 def _silent(package: str) -> Iterator[None]:
-    """Let a package log nothing: what goes wrong is told by the exceptions of this file, in one sentence each."""
+    """Suppress the log messages of a package; errors are reported by exceptions of this module instead."""
     loggers = [logger for name, logger in logging.root.manager.loggerDict.items() if name.split(".")[0] == package]
     levels = {logger: logger.level for logger in loggers if isinstance(logger, logging.Logger)}
     try:
@@ -114,7 +114,7 @@ class DaskExecutor(RetryingExecutor):
         return values
 
     def _poll(self, job: WorkerJob) -> tuple[str, list[Any]]:
-        """Wait for a job as long as there are workers that can do it; return the worker's address and the job's values.
+        """Wait for a job while there are workers for it; return the worker's address and the job's values.
 
         Raises
         ------

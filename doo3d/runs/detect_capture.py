@@ -1,4 +1,4 @@
-"""`doo3d.run`: the chains of every frame of a capture, into a folder, as the command `doo3d detect` does."""
+"""Detect chains in every frame of a capture: the function `doo3d.run`, as the command `doo3d detect`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from os import PathLike
 from typing import Any
 
-from ..camera.opening import open_frames
+from ..camera.open_rig import open_frames
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, options_of_python
 from ..fusion.fused_capture import fused_capture
@@ -27,7 +27,7 @@ from .time_limit import DEFAULT_SECONDS
 from .worker_count import AUTO, worker_count
 
 MAX_WORKERS = 1024
-"""Worker processes of one machine: more than any has processors."""
+"""Greatest number of worker processes, above the number of processors of any machine."""
 
 
 def run(
@@ -56,7 +56,7 @@ def run(
     force: bool = False,
     progress: Callable[[FrameRecord], None] | None = None,
 ) -> RunSummary:
-    """Detect in every frame of a capture and write the results to a folder, as the command `doo3d detect` does.
+    """Run the detection in every frame of a capture, and write the results to a folder, like `doo3d detect`.
 
     A frame that fails does not stop the run. Interrupted runs resume: call `run` again with the same arguments, or repeat the
     command. Nothing is printed.
@@ -72,10 +72,10 @@ def run(
     mask
         masks of the object, replacing the capture's own: an image, or a folder of images named like the frames.
     input_options
-        how the capture is to be read: a ReadOptions, or its fields as a dictionary, such as {"depth_scale": 5000}.
+        options for reading the capture: a ReadOptions, or its fields as a dictionary, such as {"depth_scale": 5000}.
     pose
-        pose of the camera in the robot's base frame, which the results are then in: 4x4, the numbers x y z qx qy qz qw, a file,
-        "capture" (the capture's own poses), or "tf:FRAME" of a bag.
+        pose of the camera in the robot's base frame; the results are then in the base frame. A 4x4 matrix, the numbers x y z qx
+        qy qz qw, a file, "capture" (the capture's own poses), or "tf:FRAME" of a bag.
     camera
         file with the intrinsics of the depth images.
     cameras
@@ -93,15 +93,15 @@ def run(
     sequence
         find the same objects in all frames together.
     restart
-        do all frames again, also those already finished in `out`.
+        process all frames again, also those already finished in `out`.
     retry_failed
-        do frames again that failed in an earlier run.
+        process frames again that failed in an earlier run.
     time_limit
-        s after which a frame fails; None for no limit.
+        time in s after which a frame fails; None for no limit.
     pictures
         frames that get a picture: "all"; "failed", those without a chain, with a chain whose confidence is below 0.5, or with a
-        note; "none"; or "every:10", the first and every tenth after it. Pictures that are missing of frames that an earlier run
-        finished are drawn from its results.
+        note; "none"; or "every:10", the first and every tenth after it. If an earlier run finished a
+        frame without its picture, the picture is drawn from the results.
     picture_format
         "jpg" or "png", which takes ten times as long to write.
     force
@@ -179,7 +179,7 @@ def _selection(every: int, start: int | str | None, end: int | str | None, frame
 
 
 class _Remarks:
-    """What a run says beside its results: the notes are kept, and the caller is told of each frame."""
+    """Collects the notes of a run, and calls the caller's progress function for each frame."""
 
     def __init__(self, notes: Sequence[str], progress: Callable[[FrameRecord], None] | None) -> None:
         self.notes, self._progress = list(notes), progress
@@ -192,11 +192,11 @@ class _Remarks:
         self.notes.append(sentence)
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
-        """Do nothing: frames of an earlier run are in the summary."""
+        """Ignore the frames of an earlier run, which are in the summary."""
 
     @contextmanager
     def of_pass(self, name: str) -> Iterator[_Remarks]:
-        """Yield what the pass of a sequence reports to: the caller is told of the frames of the second, which are results."""
+        """Yield the observer of a pass of a sequence; only the second pass, whose frames are results, calls `progress`."""
         silent = _Remarks((), None)
         silent.notes = self.notes
         yield self if name == "second pass" else silent

@@ -1,4 +1,4 @@
-"""The interface between a run and the processes that do its work: executors, futures, lost workers."""
+"""Define the interface between a run and the processes that do its work: executors, futures, lost workers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Call = tuple[Any, ...]
 
 
 class WorkerLost(Exception):
-    """What stands for the result of a call during which its worker process died twice, for example from lack of memory.
+    """The result of a call whose worker process died twice, for example from lack of memory.
 
     The message is a sentence for the user; `code` is "worker-lost".
     """
@@ -22,7 +22,7 @@ class WorkerLost(Exception):
 
 
 class WorkerTooSlow(WorkerLost):
-    """What stands for the result of a call that took longer than the time limit; its worker process was replaced.
+    """The result of a call that took longer than the time limit; its worker process was replaced.
 
     The message is a sentence for the user; `code` is "time-limit".
     """
@@ -34,14 +34,14 @@ class Future(Protocol):
     """A submitted job, whose results can be waited for."""
 
     def done(self) -> bool:
-        """Return whether `result` would return at once."""
+        """Return whether the results are ready, so that `result` does not wait."""
         ...
 
     def result(self) -> list[Any]:
         """Wait for the job and return the values of its function, one for each call, in order.
 
-        In place of the value of a call during which the worker died twice, the list has a WorkerLost. An exception raised by the
-        function is raised here.
+        For a call whose worker died twice, the list has a WorkerLost instead of a value. An exception raised by the function is
+        raised here.
 
         Raises
         ------
@@ -51,18 +51,18 @@ class Future(Protocol):
 
 
 class Executor(Protocol):
-    """The interface of an executor: it does the jobs of a run, in this process or in worker processes.
+    """The interface of an executor, which does the jobs of a run, in this process or in worker processes.
 
     Attributes
     ----------
     workers
-        number of frames worked on at a time.
+        number of frames processed at the same time.
     max_jobs
-        largest number of jobs that may be submitted but not yet written; it limits the memory of a run.
+        largest number of submitted jobs whose results are not yet written; it limits the memory of a run.
     max_frames_per_job
         largest number of frames in one job.
     works_here
-        whether a job is done by the thread that asks for its result, rather than by workers meanwhile.
+        whether the thread that asks for a result does the job itself, instead of workers in the background.
     """
 
     workers: int
@@ -71,7 +71,7 @@ class Executor(Protocol):
     works_here: bool
 
     def submit(self, function: Callable[..., Any], calls: Sequence[Call], affinity: Future | None = None) -> Future:
-        """Submit a job: `function(cache, *call)` for each call, in order, where `cache` is the FrameCache of the doing process.
+        """Submit a job: `function(cache, *call)` for each call, in order, with the FrameCache of the process that does it.
 
         Parameters
         ----------
@@ -91,5 +91,5 @@ class Executor(Protocol):
 
 
 def do_calls(cache: FrameCache, function: Callable[..., Any], calls: Sequence[Call]) -> list[Any]:
-    """Return `function(cache, *call)` for each call, in order: the work of one job."""
+    """Do one job: return `function(cache, *call)` for each call, in order."""
     return [function(cache, *call) for call in calls]

@@ -1,4 +1,4 @@
-"""Frame data kept between a frame's two jobs, detecting and rendering, in the process that read it."""
+"""Keep the data of a frame in memory between its two jobs, detecting and rendering, in the process that read it."""
 
 import secrets
 from collections import OrderedDict
@@ -8,7 +8,8 @@ import numpy as np
 from ..types import Cloud, Frame, Image
 
 MAX_BYTES = 256_000_000
-"""Data kept in one process at most: 40 frames of 1280x720. Older frames are read again from disk."""
+"""Greatest size in bytes of the frame data kept in one process: 40 frames of 1280x720 px. Older frames are read from disk
+again."""
 
 
 class FrameCache:

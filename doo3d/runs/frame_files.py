@@ -1,4 +1,4 @@
-"""The files of each frame of a run: the detection as JSON, and its picture.
+"""Encode the files of each frame of a run: the detection as JSON, and its picture.
 
 To add a file, write a function like `detection_json.encode`, and add a line to ENCODERS and its suffix to `outputs.SUFFIXES`.
 """
@@ -11,11 +11,7 @@ from ..viz import encoding
 
 Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
-ENCODERS: dict[str, Encoder] = {
-    "json": detection_json.encode,
-    "jpg": encoding.encode_jpeg,
-    "png": encoding.encode_png,
-}
+ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "jpg": encoding.encode_jpeg, "png": encoding.encode_png}
 """Kind of file (a key of SUFFIXES) -> its encoder."""
 
 
@@ -31,7 +27,7 @@ def encode_frame(
     data
         the input of the detection, which is the background of the picture.
     kinds
-        which files, keys of ENCODERS.
+        the wanted files, keys of ENCODERS.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""The two jobs of one frame: detect its chains, then render its files. In between, the run tracks chains over the frames.
+"""Define the two jobs of a frame: detect its chains, and render its files. In between, the run tracks the chains.
 
-Workers may be other processes: arguments and results of the jobs are small and can be pickled. The frame's own data is
-neither; it stays in the FrameCache of the process that read it.
+Since workers may be other processes, arguments and results of the jobs are small and picklable. The data of the frame is neither;
+it stays in the FrameCache of the process that read it.
 """
 
 import time
@@ -56,9 +56,9 @@ def detect_frame(
     config
         configuration of the detection.
     method
-        how the chains are found.
+        the function that finds the chains.
     thorough
-        whether to look also for color that is not registered to the depth, and for red and blue exchanged.
+        whether to check also that the color is registered to the depth, and that red and blue are not exchanged.
 
     Returns
     -------
@@ -118,17 +118,13 @@ def render_frame(
         return replace(record, seconds=detected.record.seconds + time.perf_counter() - start), None
     seconds = time.perf_counter() - start
     record = replace(
-        record,
-        seconds=record.seconds + seconds,
-        stages=record.stages | {"draw": seconds},
-        evidence=evidence,
-        picture=picture,
+        record, seconds=record.seconds + seconds, stages=record.stages | {"draw": seconds}, evidence=evidence, picture=picture
     )
     return record, files
 
 
 def draw_frame(cache: FrameCache, frame: FrameRef, detection: Detection, picture: str) -> tuple[dict[str, bytes], str | None]:
-    """Return the picture of a frame that an earlier run has finished without one.
+    """Draw the picture of a frame that an earlier run finished without one.
 
     Parameters
     ----------
@@ -153,7 +149,7 @@ def draw_frame(cache: FrameCache, frame: FrameRef, detection: Detection, picture
 
 
 def _with_chains(record: FrameRecord, detection: Detection) -> FrameRecord:
-    """Return the record of a frame with the numbers of its chains."""
+    """Return the record of a frame, completed with the lengths, radii and confidences of its chains."""
     chains = detection.chains
     segments = sum(len(chain.occluded) for chain in chains)
     return replace(

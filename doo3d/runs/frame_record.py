@@ -1,4 +1,4 @@
-"""The record of one frame of a run: for the journal, the manifest and the progress line."""
+"""Define the record of one frame of a run, for the journal, the manifest and the progress line."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class FrameRecord:
     confidences
         confidence of each chain, 0 to 1.
     doubtful
-        length, m (px in 2-D), and confidence of each doubtful chain, which the other fields do not count, longest first.
+        length, m (px in 2-D), and confidence of each doubtful chain, longest first; the other fields do not count these.
     occluded
         fraction of the segments of all chains that are occluded, 0 to 1; None without chains.
     objects, junctions
-        number of objects and of junctions; None if branched objects were not looked for.
+        number of objects and of junctions; None if the detection did not look for branched objects.
     units
         unit of the lengths and radii: "m", or "px" in 2-D.
     notes
@@ -49,7 +49,7 @@ class FrameRecord:
     stages
         name of a step -> time that it took, s. The steps are "read", each stage of the detection, and "draw".
     evidence
-        what the checks over all frames need to know of this one; see `capture_checks`.
+        evidence of this frame for the checks over all frames; see `capture_checks`.
     """
 
     name: str
@@ -110,8 +110,8 @@ class FrameRecord:
     def from_journal(values: dict[str, Any]) -> FrameRecord:
         """Return the record held by a parsed line of `progress.jsonl`, the inverse of `to_journal`.
 
-        Lists become tuples again, and null among the numbers of the chains becomes NaN, since JSON has neither. What else the
-        line holds, such as the checks of the frame's files, is left out.
+        Lists become tuples again, and null among the numbers of the chains becomes NaN, since JSON has neither. Other entries of
+        the line, such as the checks of the frame's files, are left out.
 
         Raises
         ------

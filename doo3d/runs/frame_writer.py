@@ -1,4 +1,4 @@
-"""The files of a run's frames, written by a thread in the order of the frames, while further frames are worked on."""
+"""Write the files of a run's frames in order, in a thread, while further frames are processed."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .frame_record import FrameRecord
 from .helper_thread import HelperThread
 
 MAX_WAITING = 4
-"""Frames whose files may wait to be written."""
+"""Greatest number of frames whose files wait to be written."""
 
 
 class FrameWriter:
-    """The writer of a run's frames; a `with` block ends when all that was added is written.
+    """The writer of a run's frames, for a `with` block, which ends when all added frames are written.
 
     Parameters
     ----------
@@ -32,20 +32,20 @@ class FrameWriter:
         self._has_failed = False
 
     def add(self, record: FrameRecord, files: dict[str, bytes] | None) -> None:
-        """Have the files of a frame written, and then its line in the journal; None for a frame that failed."""
+        """Schedule the writing of a frame's files, then of its line in the journal; files : None for a failed frame."""
         self._waiting.append((record, self._thread.submit(self._do, self.folder.add, record.name, record.to_journal(), files)))
 
     def keep(self, name: str) -> None:
-        """Have the files of one of the frames in `folder.later` confirmed."""
+        """Schedule the confirmation of the files of a frame in `folder.later`."""
         self._waiting.append((None, self._thread.submit(self._do, self.folder.keep, name)))
 
     def written(self, max_waiting: int = 0) -> Iterator[FrameRecord]:
-        """Yield the records of the frames that are written by now, and wait until at most `max_waiting` are left.
+        """Yield the records of the frames written so far, waiting until at most `max_waiting` are left to write.
 
         Raises
         ------
         InputError
-            a file could not be written; nothing after it is.
+            a file could not be written; later frames are not written either.
         """
         while self._waiting and (len(self._waiting) > max_waiting or self._waiting[0][1].done()):
             record, done = self._waiting.popleft()
@@ -58,13 +58,13 @@ class FrameWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None) -> None:
-        """Wait until all that was added is written, whatever has happened."""
+        """Wait until all added frames are written, also after an error."""
         for _, done in self._waiting:
             done.exception()
         self._thread.close()
 
     def _do(self, write: Callable[..., None], *arguments: Any) -> None:
-        """Write, unless something before could not be written."""
+        """Call a function that writes, unless an earlier write failed."""
         if self._has_failed:
             return
         try:

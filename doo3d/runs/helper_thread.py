@@ -1,4 +1,7 @@
-"""A thread that does tasks beside the detection: reading ahead, drawing, writing. Kernels, OpenCV and files let others run."""
+"""Run tasks in a thread during the detection: reading ahead, drawing, writing.
+
+Kernels, OpenCV and file operations release Python's lock, so that the threads run in parallel.
+"""
 
 import os
 import sys
@@ -15,14 +18,17 @@ T = TypeVar("T")
 _Task = tuple[Future[Any], Context, Callable[..., Any], tuple[Any, ...]]
 
 CLOSE_SECONDS = 1.0
-"""s that the end of a run waits for a task that nobody needs any more: one that hangs goes on in vain."""
+"""Time in s that the end of a run waits for an unneeded task; a task that hangs is then abandoned."""
 
 _LEFT: list[threading.Thread] = []
-"""Threads that were left to a task that hangs."""
+"""Threads that were abandoned because their task hangs."""
 
 
 def end_if_left(error: BaseException | None) -> None:
-    """End the process with the code of a SystemExit if a thread was left: Python aborts when one comes back from native code."""
+    """End the process at once, with the code of a SystemExit, if a thread was abandoned.
+
+    Otherwise Python would abort when the thread returns from native code during shutdown.
+    """
     if isinstance(error, SystemExit) and any(thread.is_alive() for thread in _LEFT):
         sys.stdout.flush()
         sys.stderr.flush()
@@ -30,9 +36,9 @@ def end_if_left(error: BaseException | None) -> None:
 
 
 class HelperThread:
-    """A thread that does tasks one after the other, in the order in which they came; the first task begins it.
+    """A thread that does tasks one after the other, in the order of submission; it starts with the first task.
 
-    It does not keep the process from ending; see `end_if_left`.
+    The thread does not keep the process alive; see `end_if_left`.
     """
 
     def __init__(self) -> None:
@@ -40,7 +46,7 @@ class HelperThread:
         self._thread: threading.Thread | None = None
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Have the thread call a function, and return what will hold its value or its exception."""
+        """Schedule a call of a function; return the future of its value or exception."""
         future = Future[T]()
         self._tasks.put((future, copy_context(), function, arguments))
         if self._thread is None:
@@ -48,13 +54,13 @@ class HelperThread:
         return future
 
     def replace(self) -> None:
-        """Leave the thread to the task that it hangs in; another one does the tasks that wait."""
+        """Abandon the thread with the task in which it hangs; a new thread does the waiting tasks."""
         if self._thread is not None:
             _LEFT.append(self._thread)
         self._begin()
 
     def close(self) -> None:
-        """Drop the tasks that wait, and end the thread once it has done its task, for which this waits a second at most."""
+        """Drop the waiting tasks, and end the thread after its current task, waiting at most CLOSE_SECONDS."""
         with suppress(Empty):
             while True:
                 self._tasks.get_nowait()

@@ -1,8 +1,8 @@
-"""Jobs done by worker processes of this machine, which live as long as the run.
+"""Execute jobs in worker processes of this machine, which live as long as the run.
 
-Each worker is a process with a pipe to a thread of this process. The thread sends a job when the worker has none, so the two
-never wait for each other to read, and a worker that died is noticed by the end of its pipe. The processes are spawned, not
-forked: threads and locks of the calling program do not concern them.
+Each worker is a process with a pipe to a thread of this process. The thread sends a job only when the worker has none, so that
+the two never block each other; a closed pipe shows that a worker died. The processes are spawned, not forked, so that threads and
+locks of the calling program do not affect them.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from .threads import ONE_THREAD, single_thread
 from .time_limit import PAUSE_SECONDS, limit_message
 
 START_SECONDS = 120.0
-"""s that a worker may take to load the libraries: 1 s from a disk, more from a network or on a busy computer."""
+"""Greatest time in s for a worker to load the libraries: 1 s from a disk, more from a network or on a busy computer."""
 
 WATCH_SECONDS = 0.5
-"""s between two looks at how long the workers have been busy."""
+"""Time in s between checks of how long the workers have been busy."""
 
 
 @contextmanager
@@ -73,9 +73,9 @@ class _Worker:
     pipe: Connection
     preferring: deque[WorkerJob] = field(default_factory=deque)
     seconds_left: float | None = None
-    """s until its job has taken too long, while this process was not stopped; None while it has no job."""
+    """Time in s left for its job, not counting time in which this process was stopped; None while it has no job."""
     is_new: bool = True
-    """Whether it has not begun a job, so that it may still be loading the libraries."""
+    """Whether it has not started a job yet, so that it may still be loading the libraries."""
 
 
 class LocalExecutor(RetryingExecutor):
@@ -89,7 +89,7 @@ class LocalExecutor(RetryingExecutor):
     workers
         number of processes to start.
     time_limit
-        s that a job may take, whether of one frame or of several, which take 0.6 s as a rule; None for no limit.
+        greatest time in s for a job of one or several frames, which usually takes 0.6 s; None for no limit.
     """
 
     def __init__(self, workers: int, time_limit: float | None = None) -> None:
@@ -119,7 +119,7 @@ class LocalExecutor(RetryingExecutor):
         self._threads.append(thread)
 
     def close(self) -> None:
-        """End the workers at once, and whatever they are doing."""
+        """End the workers at once, also during a job."""
         with self._changed:
             self._closed = True
             for worker in self._workers:
@@ -193,7 +193,7 @@ class LocalExecutor(RetryingExecutor):
             del job, outcome, values, error  # of several megabytes, not to be held until the next job is done
 
     def _give_up(self, reason: Exception) -> InputError:
-        """End all jobs that wait, and those to come, with an error, since no process can be started; the error."""
+        """Fail all waiting and future jobs, since no process can be started; return the error."""
         error = _without_process(reason)
         with self._changed:
             self._broken = error
@@ -205,7 +205,7 @@ class LocalExecutor(RetryingExecutor):
         return error
 
     def _next_job(self, worker: _Worker) -> WorkerJob | None:
-        """Wait for a job that the worker may do and return it; None once the executor is closed, or no process can be started."""
+        """Wait for a job for the worker and return it; None once the executor is closed or no process can be started."""
         with self._changed:
             while not self._closed and self._broken is None:
                 others = max((other.preferring for other in self._workers), key=len)
@@ -219,9 +219,9 @@ class LocalExecutor(RetryingExecutor):
         return None
 
     def _watch(self, time_limit: float) -> None:
-        """End workers whose job has taken too long, also if they are stopped, until the executor is closed.
+        """End workers whose job takes too long, also suspended ones, until the executor is closed.
 
-        Time counts in small steps, so that the time during which this process is stopped, with its workers, counts little.
+        Time is counted in small steps, so that time in which this process is suspended with its workers hardly counts.
         """
         step, last = min(WATCH_SECONDS, time_limit / 4), time.monotonic()
         with self._changed:
@@ -244,7 +244,7 @@ class LocalExecutor(RetryingExecutor):
         return JobTooSlow(limit_message(time_limit))
 
     def _replace(self, worker: _Worker) -> None:
-        """Start another process in place of one that died."""
+        """Start a new process in place of one that died."""
         worker.process.join()
         with self._changed:
             if not self._closed:
@@ -263,7 +263,7 @@ def _without_process(reason: Exception) -> InputError:
 
 @contextmanager
 def _bare_surroundings() -> Iterator[None]:
-    """Set what a process started in this `with` block takes over: one thread, and no script.
+    """Prepare this process for starting workers in a `with` block: they inherit one thread, and no main script.
 
     Numerical libraries read the number of threads as they are loaded. Without a script in `__main__` a spawned process has none
     to import: it starts sooner, and scripts need no `if __name__ == "__main__":`.
@@ -281,9 +281,9 @@ def _bare_surroundings() -> Iterator[None]:
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Block Ctrl-C for processes started in this `with` block, from their first moment on; the run ends its workers itself.
+    """Block Ctrl-C for processes started in this `with` block; the run ends its workers itself.
 
-    Without signal masks (Windows), they ignore it once they have come to the work.
+    Without signal masks (Windows), the processes ignore Ctrl-C once they begin to work.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -305,7 +305,7 @@ def _work(pipe: Connection) -> None:
     ----------
     pipe
         the connection over which jobs come and results go: a pickled pair (function, calls), then a pair (values, error). The
-        first message to go says that the libraries are loaded.
+        first message sent says that the libraries are loaded.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; the run ends its workers itself
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -327,7 +327,7 @@ def _work(pipe: Connection) -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process as soon as the process of the run has ended, also if that was killed."""
+    """End this process as soon as the process of the run has ended, also by a kill."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     wait([parent.sentinel])

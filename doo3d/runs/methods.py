@@ -1,4 +1,4 @@
-"""How the chains of a frame of a run are found: from the frame alone, or in two passes from the whole capture."""
+"""Find the chains of a frame of a run: from the frame alone, or in two passes from the whole capture."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from ..types import Cloud, Detection, Frame, as_pose
 
 @dataclass(frozen=True)
 class Found:
-    """What a method found in a frame.
+    """The result of a method in one frame.
 
     Attributes
     ----------
@@ -29,17 +29,17 @@ class Found:
 
 
 Method = Callable[[FrameData, FrameRef, Config], Found]
-"""A function from a frame's data, the frame and the settings to what is found; other processes must be able to import it."""
+"""Function that finds chains, given a frame's data, the frame and the settings; other processes must be able to import it."""
 
 
 def detect_alone(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
-    """Detect in a frame by itself."""
+    """Run the detection in a frame by itself."""
     pose = None if config.mode == "2d" else loaded.base_pose
     return Found(detect(loaded.data, config, loaded.mask_for(config), pose))
 
 
 def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
-    """Detect in a frame of a sequence by itself, and keep its strands for the second pass."""
+    """Run the detection in a frame of a sequence by itself, and store its strands for the second pass."""
     from ..outputs.sequence_files import encode_strands
     from ..track.first_pass import observe_frame
 
@@ -57,7 +57,7 @@ class SecondPass:
     folder
         the folder that the first pass wrote.
     digest
-        of what is known of the whole capture; nothing kept in memory for another digest is used.
+        digest of the first pass's files; data kept in memory for another digest is not used.
     """
 
     folder: Path
@@ -74,7 +74,7 @@ class SecondPass:
 
 @lru_cache(maxsize=2)
 def _positions(method: SecondPass) -> dict[str, int]:
-    """Return the positions of the frames in their capture, by their names."""
+    """Return name of each frame -> position in the capture."""
     from ..outputs.sequence_files import read_objects
 
     return {name: position for position, name in enumerate(read_objects(method.folder).frames)}
@@ -82,16 +82,16 @@ def _positions(method: SecondPass) -> dict[str, int]:
 
 @lru_cache(maxsize=2)
 def _window(method: SecondPass, start: int, tracking: TrackingConfig, length: float | None) -> dict[str, Detection]:
-    """Return the detections of the frames of a window, by their names; kept for the frames that follow."""
+    """Return name -> detection for the frames of a window; the result is cached for the following frames."""
     from ..camera.camera_motion import CameraMotion
     from ..outputs.sequence_files import read_objects, read_observation
-    from ..track.detect_sequence import combine_window, window_bounds, with_poses
-    from ..track.steady_depth import steadied
+    from ..track.depth_smoothing import smooth_depth_over_time
+    from ..track.detect_sequence import Window, combine_window, window_bounds, with_poses
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
     observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
-    steady = steadied(observations, tracking, length)
-    detections = combine_window(observations, steady, known.objects, start, first, known.max_gap, known.min_confidence)
+    smoothed = smooth_depth_over_time(observations, tracking, length)
+    detections = combine_window(Window(start, observations, smoothed), known.objects, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

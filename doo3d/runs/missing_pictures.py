@@ -1,4 +1,4 @@
-"""Pictures of frames that an earlier run has finished without one, drawn from its results."""
+"""Draw the pictures of frames that an earlier run finished without one, from its results."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,9 +23,9 @@ def draw_missing(
     folder: ResultsFolder,
     note: Callable[[str], None],
 ) -> Iterator[FrameRecord]:
-    """Draw the pictures that are wanted of finished frames and missing, write them, and yield the records of these frames.
+    """Draw and write the wanted pictures that finished frames lack, and yield the records of these frames.
 
-    A picture of another format counts. One that cannot be drawn stays away, and a note says so.
+    A picture of another format counts as present. A picture that cannot be drawn is skipped with a note.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def draw_missing(
     records
         the records of the frames that are finished, by name.
     executor
-        does the jobs.
+        executor of the jobs.
     folder
         the folder of the run.
     note

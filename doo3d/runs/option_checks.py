@@ -1,4 +1,4 @@
-"""What options of a run can be used together: the pose in the robot's base frame, fused views, sequences, rigs."""
+"""Check which options of a run can be combined: pose in the robot's base frame, fused views, sequences, rigs."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def check_use(options: ReadOptions, config: Config, fuse_views: bool, sequence: 
 
     Raises
     ------
-    InputError : frames are to be both fused and detected as a sequence, or those of a rig are to be fused again.
-    ConfigError : a pose is given and the config is for images, or one pose for views that are fused by poses of their own.
+    InputError : frames would be both fused and detected as a sequence, or the fused frames of a rig would be fused again.
+    ConfigError : a pose is given with a config for images, or a single pose for views that are fused by their own poses.
     """
     if fuse_views and sequence:
         raise InputError(

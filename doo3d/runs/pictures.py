@@ -1,4 +1,4 @@
-"""Which frames of a run get a picture, and of which format."""
+"""Choose the frames of a run that get a picture, and the format."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ _EVERY = re.compile(rf"{EVERY}:(\d{{1,9}})")
 
 @dataclass(frozen=True)
 class Pictures:
-    """Which frames get a picture, and of which format.
+    """The choice of frames that get a picture, and the format.
 
     Attributes
     ----------
     frames
         "all"; "failed": frames without a chain, with a doubtful chain, with a chain whose confidence is below 0.5, or with a note
-        that tells more than the method of segmentation; "none"; or "every".
+        other than the method of segmentation; "none"; or "every".
     step
-        with "every", the first frame and every so many after it.
+        with "every", the distance in frames from one picture to the next, starting at the first frame.
     kind
         format of the pictures: "jpg" or "png".
     """
@@ -41,7 +41,7 @@ class Pictures:
 
     @staticmethod
     def of(frames: str, kind: str = PICTURES[0]) -> Pictures:
-        """Return the choice that is meant by texts such as "every:10" and "jpg".
+        """Parse a choice from texts such as "every:10" and "jpg".
 
         Raises
         ------
@@ -60,15 +60,15 @@ class Pictures:
         return Pictures(frames, kind=kind)
 
     def of_frames(self, names: Sequence[str]) -> dict[str, Pictures]:
-        """Return the choice for each frame of a capture, by its name; it is never "every"."""
+        """Return name of each frame -> its own choice, which is never "every"."""
         return {name: self.at(position) for position, name in enumerate(names)}
 
     def at(self, position: int) -> Pictures:
-        """Return the choice for the frame at a position in the capture, from 0: it is never "every"."""
+        """Return the choice for the frame at a position in the capture, from 0; it is never "every"."""
         return self if self.frames != EVERY else replace(self, frames=NONE if position % self.step else ALL, step=1)
 
     def wants(self, record: FrameRecord) -> bool:
-        """Return whether a frame that was detected gets a picture; the choice is one for the frame, from `at`."""
+        """Return whether a detected frame gets a picture; call it on the choice for this frame, from `at`."""
         if self.frames != FAILED:
             return self.frames == ALL
         is_noted = any(topic_of(note) != METHOD for note in record.notes)

@@ -1,4 +1,4 @@
-"""The frames of a run, handed to an executor in jobs of several frames; what comes back is put in order and tracked."""
+"""Process the frames of a run with an executor, in jobs of several frames; results are put in order and tracked."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from .methods import Method, detect_alone
 from .pictures import ALL_PICTURES, Pictures
 
 JOB_SECONDS = 0.6
-"""s that detecting and rendering the frames of a job take together: long beside what a job costs (7 ms with dask), short beside
-what a user would miss after a kill."""
+"""Target time in s for detecting and rendering the frames of a job: long compared with the overhead of a job (7 ms with dask),
+short enough that a kill loses little work."""
 
 RECENT_FRAMES = 32
-"""Frames whose mean time predicts that of the next: enough to even out, few enough to follow a capture that changes."""
+"""Number of last frames whose mean time predicts that of the next: enough for a stable mean, few enough to follow changes."""
 
 LAST_JOBS_PER_WORKER = 4
-"""Jobs that the remaining frames are divided into at least, per worker, so that all workers end at about the same time."""
+"""Least number of jobs per worker for the remaining frames, so that all workers end at about the same time."""
 
 
 EVERYTHING: Mapping[str, Pictures] = {}
-"""No frame is named, so a picture is drawn of each."""
+"""Choice of pictures in which every frame gets one: frames that are not named do."""
 
 
 class JobSize:
-    """The number of frames of the next job, from the time that the frames so far took.
+    """Chooses the number of frames of the next job from the times of earlier frames.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ class JobSize:
         self._recent: deque[float] = deque(maxlen=RECENT_FRAMES)
 
     def add(self, seconds: float) -> None:
-        """Note the time that a frame took, s."""
+        """Add the processing time of a frame, s."""
         self._recent.append(seconds)
 
     def frames(self, remaining: int) -> int:
-        """Return the number of frames of the next job, of which `remaining` are left; 1 as long as no time is known.
+        """Return the number of frames of the next job, given those remaining; 1 as long as no time is known.
 
         A job takes about 0.6 s. Towards the end of the capture jobs become smaller, down to one frame.
         """
@@ -75,8 +75,8 @@ def process_frames(
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
     """Yield the record and the files of each frame, in order, with at most `executor.max_jobs` jobs in progress.
 
-    Tracking needs the frames in order, and pictures the tracked chains. So a group of frames has two jobs: frames are detected
-    ahead by any worker, then tracked in order by this process, then rendered.
+    Tracking needs the frames in order, and pictures need the tracked chains. So a group of frames has two jobs: any worker
+    detects its chains in advance, this process tracks them in order, and then a worker renders the files.
 
     Parameters
     ----------
@@ -85,15 +85,15 @@ def process_frames(
     config
         configuration of the detection.
     executor
-        does the jobs.
+        executor of the jobs.
     tracker
         gives chains their ids; None for frames that are not a sequence.
     method
-        how the chains of a frame are found.
+        the function that finds the chains of a frame.
     thorough
-        names of the frames to look at thoroughly; see `detect_frame`.
+        names of the frames to check thoroughly; see `detect_frame`.
     pictures
-        name of a frame -> whether a picture is drawn, see `Pictures.at`; one is drawn of frames that are not named.
+        name of a frame -> whether it gets a picture, see `Pictures.at`; frames that are not named get one.
     """
     size = JobSize(executor.workers, executor.max_frames_per_job)
     detecting: deque[tuple[Sequence[FrameRef], Future]] = deque()
@@ -134,9 +134,9 @@ class _Rendering:
     executor
         renders them.
     tracker
-        tracks their chains; None: they are not tracked.
+        tracker of their chains; None if they are not tracked.
     pictures
-        whether pictures are drawn, by the names of the frames.
+        name of a frame -> whether it gets a picture.
     """
 
     def __init__(

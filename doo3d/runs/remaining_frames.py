@@ -1,4 +1,4 @@
-"""The frames that an earlier run has not finished, and those that it has finished after them."""
+"""Process the frames that an earlier run has not finished, and confirm finished frames after them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
@@ -30,11 +30,11 @@ def remaining_frames(
     thorough: frozenset[str] = frozenset(),
     pictures: Mapping[str, Pictures] = EVERYTHING,
 ) -> Iterator[tuple[FrameRecord, dict[str, bytes] | None]]:
-    """Yield the record and the files of each frame that is to be done, in order; the others are confirmed in the folder.
+    """Yield the record and files of each unfinished frame, in order, and confirm the finished ones in the folder.
 
-    A frame in `folder.later` was finished before a frame that precedes it in the capture and is done now. Its chains keep their
-    ids if tracking gives the same ids once more. Otherwise this frame and all after it are done again, so that the results are
-    those of a run in one go.
+    A frame in `folder.later` is finished, but an earlier frame of the capture is not. If tracking gives its chains the same ids
+    again, its files are kept. Otherwise this frame and all after it are processed again, so that the results equal those of an
+    uninterrupted run.
 
     Parameters
     ----------
@@ -43,17 +43,17 @@ def remaining_frames(
     config
         configuration of the detection.
     executor
-        does the jobs.
+        executor of the jobs.
     tracker
         gives chains their ids, in its state after `folder.done`; None for frames that are not a sequence.
     writer
-        the writer of the run, which writes what is yielded before the next frame is asked for.
+        the writer of the run; the caller passes it each yielded frame before asking for the next.
     method
-        how the chains of a frame are found.
+        the function that finds the chains of a frame.
     thorough
-        names of the frames to look at thoroughly; see `detect_frame`.
+        names of the frames to check thoroughly; see `detect_frame`.
     pictures
-        whether pictures are drawn; see `process_frames`.
+        name of a frame -> whether it gets a picture; see `process_frames`.
     """
     folder, position = writer.folder, 0
     while position < len(frames):
@@ -73,7 +73,7 @@ def remaining_frames(
 
 
 def _keeps_ids(tracker: Tracker, file: Path) -> bool:
-    """Return whether tracking leaves ids and directions of the chains in a frame's file as they are."""
+    """Return whether tracking gives the chains in a frame's file the ids and directions that they have."""
     stored = read_detection(file)
     return _ids_and_joints(tracker.update(stored), stored)
 

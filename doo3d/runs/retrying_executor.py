@@ -1,4 +1,4 @@
-"""What executors with worker processes have in common: the calls of a job whose worker died are repeated one by one."""
+"""Provide the base of executors with worker processes: the calls of a job whose worker died are repeated one by one."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 from .executor import Call, Future, WorkerLost, WorkerTooSlow
 
 JOBS_PER_WORKER = 3
-"""Jobs between submitting and writing per worker: one in work, one waiting, one being tracked or written. A slow job does not
-keep other workers idle, and memory stays small."""
+"""Greatest number of unwritten jobs per worker: one in work, one waiting, one being tracked or written. A slow job does not keep
+other workers idle, and memory stays small."""
 
 MAX_FRAMES_PER_JOB = 64
-"""Limits the memory of a run and what a kill loses, where frames take few milliseconds each."""
+"""Greatest number of frames per job; limits memory, and the work that a kill loses, where frames take few milliseconds each."""
 
 RESUME_MESSAGE = "finished frames are kept, repeat the same command to resume"
 
@@ -22,11 +22,11 @@ LOST_MESSAGE = "its worker died of it, twice (out of memory, or a crash in a lib
 
 
 class JobLost(Exception):
-    """Raised inside of an executor for a job whose worker died."""
+    """The error inside an executor for a job whose worker died."""
 
 
 class JobTooSlow(JobLost):
-    """Raised inside of an executor for a job that took too long, so that its worker was ended; the message is for users."""
+    """The error inside an executor for a job whose worker was ended because it took too long; its message is for users."""
 
 
 @dataclass(eq=False)
@@ -40,10 +40,10 @@ class WorkerJob:
     function, calls
         the job: `function(cache, *call)` for each call, where `cache` is the FrameCache of the worker.
     worker
-        before the job is done, the preferred worker, or None if any worker may do it; afterwards the worker that did it. What
-        identifies a worker is up to the executor.
+        before the job is done, the preferred worker, or None if any worker may do it; afterwards the worker that did it. Each
+        executor identifies workers in its own way.
     handle
-        whatever else the executor keeps of the job.
+        further data of the executor about the job.
     """
 
     executor: RetryingExecutor
@@ -59,7 +59,7 @@ class WorkerJob:
     def result(self) -> list[Any]:
         """Wait for the job and return the values of its function, with a WorkerLost for each call during which two workers died.
 
-        To be called once. An exception raised by the function is raised here.
+        Call it only once. An exception raised by the function is raised here.
 
         Raises
         ------
@@ -73,15 +73,15 @@ class RetryingExecutor(ABC):
     """Base class of executors whose jobs are done by worker processes, which may die.
 
     If the worker of a job dies, the job's calls are repeated one by one, each as a job of its own, while no other job is running:
-    a call that needs much memory then has all of it, and no other call can be blamed for it. A call that two workers have died of
-    is given up, and so is one that alone takes longer than the time limit.
+    a call that needs much memory then has all of it, and the cause of another death is certain. A call during which two workers
+    died gets a WorkerLost as its result, and a call that alone takes longer than the time limit a WorkerTooSlow.
 
     Attributes
     ----------
     workers
         number of frames worked on at a time.
     max_jobs
-        largest number of jobs that may be submitted but not yet written: 3 per worker.
+        largest number of submitted jobs whose results are not yet written: 3 per worker.
     max_frames_per_job
         largest number of frames in one job: 64.
     works_here
@@ -131,9 +131,9 @@ class RetryingExecutor(ABC):
         return [self._repeated(job, call) for call in job.calls]
 
     def _repeated(self, lost: WorkerJob, call: Call) -> Any:
-        """Return the value of one call of a lost job, done again by itself; a WorkerLost if the call's worker has died twice.
+        """Repeat one call of a lost job alone and return its value; a WorkerLost if the call's worker died twice.
 
-        The death of the worker of a job with several calls counts for none of them, since any of them may be the cause.
+        The death of a worker during a job of several calls does not count, since any of the calls may be the cause.
         """
         for _ in range(2 if len(lost.calls) > 1 else 1):
             job = WorkerJob(self, lost.function, [call])
@@ -158,7 +158,7 @@ class RetryingExecutor(ABC):
 
     @abstractmethod
     def _settle(self, job: WorkerJob) -> None:
-        """Wait until no worker is working on the job, whatever its outcome."""
+        """Wait until no worker is working on the job, whether it succeeds or fails."""
 
     @abstractmethod
     def _values(self, job: WorkerJob) -> list[Any]:

@@ -1,7 +1,7 @@
-"""One run: every frame of a capture through the method; results and manifest into a folder.
+"""Run the detection in every frame of a capture, and write results and manifest to a folder.
 
-Frames are worked on by this process or by workers, and written by a thread of this process, in order. A frame that fails does
-not stop the run. Interrupted runs resume: call `run` again with the same arguments.
+This process or workers process the frames, and a thread of this process writes them in order. A frame that fails does not stop
+the run. An interrupted run resumes: call `run` again with the same arguments.
 """
 
 from collections import Counter
@@ -47,7 +47,7 @@ class RunSummary(Displayed):
     records
         a record per frame of the capture, in the capture's order, including frames finished by an earlier run.
     remarks
-        sentences about the capture, and about what an earlier run left.
+        sentences about the capture, and about files that an earlier run left.
     """
 
     records: tuple[FrameRecord, ...] = field(default=())
@@ -70,7 +70,7 @@ class RunSummary(Displayed):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is implausible about the frames taken together, a sentence each, after `remarks`.
+        """Sentences: the `remarks`, then the implausible data that only the frames together show.
 
         The notes of single frames are in the records.
         """
@@ -95,7 +95,7 @@ class RunSummary(Displayed):
         -------
         A dict with these keys; a value is None if there is no chain or frame to compute it from:
 
-        - "frames_by_chains" : dict, number of chains as text -> number of frames with so many chains.
+        - "frames_by_chains" : dict, number of chains as text -> number of frames with that many chains.
         - "length", "radius" : median length and median radius over all chains of all frames, in "units".
         - "occluded" : mean over the frames with chains of the fraction of occluded segments, 0 to 1.
         - "units" : "m" or "px".
@@ -122,7 +122,7 @@ def run(
     method: Method = detect_alone,
     extra: dict[str, Any] | None = None,
 ) -> RunSummary:
-    """Detect in every frame of a capture and write the results to a folder.
+    """Run the detection in every frame of a capture, and write the results to a folder.
 
     A frame that fails does not stop the run. Interrupted runs resume: call `run` again with the same arguments.
 
@@ -132,13 +132,13 @@ def run(
         the capture, as returned by `open_capture`.
     out
         folder for `<frame>.json`, `<frame>.jpg`, `config.yaml`, `manifest.json` and `progress.jsonl`; made if missing.
-        Frames that an earlier run with the same arguments finished there are not done again.
+        Frames that an earlier run with the same arguments finished there are not processed again.
     config
         configuration of the detection.
     options
-        how the capture was opened, who does the work, what happens to earlier results, and who is told of the progress.
+        input options, workers, treatment of earlier results, and progress callbacks.
     method
-        how the chains of a frame are found; with another than `detect_alone` ids are those that the method gives.
+        the function that finds the chains of a frame; chains are tracked only with `detect_alone`, other methods give the ids.
     extra
         entries of the manifest besides those of every run, such as "sequence"; a run with extra entries of other names differs.
 
@@ -149,8 +149,8 @@ def run(
     Raises
     ------
     InputError : `out` cannot be written to, is written to by another run, or holds other files or results of another capture or
-        version; two frames have the same name; the capture has images without depth and the config is for 3-D;
-        the scheduler cannot be reached.
+        version; two frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler
+        cannot be reached.
     MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if (capture.no_depth or capture.format in IMAGE_FORMATS) and config.mode != "2d":
@@ -198,7 +198,7 @@ def run(
 
 
 def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions, extra: dict[str, Any] | None) -> ResultsFolder:
-    """Return the folder of a run, locked until it is closed; the parameters are those of `run`.
+    """Open and lock the folder of a run, until it is closed; the parameters are those of `run`.
 
     Raises
     ------
@@ -218,7 +218,10 @@ def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions
 
 
 def _executor(options: RunOptions, frames: int) -> AbstractContextManager[Executor]:
-    """Return the given executor, or a new one for the workers or the scheduler, for a `with` block with so many frames to do."""
+    """Return a context manager of the given executor, or of a new one for the workers or the scheduler.
+
+    frames : number of frames to process, for the number of workers "auto".
+    """
     if options.executor is not None:
         return nullcontext(options.executor)
     if not frames:
@@ -227,7 +230,7 @@ def _executor(options: RunOptions, frames: int) -> AbstractContextManager[Execut
 
 
 def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> InputState:
-    """Return the state of all files of the input; `out` is the folder of the results, which may lie inside."""
+    """Return the state of all input files; `out` is the folder of the results, which may be inside the input's folder."""
     paths = [capture.path, *(frame.source for frame in capture.frames)]
     paths += [*([] if capture.masks is None else [capture.masks]), *capture.extra_files]
     if options is not None:
@@ -236,7 +239,7 @@ def _input_state(capture: Capture, options: ReadOptions | None, out: Path) -> In
 
 
 def _describe_input(capture: Capture, options: ReadOptions | None) -> dict[str, Any]:
-    """Return what distinguishes the input of this run from another's, but for the state of its files, for the manifest."""
+    """Return the description of the input for the manifest, without the state of its files."""
     source: dict[str, Any] = {"path": str(capture.path.resolve()), "format": capture.format, "frames": len(capture.frames)}
     if capture.masks is not None:
         source["masks"] = str(capture.masks.resolve())

@@ -1,4 +1,4 @@
-"""How a run is done, beside its capture, folder and settings: input, workers, earlier results, and whom it tells."""
+"""Define the options of a run: input, workers, treatment of earlier results, and progress callbacks."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .time_limit import DEFAULT_SECONDS
 
 
 class Progress(Protocol):
-    """Follows a run: called with each frame's record once its files are written."""
+    """The interface of an observer of a run, called with each frame's record once its files are written."""
 
     def __call__(self, record: FrameRecord) -> None:
-        """Take the record of a frame that is done."""
+        """Receive the record of a finished frame."""
 
     def resumed(self, records: Sequence[FrameRecord]) -> None:
-        """Take the records of the frames that an earlier run finished: once, before the first frame; not without any."""
+        """Receive the records of the frames that an earlier run finished, if any, before the first frame."""
 
     def note(self, sentence: str) -> None:
-        """Take a sentence about what an earlier run left, such as the lock of a killed one."""
+        """Receive a sentence about files of an earlier run, such as the lock of a killed one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,29 +33,31 @@ class RunOptions:
     Attributes
     ----------
     reading
-        the options that the capture was opened with, to be noted in the manifest; None for the defaults.
+        the options with which the capture was opened, for the manifest; None for the defaults.
     workers
         number of worker processes to start on this machine; 0 works in this process alone. Workers do not import the calling
-        script: loaders of a capture of your own have to be in a module.
+        script, so loaders of your own captures must be in a module.
     scheduler
         address of a running dask.distributed scheduler, such as tcp://host:8786, whose workers to use instead. The capture
         must have the same path on their machines.
     executor
-        does the jobs, instead of one made for `workers` or `scheduler`; it stays open. None to make one.
+        executor to use instead of one made for `workers` or `scheduler`; it stays open. None makes one.
     restart
-        do all frames again, and replace results of the same capture that are in the folder, also those of other versions of doo3d
-        or of an input that has changed since. Results of another configuration are replaced in any case.
+        True processes all frames again, and replaces results of the same capture in the folder, also those of other versions of
+        doo3d or of a changed input. Results of another configuration are replaced in any case.
     force
-        write into the folder even if it holds other files, which stay, or results of another capture, which are removed.
+        True writes into the folder even if it holds other files, which stay, or results of another capture, which are removed.
     retry_failed
-        do all frames again that failed in an earlier run. Those whose files have changed since are done again in any case.
+        True processes frames again that failed in an earlier run. Failed frames whose files have changed are processed again in
+        any case.
     time_limit
-        s that a frame may take, reading and rendering included; then it fails, and a worker that was busy with it is replaced.
-        None for no limit. Without effect on the workers of a scheduler and on a given executor.
+        greatest time in s for a frame, including reading and rendering; then the frame fails, and its worker is replaced. None
+        for no limit. It has no effect on the workers of a scheduler or on a given executor.
     pictures
-        which frames get a picture. Pictures that are missing of frames that an earlier run finished are drawn from its results.
+        the choice of frames that get a picture. If an earlier run finished a frame without its picture, the picture is drawn from
+        the results.
     report, resumed, note
-        called as the members of `Progress`.
+        functions that are called like the members of `Progress`.
     """
 
     reading: ReadOptions | None = None
@@ -72,5 +74,5 @@ class RunOptions:
     note: Callable[[str], None] = lambda sentence: None
 
     def with_progress(self, progress: Progress) -> RunOptions:
-        """Return the options with a run's progress told to `progress`."""
+        """Return the options with the callbacks of `progress`."""
         return replace(self, report=progress, resumed=progress.resumed, note=progress.note)

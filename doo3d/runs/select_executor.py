@@ -1,4 +1,4 @@
-"""The executor of a run: this process, workers on this machine, or those of a dask scheduler. All give the same results."""
+"""Select the executor of a run: this process, workers of this machine, or a dask scheduler. Results are the same."""
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -12,7 +12,7 @@ from .serial_executor import SerialExecutor
 def select_executor(workers: int = 0, scheduler: str | None = None, time_limit: float | None = None) -> Iterator[Executor]:
     """Yield the executor of a run for the duration of a `with` block.
 
-    Give `workers` or `scheduler` or neither; the results of a run are the same with all of them.
+    Give `workers` or `scheduler` or neither; the results of a run are the same.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def select_executor(workers: int = 0, scheduler: str | None = None, time_limit: 
     scheduler
         address of a running dask scheduler whose workers to use, such as tcp://host:8786.
     time_limit
-        s that a frame may take; None for no limit. Without effect on the workers of a scheduler.
+        greatest time in s for a frame; None for no limit. It has no effect on the workers of a scheduler.
 
     Raises
     ------

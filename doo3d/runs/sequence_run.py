@@ -1,4 +1,4 @@
-"""A run over a capture whose frames are detected together: two passes, each a run of its own."""
+"""Run the detection in all frames of a capture together, in two passes, each of which is a run."""
 
 import hashlib
 from collections.abc import Callable
@@ -14,8 +14,8 @@ from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
 from ..track.detect_sequence import gap_frames, motion_of, with_poses
 from ..track.first_pass import check_mode
-from ..track.given_length import length_notes
-from ..track.objects import steady_objects
+from ..track.length_check import length_notes
+from ..track.objects import find_smoothed_objects
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
 from .pictures import NO_PICTURES
@@ -23,10 +23,10 @@ from .run import DEFAULTS, RunSummary, open_folder, run
 from .run_options import Progress, RunOptions
 
 FIRST_PASS = f"{PREFIX}first-pass"
-"""Folder, in that of the results, that the first pass writes and the second reads; an interrupted run resumes from it."""
+"""Subfolder of the results that the first pass writes and the second reads; an interrupted run resumes from it."""
 
 BEGUN = "second-pass"
-"""File in it that holds the digest of what the second pass began with."""
+"""File in this subfolder with the digest of the first pass's files when the second pass began."""
 
 TO_RESUME = "; repeat the same command to resume"
 
@@ -40,19 +40,19 @@ def run_sequence(
     passes: Callable[[str], AbstractContextManager[Progress]],
     options: RunOptions = DEFAULTS,
 ) -> RunSummary:
-    """Detect in all frames of a capture together, and write the results to a folder.
+    """Run the detection in all frames of a capture together, and write the results to a folder.
 
-    Interrupted runs resume, in the pass in which they were interrupted. If frames come or are mended, the objects are found anew,
-    and the second pass begins again.
+    An interrupted run resumes in the pass in which it was interrupted. If frames were added or repaired, the objects are found
+    again, and the second pass starts over.
 
     Parameters
     ----------
     capture, out, config
         as for `run`.
     passes
-        called with the name of each pass, "first pass" and "second pass": a context of the pass, which follows it.
+        called with the name of each pass, "first pass" and "second pass"; returns a context manager of its Progress.
     options
-        as for `run`, for both passes; those of its progress are without effect.
+        as for `run`, for both passes; its progress callbacks have no effect.
 
     Raises
     ------
@@ -78,12 +78,12 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     motion = motion_of(observations, config, lambda frame: read_background(folder, names[frame]))
     observations = with_poses(observations, motion)
-    _, objects = steady_objects(observations, config)
+    _, objects = find_smoothed_objects(observations, config)
     max_gap = gap_frames(observations, config)
     known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
-    notes = (*(() if motion.note is None else (motion.note,)), *length_notes(observations, config))
+    notes = (*motion.notes, *length_notes(observations, config))
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN
@@ -111,7 +111,7 @@ def run_sequence(
 
 
 def _read(file: Path) -> bytes:
-    """Return the content of a file that the first pass wrote."""
+    """Read a file that the first pass wrote."""
     try:
         return file.read_bytes()
     except OSError as error:
@@ -119,7 +119,7 @@ def _read(file: Path) -> bytes:
 
 
 def _digest(folder: Path) -> str:
-    """Return a digest of all that the first pass wrote and the second reads."""
+    """Return a digest of all files that the first pass wrote for the second."""
     result = hashlib.sha256()
     for file in sorted(folder.glob("*.json")):
         if file.name != MANIFEST:

@@ -1,4 +1,4 @@
-"""Jobs done by this process: frames are detected one after the other, while the next are read and the last are drawn."""
+"""Execute jobs in this process: detect frame after frame, while threads read the next and draw the last."""
 
 from collections.abc import Callable, Sequence
 from concurrent import futures
@@ -14,11 +14,11 @@ from .helper_thread import HelperThread
 from .time_limit import TimeLimitReached, time_limit
 
 MAX_JOBS = 4
-"""Frames that are being read ahead, detected or drawn: enough to even out the time that they take, in little memory."""
+"""Greatest number of frames that are read ahead, detected or drawn: enough to even out their times, in little memory."""
 
 
 class _ReadAhead:
-    """The loader of a frame that a thread has begun to read.
+    """The loader of a frame that a thread is reading in advance.
 
     frame : the frame. reader : the thread.
     """
@@ -28,7 +28,7 @@ class _ReadAhead:
         self._loaded: futures.Future[FrameData] | None = reader.submit(frame.load)
 
     def __call__(self) -> FrameData:
-        """Wait for the frame's data and return them; they are not kept. A call after that reads the frame anew."""
+        """Wait for the frame's data and return them, without keeping them; a further call reads the frame again."""
         loaded, self._loaded = self._loaded, None
         if loaded is None:
             return self._frame.load()
@@ -42,9 +42,9 @@ class _ReadAhead:
 
 @dataclass(frozen=True)
 class _Job:
-    """A job whose values come from functions without arguments: those that do it now, or those that wait for a thread.
+    """A job whose values come from functions without arguments, which do the work or wait for a thread.
 
-    begun : what the thread does, if it has begun the job. give_up : called if a value takes too long.
+    begun : the tasks of the thread, if it does the job. give_up : called if a value takes too long.
     """
 
     values: Sequence[Callable[[], Any]]
@@ -53,7 +53,7 @@ class _Job:
     give_up: Callable[[], None] = lambda: None
 
     def done(self) -> bool:
-        """Return whether a thread has done the job; one that is done here is never done before its result is asked for."""
+        """Return whether a thread has done the job; False for a job that `result` itself will do."""
         return bool(self.begun) and all(value.done() for value in self.begun)
 
     def result(self) -> list[Any]:
@@ -72,22 +72,22 @@ class _Job:
 class SerialExecutor:
     """Executor that does all jobs of a run in this process.
 
-    Jobs are done one at a time by the thread that asks for their results. Meanwhile one thread reads the frames of the next jobs,
-    and another does jobs that follow others, which draw. Call `close` in the end.
+    The thread that asks for the results does the jobs, one at a time. Meanwhile one thread reads the frames of the next jobs, and
+    another does the jobs with an affinity, which draw. Call `close` in the end.
 
     Parameters
     ----------
     seconds_per_call
-        s that a call of a job's function may take; then it is interrupted. None for no limit.
+        time in s after which a call of a job's function is interrupted; None for no limit.
 
     Attributes
     ----------
     workers, max_frames_per_job
         1 each: one frame is detected at a time, and each frame is written as soon as it is done.
     max_jobs
-        frames that are in memory at a time.
+        greatest number of frames in memory.
     works_here
-        True: the caller does the jobs.
+        True, since the caller's thread does the jobs.
     cache
         the FrameCache passed to every job.
     """
@@ -100,7 +100,7 @@ class SerialExecutor:
         self._reader, self._drawer = HelperThread(), HelperThread()
 
     def submit(self, function: Callable[..., Any], calls: Sequence[Call], affinity: Future | None = None) -> Future:
-        """Return the job, which is carried out when its `result()` is called, or by a thread if it follows another (`affinity`).
+        """Return the job, which runs when its `result()` is called, or in a thread if it follows another (`affinity`).
 
         `function(cache, *call)` is called with the FrameCache of this executor, in which a job finds what earlier jobs loaded.
         Frames among the arguments are read ahead.
@@ -112,7 +112,7 @@ class SerialExecutor:
         return _Job([partial(function, self.cache, *call) for call in ahead], self._limit)
 
     def close(self) -> None:
-        """End the threads; what they have not begun is dropped."""
+        """End the threads; tasks not yet started are dropped."""
         self._reader.close()
         self._drawer.close()
 

@@ -1,4 +1,4 @@
-"""One thread per process: the frames run in parallel, and sums of floats come out the same on every machine."""
+"""Limit numerical libraries to one thread: frames run in parallel, and float sums are the same on every machine."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""The time that a frame may take: a frame that takes longer fails, and the run goes on with the next one."""
+"""Limit the time of a frame: a frame that takes longer fails, and the run continues with the next one."""
 
 import signal
 import threading
@@ -10,31 +10,31 @@ from types import FrameType
 from ..errors import DooError
 
 DEFAULT_SECONDS = 60.0
-"""s per frame: 300 times what a frame of 1280x720 takes, so that it ends what hangs and nothing that is slow."""
+"""Default time limit of a frame in s: 300 times the time of a 1280x720 frame, so that it ends frames that hang, not slow ones."""
 
 PAUSE_SECONDS = 2.0
-"""s by which a clock may jump between two looks at it; more means that the whole process was stopped or the computer slept, which
-counts for no frame."""
+"""Greatest step of the clock in s between two checks; a longer step means that the process was suspended or the computer slept,
+which does not count."""
 
 _AGAIN_SECONDS = 1.0  # until the frame is interrupted once more, if it has caught the interruption
 
 
 class TimeLimitReached(DooError):
-    """Raised inside of a frame's work once the frame has taken too long; its code is "time-limit"."""
+    """The error that interrupts a frame that takes too long; its code is "time-limit"."""
 
 
 def limit_message(seconds: float) -> str:
-    """Return the sentence about a frame that was given up after so many seconds."""
+    """Return the message for a frame that was aborted after a number of seconds."""
     return f"took longer than {seconds:g} s and was given up"
 
 
 @contextmanager
 def time_limit(seconds: float | None) -> Iterator[None]:
-    """Raise TimeLimitReached in the `with` block once it has taken so many seconds.
+    """Raise TimeLimitReached in a `with` block once it has taken longer than `seconds`.
 
-    A system call that waits, and Python code, are interrupted; a call into a library is once it returns. Time during which the
-    process is stopped does not count. Nothing is limited if `seconds` is None, outside of the main thread, where the platform has
-    no interval timers (Windows), and where the program uses SIGALRM itself.
+    Python code and waiting system calls are interrupted at once, a call into a library when it returns. Time during which the
+    process is suspended does not count. There is no limit if `seconds` is None, outside the main thread, on platforms without
+    interval timers (Windows), and if the program uses SIGALRM itself.
     """
     if (
         seconds is None

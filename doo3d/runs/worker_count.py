@@ -1,4 +1,4 @@
-"""The number of worker processes that is meant by "auto": as many as processors, memory and frames allow."""
+"""Choose the number of worker processes for "auto": as many as processors, memory and frames allow."""
 
 import math
 import os
@@ -10,20 +10,20 @@ from ..errors import InputError
 AUTO = "auto"
 
 WORKER_BYTES = 750_000_000
-"""Memory that a worker takes: 170 MB with a frame of 1280x720 in work, and the frames that it keeps until they are drawn."""
+"""Memory of a worker in bytes: 170 MB while it processes a 1280x720 frame, plus the frames kept until they are drawn."""
 
 FRAMES_PER_WORKER = 20
-"""Frames for which a worker is worth its start, which takes as long as ten frames."""
+"""Number of frames per worker from which on it pays to start one; the start takes as long as ten frames."""
 
 
 def worker_count(wanted: int | str, frames: int) -> int:
-    """Return the number of worker processes for so many frames; 0 for this process alone.
+    """Return the number of worker processes for a number of frames; 0 for this process alone.
 
     wanted : the number, also as a text, or "auto".
 
     Raises
     ------
-    InputError : it is neither.
+    InputError : `wanted` is neither a number nor "auto".
     """
     if wanted == AUTO:
         most = min(usable_processors(), _usable_bytes() // WORKER_BYTES, frames // FRAMES_PER_WORKER)
@@ -35,7 +35,7 @@ def worker_count(wanted: int | str, frames: int) -> int:
 
 
 def usable_processors() -> int:
-    """Return the number of processors that this process may use: its affinity, and the limit of its container."""
+    """Return the number of processors that this process may use, by its affinity and the limit of its container."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     with suppress(OSError, ValueError):  # cgroups of Linux: microseconds of processors in a period
         quota, period = Path("/sys/fs/cgroup/cpu.max").read_text(encoding="ascii").split()
@@ -44,7 +44,7 @@ def usable_processors() -> int:
 
 
 def _usable_bytes() -> float:
-    """Return the memory, bytes, that is free or can be freed; infinite where it is unknown."""
+    """Return the free or freeable memory in bytes; infinite if unknown."""
     with suppress(OSError, ValueError, IndexError):
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             if line.startswith("MemAvailable:"):

@@ -1,7 +1,5 @@
 """The axis of the object estimated at samples: what all ways of measuring it share."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

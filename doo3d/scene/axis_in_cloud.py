@@ -1,7 +1,5 @@
 """The axis and the radius of the object in a cloud: from half shells, from circles, or along the lines of sparse points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

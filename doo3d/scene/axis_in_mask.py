@@ -1,7 +1,5 @@
 """The axis and the radius of the object in the mask of an image, and in the depth beside it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import TypeAlias
 

@@ -1,7 +1,5 @@
 """The axis of the object in the masks of camera views: lateral offset and width in each."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

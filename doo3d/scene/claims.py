@@ -1,7 +1,5 @@
 """Which pixels of a mask no chain claims."""
 
-from __future__ import annotations
-
 import itertools
 
 import cv2

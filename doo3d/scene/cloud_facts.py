@@ -1,7 +1,5 @@
 """Facts of a cloud: spacing of its points, strands that do not touch; and the first radius of the object."""
 
-from __future__ import annotations
-
 import math
 from functools import cached_property
 

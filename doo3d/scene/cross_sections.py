@@ -6,8 +6,6 @@ axis, pi / 4 of a radius in the mean. In the plane perpendicular to the axis a p
 sqrt(r^2 - u^2) in front of the axis, where r is the radius.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tell by a depth image whether a position in space is seen, free, hidden, over bare surface, or unknown."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -9,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..types import Array, Bools, Camera, Floats, Ints
+from ..types import Bools, Camera, Floats, Ints
 from .frame_facts import FrameFacts
 from .states import PointVisibility
 from .support import Support

@@ -1,7 +1,5 @@
 """Tell for each segment of a chain whether depth readings support it, or whether its depth was interpolated."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What the depth image says of the ends of chains: whether they are in plain view, and whether they are tips."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

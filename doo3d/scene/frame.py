@@ -1,7 +1,5 @@
 """A frame of a depth camera: a mask, and the depth of the whole image."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,13 +12,14 @@ from ..geometry.projection import Projection
 from ..geometry.radii import STEP_RADII
 from ..kernels import CrossingStrands, strand_sides
 from ..types import Array, Bools, Camera, Floats, Ints
+from .answers import NO_LINES, ColorSides, MaskLines
 from .axis_in_mask import axis_in_mask_and_depth
 from .depth_model import DepthModel
 from .depth_support import DepthSupport, depth_support
 from .ends_in_view import are_exposed, tip_log_odds
 from .masked import NO_COLOR, MaskedScene
 from .samples import Samples
-from .scene import NO_LINES, ColorSides, MaskLines, Scene
+from .scene import Scene
 from .strand_sides import SIDES
 from .support import Support
 from .upper_strand import color_log_odds, depth_log_odds

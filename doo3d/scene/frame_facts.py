@@ -1,7 +1,5 @@
 """The facts of the mask of one frame and of the depth in it."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +12,8 @@ from ..geometry.noise import SAMPLES
 from ..geometry.radii import TOUCHING_RADII
 from ..types import Array, Bools, Ints
 from ..types.arrays import sealed
+
+NO_DEPTH: Array = np.zeros((0, 0), dtype=np.float32)
 
 
 class FrameFacts(kernels.FrameFacts):
@@ -34,7 +34,7 @@ class FrameFacts(kernels.FrameFacts):
         number N of pixels of the mask, after these steps.
     """
 
-    def __init__(self, mask: Bools, depth: Array | None = None, min_pixels: int = 0) -> None:
+    def __init__(self, mask: Bools, depth: Array = NO_DEPTH, min_pixels: int = 0) -> None:
         """Read a mask, remove its components of fewer than `min_pixels` pixels, then fill its holes of fewer.
 
         Parameters
@@ -42,7 +42,7 @@ class FrameFacts(kernels.FrameFacts):
         mask
             (H, W) bool.
         depth
-            (H, W) float32 m, 0 = no reading; None in 2-D.
+            (H, W) float32 m, 0 = no reading; (0, 0) in 2-D.
         min_pixels
             pixels of the smallest component, and hole, that stays; 0 leaves the mask as it is.
 
@@ -50,9 +50,9 @@ class FrameFacts(kernels.FrameFacts):
         ------
         ValueError : mask and depth have different shapes.
         """
-        super().__init__(mask, depth, min_pixels)
+        super().__init__(mask, depth if depth.size else None, min_pixels)
         self._given = mask
-        self.depth: Array = np.zeros((0, 0), dtype=np.float32) if depth is None else depth
+        self.depth = depth
         self._radii: dict[float, float] = {}
 
     @cached_property

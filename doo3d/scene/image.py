@@ -1,7 +1,5 @@
 """A photograph: the mask is all that is known of space."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,10 +8,10 @@ import numpy as np
 from ..geometry.projection import Projection
 from ..kernels import CrossingStrands, strand_sides
 from ..types import Array, Bools, Floats, Ints
+from .answers import ColorSides
 from .axis_in_mask import axis_in_mask
 from .masked import NO_NUMBERS, MaskedScene
 from .samples import Samples
-from .scene import ColorSides
 from .states import PointVisibility
 from .strand_sides import SIDES, doubt_of
 from .upper_strand import color_log_odds

@@ -1,7 +1,5 @@
 """What images with a mask have in common, with depth or without."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Samples along the paths of a frame, close together, at which the axis and the radius of the object are estimated."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

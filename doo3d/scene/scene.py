@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ..geometry.polyline import steps
 from ..geometry.projection import Projection
 from ..types import Array, Bools, Floats, Ints, Plane
 from ..types.arrays import set_sealed
+from .answers import NO_LINES, ColorSides, MaskLines
 from .depth_support import NOT_MEASURED, DepthSupport
 from .states import FREE_LIKE, PointVisibility
 
@@ -27,35 +28,6 @@ if TYPE_CHECKING:
 
     from ..kernels import CrossingStrands
     from .samples import Samples
-
-
-class MaskLines(NamedTuple):
-    """The middle lines of the strands in a mask, from one place where strands meet to the next, px (u, v)."""
-
-    lines: Curves
-    radius: float
-    intrinsics: Floats
-
-
-NO_LINES = MaskLines(Curves.of([]), 0.0, np.zeros(0))
-
-
-class ColorSides(NamedTuple):
-    """How a strand stands out from what lies beside it.
-
-    Attributes
-    ----------
-    flat
-        1 if it does not rise from both sides, 0 if at least half of it does, in between linear; 0 where depth is unknown.
-    contrast
-        difference in 8-bit CIELAB to the more similar side, which 80 % of its samples exceed; infinite where it is not asked.
-    doubt
-        how far the mean log-odds of the pixels on its axis, by the network, lie below those of a certain strand, nat.
-    """
-
-    flat: float = 0.0
-    contrast: float = np.inf
-    doubt: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

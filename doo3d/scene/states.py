@@ -1,7 +1,5 @@
 """What the camera says about a position in space."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 

@@ -1,4 +1,4 @@
-"""Tell by its hue which strand shows at each pixel of a mask, where cables of several colors touch."""
+"""Assign the pixels of a mask to strands by their hue, where cables of several colors touch."""
 
 from __future__ import annotations
 
@@ -13,38 +13,39 @@ from ..geometry.noise import SAMPLES
 from ..types import Array, Bools, Floats, Ints
 
 HUE_BINS, HUE_SMOOTHING = 72, 1.5
-"""Bins of the histogram of hues, and the standard deviation in bins by which it is smoothed, 7.5 degrees: shading turns a hue so
-far."""
+"""Number of bins of the histogram of hues, and the standard deviation in bins of the Gaussian that smooths it: 7.5 degrees, the
+change of a hue by shading."""
 
 MIN_CHROMA = 8.0
-"""Length of (Cr, Cb) in 8-bit YCrCb below which a pixel has no hue: highlights, ties, black cables."""
+"""Minimum chroma, the length of (Cr, Cb) in 8-bit YCrCb, of a pixel with a hue; highlights, ties and black cables have less."""
 
 MIDDLE = 128
-"""Value of Cr and Cb of gray."""
+"""Cr and Cb of gray in 8 bits."""
 
 MAX_SADDLE = 0.4
-"""Height of the saddle between two hues over that of the lower: at more, they are shades of one color."""
+"""Maximum height of the saddle between two colors, as a fraction of the lower mode; above it, they are shades of one color."""
 
 MIN_VOTES = 0.05
-"""Joints that count for every color at the end of a line, beside those that show it: the noise of its colors."""
+"""Number of joints added to the votes for each color at the end of a line: the noise of the colors."""
 
 OPENING_RADII = 0.4
-"""Radii of the disc that has to fit into the pixels of a hue: what is narrower is the background at the mask's edge."""
+"""Radius, in radii of a strand, of a disc that must fit into the pixels of a hue; narrower areas are background at the mask's
+edge."""
 
 
 @dataclass(frozen=True)
 class StrandHues:
     """The hues of the strands of an object.
 
-    Shading, shadows and highlights change the lightness and the chroma of a strand, its hue hardly. Hues are the modes of the
-    histogram of all hues in the mask, each weighted by its chroma. Two modes are two colors if the saddle between them is low.
+    Shading, shadows and highlights change the lightness and the chroma of a strand, but hardly its hue. Colors are the modes of
+    the histogram of the hues in the mask, weighted by chroma. Two modes are two colors if the saddle between them is low.
 
     Attributes
     ----------
     color_of
-        (HUE_BINS,) int, the number of the color of each hue, from 1.
+        (HUE_BINS,) int, number of the color of each hue, from 1.
     count
-        number of colors; 0 for an object without hue.
+        number of colors; 0 for an object without hues.
     """
 
     color_of: Ints
@@ -52,14 +53,14 @@ class StrandHues:
 
     @classmethod
     def learn(cls, color: Array, pixels: Ints) -> StrandHues:
-        """Learn the hues of an object from some of its pixels.
+        """Learn the hues of an object from a sample of its pixels.
 
         Parameters
         ----------
         color
             (H, W, 3) uint8 RGB.
         pixels
-            (N, 2) int64 (u, v), the pixels of its mask.
+            (N, 2) int64 (u, v), the pixels of the object.
         """
         some = pixels[:: max(1, len(pixels) // SAMPLES)]
         hue, chroma = _hues(np.ascontiguousarray(color[some[:, 1], some[:, 0]][None]))
@@ -68,10 +69,10 @@ class StrandHues:
         return cls(color_of, int(color_of.max()))
 
     def label(self, color: Array, mask: Bools, axis: tuple[Ints, Ints], radius: float, length: float) -> Ints:
-        """Return the color (h, w) uint8 of the strand that shows at each pixel of a mask, from 1; 0 outside.
+        """Return the number of the color (h, w) uint8 of the strand at each pixel of a mask, from 1; 0 outside.
 
-        A pixel without hue, and one where no disc fits into the pixels of its color, has the color of the nearest other pixel. A
-        color that nowhere fills the width of the mask over some length belongs to a cable of several colors, and has none.
+        A pixel without hue, or where no disc fits into the pixels of its color, gets the color of the nearest other pixel. A
+        color that nowhere fills the width of the mask over `length` belongs to a cable of several colors, and is ignored.
 
         Parameters
         ----------
@@ -84,18 +85,18 @@ class StrandHues:
         radius
             px, usual half-width of one strand.
         length
-            px, over which a hue has to show alone across the mask, as a stripe along a cable never does.
+            px, minimum length over which a strand's color fills the width of the mask; that of a stripe along a cable never does.
         """
         hue, chroma = _hues(cv2.GaussianBlur(color, (5, 5), 1.0)[mask][None])
         seen = np.zeros(mask.shape, np.uint8)
         seen[mask] = np.where(chroma > MIN_CHROMA, self.color_of[hue], 0)[0]
         side = 2 * max(1, round(OPENING_RADII * radius)) + 1
         disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-        shown = [cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc) for k in range(1, self.count + 1)]
+        opened = [cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc) for k in range(1, self.count + 1)]
         labels = np.zeros(mask.shape, np.uint8)
         around = np.ones((2 * round(radius) + 1,) * 2, np.uint8)
-        beside = [cv2.dilate(own, around)[axis] for own in shown]
-        for k, own in enumerate(shown):
+        beside = [cv2.dilate(own, around)[axis] for own in opened]
+        for k, own in enumerate(opened):
             others = np.max(beside[:k] + beside[k + 1 :], axis=0)
             if np.count_nonzero(own[axis] > others) >= length:
                 labels[own > 0] = k + 1
@@ -108,9 +109,9 @@ class StrandHues:
 
 
 def hue_modes(counts: Array) -> Ints:
-    """Return the number of the mode, from 1, of each bin of a histogram of hues (HUE_BINS,); 0 everywhere if it is empty.
+    """Return the number of the mode, from 1, of each bin of a histogram of hues (HUE_BINS,); 0 for an empty histogram.
 
-    Modes are joined across their highest saddle until every saddle is low.
+    Modes are merged across the highest saddle until all saddles are low.
     """
     height = gaussian_filter1d(counts, HUE_SMOOTHING, mode="wrap")
     if not height.any():
@@ -127,22 +128,22 @@ def hue_modes(counts: Array) -> Ints:
 
 
 def unlike_ends(labels: Array, lines: Sequence[Floats], window: int) -> Floats:
-    """Return how much less likely the ends of E / 2 lines show one color than two of the same color do, for each pair of ends.
+    """Return minus the log-probability that two ends have the same color, for each pair of the E ends of E / 2 lines.
 
-    The colors at the joints nearest to an end are votes, with MIN_VOTES for each color that was not seen.
+    The colors at the joints nearest to an end are votes, with MIN_VOTES added for each color.
 
     Parameters
     ----------
     labels
-        (H, W) uint8, the number of the color of the strand at each pixel, from 1; 0 for none.
+        (H, W) uint8, number of the color of the strand at each pixel, from 1; 0 = no color.
     lines
         the joints of each line, (N + 1, 2) px.
     window
-        number of joints from an end whose colors count.
+        number of joints at each end whose colors are votes.
 
     Returns
     -------
-    (E, E) nat, symmetric, 0 or more: minus the logarithm of the chance that both show the same color.
+    (E, E) nat, symmetric, 0 or more.
     """
     votes = np.full((2 * len(lines), int(labels.max(initial=0)) + 1), MIN_VOTES)
     limit = np.array(labels.shape[::-1]) - 1
@@ -155,7 +156,7 @@ def unlike_ends(labels: Array, lines: Sequence[Floats], window: int) -> Floats:
 
 
 def _hues(color: Array) -> tuple[Ints, Floats]:
-    """Return the bin of the hue and the chroma, both (h, w), of (h, w, 3) uint8 RGB."""
+    """Return the bin of the hue and the chroma, both (h, w), of an image (h, w, 3) uint8 RGB."""
     cr, cb = np.moveaxis(cv2.cvtColor(color, cv2.COLOR_RGB2YCrCb)[:, :, 1:].astype(np.float32) - MIDDLE, 2, 0)
     angle = np.arctan2(cr, cb) / (2 * np.pi) % 1
     return (angle * HUE_BINS).astype(np.int64) % HUE_BINS, np.hypot(cr, cb)

@@ -1,7 +1,5 @@
 """How a strand stands out from what lies beside it, and what the network says of its pixels."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from scipy.special import logit

@@ -1,6 +1,4 @@
-"""The colors of the surface around strands, learned before there is a mask: what differs from them may be a strand."""
-
-from __future__ import annotations
+"""Learn the color of the surface around strands without a mask; pixels of another color may be strands."""
 
 import cv2
 import numpy as np
@@ -9,33 +7,34 @@ from ..geometry.noise import MAD_TO_DEVIATION, SAMPLES
 from ..types import Array, Bools, Floats, Ints
 
 MEDIAN_PX = 15
-"""Window of the median that gives the surface's color in the image scaled down by 8: 120 px, more than twice as wide as any
-strand."""
+"""Width in px of the median filter for the surface's color, in the image scaled down by 8: 120 px of the image, more than twice
+the width of any strand."""
 
 BLUR_PX = 0.8
-"""Standard deviation of the Gaussian that removes the camera's noise from colors, and from the log-odds of pixels by color."""
+"""Standard deviation in px of the Gaussian that removes the camera's noise from colors, and from the log-odds of pixels by
+color."""
 
 MIN_DEVIATION = 1.0
-"""Deviation of an 8-bit color of the surface at least: rounding alone has 0.3."""
+"""Minimum standard deviation of a channel of the surface's 8-bit color: rounding alone has 0.3."""
 
 
 def learn_surround(color: Array, raised: Bools, deviations: float) -> tuple[Array, Floats, Bools]:
-    """Learn the color of the surface around strands, and find the places with another one.
+    """Learn the color of the surface around strands, and find the places of another color.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB, of at least 5 x 5 px.
     raised
-        (H, W) bool, pixels that are not of the surface.
+        (H, W) bool, pixels that do not belong to the surface.
     deviations
-        standard deviations of the surface's color beyond which a color is another one.
+        minimum distance of another color, in standard deviations of the surface's color.
 
     Returns
     -------
-    around : (h, w, 3) float32 8-bit CIELAB, color of the surface in the image scaled down by 8; it varies with the light
-    deviation : (3,) standard deviation of each channel: its noise and texture
-    differs : (H / 4, W / 4) bool, pixels of the image scaled down by 4 with another color
+    around : (h, w, 3) float32 8-bit CIELAB, color of the surface in the image scaled down by 8; it varies with the light.
+    deviation : (3,) standard deviation of each channel: noise and texture of the surface.
+    differs : (H / 4, W / 4) bool, pixels of another color in the image scaled down by 4.
     """
     lab = to_lab(_halved(_halved(color)))
     around = cv2.medianBlur(_without_raised(_halved(lab), raised), MEDIAN_PX).astype(np.float32)
@@ -52,9 +51,9 @@ def _halved(image: Array) -> Array:
 
 
 def _without_raised(small: Array, raised: Bools) -> Array:
-    """Return a smaller image whose pixels mostly within 2 px of raised ones have the mean color of the others around them.
+    """Return a reduced image in which raised pixels, and those within 2 px, have the mean color of the others around them.
 
-    small : (h, w, 3) uint8. raised : (H, W) bool. A pixel without any other in the window of MEDIAN_PX keeps its color.
+    small : (h, w, 3) uint8. raised : (H, W) bool. A pixel without other pixels in a window of MEDIAN_PX keeps its color.
     """
     wide = cv2.dilate(raised.view(np.uint8), np.ones((5, 5), np.uint8))
     bare = (cv2.resize(wide, small.shape[1::-1], interpolation=cv2.INTER_AREA) == 0).view(np.uint8)
@@ -67,7 +66,7 @@ def _without_raised(small: Array, raised: Bools) -> Array:
 
 
 def _differences(color: Array, surface: Array) -> Array:
-    """Return the absolute differences (N, 3) of some 2,000 pixels of an image (H, W, 3), blurred, from the surface (h, w, 3)."""
+    """Return the absolute differences (N, 3) of about 2,000 pixels of a blurred image (H, W, 3) from the surface (h, w, 3)."""
     height, width = color.shape[:2]
     step = max(1, round((height * width / SAMPLES) ** 0.5 / 2))
     v, u = np.arange(2, height - 2, 4 * step)[:, None], np.arange(2, width - 2, step)
@@ -80,7 +79,7 @@ def _differences(color: Array, surface: Array) -> Array:
 
 
 def to_lab(color: Array) -> Array:
-    """Return the colors (H, W, 3) uint8 RGB in CIELAB of 8 bits: lightness up to 255, and color axes around 128."""
+    """Return the colors (H, W, 3) uint8 RGB in 8-bit CIELAB: lightness 0 to 255, and color axes around 128."""
     return np.asarray(cv2.cvtColor(color, cv2.COLOR_RGB2LAB))
 
 

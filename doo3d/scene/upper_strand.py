@@ -3,8 +3,6 @@
 Letters: C crossings, two strands each; S samples along a strand; A samples across it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

@@ -1,6 +1,4 @@
-"""Inpaint the depth of a mask where color sees the object and the sensor has no reading."""
-
-from __future__ import annotations
+"""Inpaint the depth of a mask where the object is visible in color and the sensor has no reading."""
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -12,22 +10,22 @@ from ..types import Floats, Ints
 from .depth_filter import Readings
 
 INPAINT_MIN_HOLE_PX = 2
-"""px; the mask farther than this from a reading gets depth from the readings around it; smaller holes are closed as voxels."""
+"""Minimum distance in px from a reading at which depth is inpainted; smaller holes are closed by the voxels."""
 
 
 def inpaint_readings(readings: Readings, facts: FrameFacts, max_slope: float) -> Readings:
-    """Add readings in the holes of the depth: pixels of the mask at which the sensor has no reading.
+    """Add readings in the holes of the depth: pixels of the mask without a reading.
 
-    Along a strand the depth is a straight line from reading to reading, and constant beyond the last reading: it solves Laplace's
-    equation with the readings at the border of the hole and no flux through the edge of the mask. Pixels where the inpainted
-    depth changes by more than `max_slope` lie between two strands and are left out.
+    The depth solves Laplace's equation with the readings at the border of the hole and no flux through the edge of the mask:
+    along a strand it is linear from reading to reading, and constant beyond the last reading. Pixels where the inpainted depth
+    changes by more than `max_slope` lie between two strands and are left out.
 
     Parameters
     ----------
     readings
         the measured readings, without outliers.
     facts
-        the mask of the object, with the depth. A pixel whose reading was dropped as an outlier is no hole: it stays as it is.
+        the mask of the object, with the depth. A pixel whose reading was removed as an outlier is no hole, and is not inpainted.
     max_slope
         m per pixel, the largest depth step between neighboring pixels of one surface.
 
@@ -52,26 +50,26 @@ def inpaint_readings(readings: Readings, facts: FrameFacts, max_slope: float) ->
         return readings
     v, u = np.divmod(filled, width)
     pixels = np.concatenate((readings.pixels, np.column_stack((u, v)) + corner))
-    order = np.argsort(pixels @ (1, facts.mask.shape[1]), kind="stable")  # merges what is sorted
+    order = np.argsort(pixels @ (1, facts.mask.shape[1]), kind="stable")  # timsort merges the two sorted parts
     return Readings(pixels[order], np.append(readings.depth, inpainted)[order], np.append(readings.filtered, inpainted)[order])
 
 
 def _solve_laplace(pixels: Ints, measured: Floats, width: int, max_slope: float) -> tuple[Ints, Floats]:
-    """Return the pixels of holes whose depth could be inpainted, and that depth.
+    """Return the pixels of holes that can be inpainted, and their depth, m.
 
-    The depth of each pixel is the mean of its neighbors that are in a hole or measured; the linear system is sparse, one equation
-    per pixel. Holes without a reading beside them, and pixels at which the result is steep, are left out.
+    The depth of each pixel is the mean of its neighbors that are in a hole or measured: a sparse linear system with an equation
+    per pixel. Holes without a reading beside them, and pixels at which the result is too steep, are left out.
 
     Parameters
     ----------
     pixels
         (K,) int, row-major indices of the pixels in holes, ascending, none at the border of the image.
     measured
-        (H * W,) m, the readings in row-major order; 0 = none.
+        (H * W,) m, the readings in row-major order; 0 = no reading.
     width
-        px, of the image.
+        px, width of the image.
     max_slope
-        m per pixel, the largest step to a neighboring pixel.
+        m per pixel, maximum step to a neighboring pixel.
     """
     pixels, neighbor, value = _with_reading_beside(pixels, measured, width)
     count, inside = len(pixels), neighbor >= 0
@@ -89,12 +87,13 @@ def _solve_laplace(pixels: Ints, measured: Floats, width: int, max_slope: float)
 
 
 def _with_reading_beside(pixels: Ints, measured: Floats, width: int) -> tuple[Ints, Ints, Floats]:
-    """Return the pixels of the holes with a reading beside them, and for each pixel its four neighbors.
+    """Return the pixels of the holes that have a reading beside them, with their four neighbors.
 
     Returns
     -------
-    pixels : (K,) int. neighbor : (K, 4) int, index in `pixels` of the neighbors in the hole, -1 = not in it. value : (K, 4) m,
-    the readings at the neighbors, 0 = none.
+    pixels : (K,) int.
+    neighbor : (K, 4) int, index in `pixels` of each neighbor, -1 = not in the hole.
+    value : (K, 4) m, the reading at each neighbor, 0 = no reading.
     """
     beside = pixels[:, None] - np.array((1, width, -1, -width))
     found = np.minimum(np.searchsorted(pixels, beside), len(pixels) - 1)

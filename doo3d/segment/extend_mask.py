@@ -5,8 +5,6 @@ of a chain is followed in steps of half a radius. The strand is taken to continu
 far and the background on both sides has other colors. The path found is added to the mask, and the stages are run again.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,6 +1,4 @@
-"""What the rules select in a frame, judged by a network: noise of depth is no strand, and what depth loses the image shows."""
-
-from __future__ import annotations
+"""Filter the mask that the rules found in a frame with the network, and add strands that only the network found."""
 
 import cv2
 import numpy as np
@@ -9,32 +7,32 @@ from ..scene.surround import learn_surround, to_lab
 from ..types import Array, Bools, Floats, Frame, Ints
 from .color_strands import FLANK_DIAMOND_PX, GROW_DEVIATIONS, MIN_SEED_SHARE, MIN_SHADOW_LIGHT, MIN_SIDE_PX
 from .mask_parts import Parts, drawn
-from .methods.selected import Selected
+from .methods.result import MethodResult
 from .thin_lines import narrow_parts
 
 BESIDE_PX = FLANK_DIAMOND_PX
-"""px beside what is kept within which nothing is added: the network, which sees a smaller image, blurs edges and fills gaps
-between strands. Of 216 frames of a stereo camera 166 are right, with 10 px 163."""
-
+"""Distance in px from the kept parts within which no pixel of the network is added: the network examines a smaller image, blurs
+edges and fills gaps between strands. Of 216 frames of a stereo camera, 166 are right; with 10 px, 163."""
 
 MIN_STAND_OFF = 5.0
-"""Diameters off the plane from which a strand hangs in the air: the noise of depth and what lies on others are nearer."""
+"""Minimum distance of a hanging strand from the plane, in diameters of the strand: depth noise and strands that lie on others are
+nearer."""
 
 
-def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
-    """Return what is a strand in a frame by the rules and by a network.
+def judged_mask(rules: MethodResult, found: Bools, color: Array) -> Bools:
+    """Return the strands of a frame, from the mask of the rules and the mask of the network.
 
-    Of what the rules select, the parts are kept that hold a strand told by its color, or of which the network finds the share
-    that a band of color needs (MIN_SEED_SHARE); all of them if neither knows any. Of 99 % of the parts that are noise of a stereo
-    camera the network finds nothing. What it alone finds is added, but for what lies beside that, for bands that the rules left
-    out as flat, and for shadows, whose depth is the surface's.
+    A part of the rules' mask is kept if it contains a strand detected by its color, or if the network found at least the fraction
+    MIN_SEED_SHARE of it. If no part is kept or added, all parts are. In 99 % of the parts that are noise of a stereo camera, the
+    network finds nothing. Parts that only the network found are added, except beside the kept parts, in bands that the rules
+    rejected as flat, and in shadows, which have the depth of the surface.
 
     Parameters
     ----------
     rules
-        what the rules select in the frame, with the pixels of strands told by color, and the bands left out.
+        the result of the rules for the frame.
     found
-        (H, W) bool, the pixels that the network takes for an object after the votes of the rules.
+        (H, W) bool, the object pixels by the network after the votes of the rules.
     color
         (H, W, 3) uint8 RGB.
 
@@ -42,54 +40,53 @@ def judged_mask(rules: Selected, found: Bools, color: Array) -> Bools:
     -------
     (H, W) bool.
     """
-    parts = Parts.of(rules.mask, rules.told)
+    parts = Parts.of(rules.mask, rules.by_color)
     kept = parts.holds | (parts.shares(found) >= MIN_SEED_SHARE)
     selected = drawn(parts.pixels_of(np.flatnonzero(kept)), found.shape)
     beside = cv2.dilate(selected.view(np.uint8), np.ones((2 * BESIDE_PX + 1,) * 2, np.uint8)).view(bool)
     others = found & ~beside
-    for band in rules.left_out:
+    for band in rules.rejected:
         others.ravel()[band] = False
-    added = Parts.of(others, np.zeros(0, dtype=int))
-    if not len(added.pixels) or min(color.shape[:2]) < MIN_SIDE_PX:
-        return selected if kept.any() else rules.mask
-    differs = np.zeros_like(found)
-    differs.ravel()[added.pixels] = _differ(np.ascontiguousarray(color), rules.mask, added.pixels)
-    selected |= drawn(added.pixels_of(np.flatnonzero(added.shares(differs) >= 0.5)), found.shape)
+    added = Parts.of(others)
+    if len(added.pixels) and min(color.shape[:2]) >= MIN_SIDE_PX:
+        differs = np.zeros_like(found)
+        differs.ravel()[added.pixels] = _differ(np.ascontiguousarray(color), rules.mask, added.pixels)
+        selected |= drawn(added.pixels_of(np.flatnonzero(added.shares(differs) >= 0.5)), found.shape)
     return selected if selected.any() else rules.mask
 
 
-def set_apart(rules: Selected, frame: Frame, width: float) -> Bools:
-    """Return the pixels (H, W) bool of bands of one width that hang far off the plane: color and depth show them.
+def set_apart(rules: MethodResult, frame: Frame, width: float) -> Bools:
+    """Return the pixels (H, W) bool of color bands of constant width that hang far from the plane: certain strands.
 
     Parameters
     ----------
     rules
-        what the rules select in the frame, with the plane and the bands that color tells from the surface.
+        the result of the rules for the frame, with the plane and the color bands.
     frame
         the frame.
     width
-        px, above which a band is broad: a gripper or a hand, at which a strand is cut off.
+        px, maximum width of a strand; at a wider place, such as a gripper or a hand, the strand is cut off.
     """
     apart = np.zeros(frame.depth.shape, dtype=bool)
-    if rules.bands is None or rules.plane is None:
+    bands, plane = rules.bands, rules.plane
+    if plane is None or not len(bands.parts.pixels):
         return apart
-    parts = narrow_parts(rules.bands, frame.depth.shape, width)
-    candidates = np.flatnonzero(parts.strands & (parts.shares(rules.bands.raised) >= 0.5))
-    for part in candidates.tolist():
+    parts = narrow_parts(bands, apart.shape, width)
+    for part in np.flatnonzero(parts.strands & (parts.shares(bands.raised) >= 0.5)).tolist():
         pixels = parts.pixels_of(np.array([part]))
-        raised = pixels[rules.bands.raised.ravel()[pixels]]
+        raised = pixels[bands.raised.ravel()[pixels]]
         depth = frame.depth.ravel()[raised]
-        points = frame.camera.unproject(np.column_stack((raised % frame.camera.width, raised // frame.camera.width)), depth)
-        height = np.median(np.abs(points @ rules.plane.normal - rules.plane.height))
+        points = frame.camera.unproject(np.column_stack(np.divmod(raised, frame.camera.width)[::-1]), depth)
+        height = np.median(np.abs(points @ plane.normal - plane.height))
         if height >= MIN_STAND_OFF * 2 * parts.widths[part, 0] * np.median(depth) / frame.camera.fx:
             apart.ravel()[pixels] = True
     return apart
 
 
 def _differ(color: Array, raised: Bools, pixels: Ints) -> Bools:
-    """Tell which pixels (N,), row-major indices, have another color than the surface around them and are no shadow.
+    """Return which pixels (N,), row-major indices, differ in color from the surface around them and are no shadow, (N,) bool.
 
-    color : (H, W, 3) uint8 RGB. raised : (H, W) bool, what is not of the surface.
+    color : (H, W, 3) uint8 RGB. raised : (H, W) bool, the pixels that do not belong to the surface.
     """
     around, deviation, _ = learn_surround(color, raised, GROW_DEVIATIONS)
     row, column = np.divmod(pixels, color.shape[1])

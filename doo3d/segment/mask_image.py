@@ -1,6 +1,4 @@
-"""Tell an image that is a mask, two values on black, from a photograph, and a mask from its inverse."""
-
-from __future__ import annotations
+"""Distinguish images that are masks (one gray value on black) from photographs, and masks from inverted masks."""
 
 import cv2
 import numpy as np
@@ -9,16 +7,16 @@ from ..geometry.noise import SAMPLES
 from ..types import Array, Bools
 
 MAX_OBJECT_FRACTION = 0.5
-"""Fraction of the image that an object covers at most; more is a drawing on white."""
+"""Maximum fraction of the image that an object covers; a drawing on white covers more."""
 
 MIN_STRAND_AREA_RADII = 20
-"""Area in squares of the largest radius from which a region is long and thin: that of a strand 10 radii long; a disk has 3."""
+"""Minimum area of a thin region, in squares of its largest radius: the area of a strand 10 radii long; a disk has 3."""
 
 
 def inversion_note(mask: Bools) -> str:
-    """Return a sentence if a mask seems to be black on white; "" if not, and for a mask of points.
+    """Return a note if a mask seems to be inverted; "" if not, and for a mask of points.
 
-    mask : (H, W) bool. It is if it covers more than half of the image and all of its corners, and leaves a thin strand out.
+    mask : (H, W) bool. It is inverted if it covers all corners and more than half of the image, and the rest is thin.
     """
     share = float(np.mean(mask)) if mask.ndim > 1 else 0.0
     if share <= MAX_OBJECT_FRACTION or share == 1 or not mask[:: len(mask) - 1 or 1, :: mask.shape[1] - 1 or 1].all():
@@ -33,11 +31,11 @@ def inversion_note(mask: Bools) -> str:
 
 
 def object_in_mask_image(image: Array) -> Bools | None:
-    """Return the object in an image that is a mask itself: black, and one gray value on the object; None for any other image.
+    """Return the object in an image that is a mask itself, with one gray value on black; None for any other image.
 
     image : (H, W, 3) uint8. Returns (H, W) bool, True on the object, which covers at most half of the image.
     """
-    stride = max(1, int((image.size / SAMPLES) ** 0.5))  # a photograph has more than two values in a sample of its pixels
+    stride = max(1, int((image.size / SAMPLES) ** 0.5))  # enough to reject a photograph
     sample = image[::stride, ::stride]
     if not _has_two_values(sample, int(sample.max(initial=0))):
         return None
@@ -49,6 +47,6 @@ def object_in_mask_image(image: Array) -> Bools | None:
 
 
 def _has_two_values(image: Array, value: int) -> bool:
-    """Tell whether all pixels (H, W, 3) are black or of one gray value."""
+    """Return whether all pixels (H, W, 3) are black or have the gray value `value`."""
     first = image[..., 0]
     return bool(((first == 0) | (first == value)).all() and (image[..., 1:] == first[..., None]).all())

@@ -1,4 +1,4 @@
-"""The connected parts of a mask, and which of them are long and of one width, as strands are."""
+"""Connected parts of a mask, and which of them are long and of constant width, as strands are."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from ..kernels import mask_parts
 from ..scene.surround import median_hues
 from ..types import Array, Bools, Floats, Ints
 
+NO_PIXELS: Ints = np.zeros(0, dtype=int)
+
 MIN_LENGTH_PX, MIN_LENGTH_WIDTHS, MIN_PIXELS = 40.0, 12.0, 60
-"""Length of a strand at least, in px and in widths, and its pixels."""
+"""Minimum length of a strand, in px and in widths, and its minimum number of pixels."""
 
 MAX_WIDTH_RATIO, WIDTH_SLACK_PX = 1.6, 1.0
-"""Ratio of the half-widths at the 85th percentile and in the median at most, besides what pixels add: a strand has one width."""
+"""Maximum half-width of a strand at the 85th percentile: this multiple of the median half-width, plus px for the rounding of
+widths to whole pixels. A strand has one width."""
 
 
 def drawn(pixels: Ints, shape: tuple[int, ...]) -> Bools:
-    """Return an image (H, W) bool of the given shape that is True at some pixels (N,), row-major indices."""
+    """Return an image (H, W) bool of the given shape that is True at the given pixels (N,), row-major indices."""
     image = np.zeros(shape, dtype=bool)
     image.ravel()[pixels] = True
     return image
@@ -32,11 +35,11 @@ class Parts(NamedTuple):
     pixels
         (N,) row-major indices of the mask's pixels, part by part.
     starts
-        (K + 1,) where each part begins in `pixels`.
+        (K + 1,) index in `pixels` at which each part begins, and N.
     widths
-        (K, 2) px, the half-widths in the median and at the 85th percentile of parts of at least MIN_PIXELS.
+        (K, 2) px, median and 85th percentile of the half-widths of each part; 0 for parts of fewer than MIN_PIXELS pixels.
     holds
-        (K,) bool, the parts with pixels that were asked for, whose widths are 0.
+        (K,) bool, whether the part contains one of the marked pixels; the widths of these parts are 0.
     """
 
     pixels: Ints
@@ -45,20 +48,19 @@ class Parts(NamedTuple):
     holds: Bools
 
     @staticmethod
-    def of(mask: Bools, asked: Ints) -> Parts:
-        """Return the 8-connected parts of a mask (H, W) bool; asked : row-major indices of the pixels that are asked for."""
-        return Parts(*mask_parts(mask, MIN_PIXELS, asked))
+    def of(mask: Bools, marked: Ints = NO_PIXELS) -> Parts:
+        """Return the 8-connected parts of a mask (H, W) bool; marked : (N,) row-major indices of pixels, for `holds`."""
+        return Parts(*mask_parts(mask, MIN_PIXELS, marked))
 
     @property
     def long(self) -> Bools:
-        """The parts, (K,) bool, that are long for their usual width."""
-        width = 2 * np.maximum(self.widths[:, 0], 0.5)
-        long = self.sizes / width > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width)
-        return np.asarray((self.sizes >= MIN_PIXELS) & long)
+        """The parts, (K,) bool, that are long for their median width."""
+        sizes, width = self.sizes, 2 * np.maximum(self.widths[:, 0], 0.5)
+        return np.asarray((sizes >= MIN_PIXELS) & (sizes / width > np.maximum(MIN_LENGTH_PX, MIN_LENGTH_WIDTHS * width)))
 
     @property
     def strands(self) -> Bools:
-        """The parts, (K,) bool, that are long and of one width."""
+        """The parts, (K,) bool, that are long and of constant width."""
         half, most = np.maximum(self.widths[:, 0], 0.5), self.widths[:, 1]
         return np.asarray(self.long & (most < MAX_WIDTH_RATIO * half + WIDTH_SLACK_PX))
 
@@ -68,15 +70,14 @@ class Parts(NamedTuple):
         return np.diff(self.starts)
 
     def shares(self, mask: Bools) -> Floats:
-        """Return the share of each part's pixels, (K,), at which another mask (H, W) bool is True."""
+        """Return the fraction of each part's pixels, (K,), at which another mask (H, W) bool is True."""
         counts = np.add.reduceat(mask.ravel()[self.pixels], self.starts[:-1], dtype=int) if len(self.pixels) else 0
         return np.asarray(counts / self.sizes)
 
     def pixels_of(self, wanted: Ints) -> Ints:
-        """Return the row-major indices of the pixels of some parts, given by number."""
-        chosen = [self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]
-        return np.concatenate(chosen) if chosen else np.zeros(0, dtype=int)
+        """Return the row-major indices of the pixels of the given parts (indices of parts)."""
+        return np.concatenate([NO_PIXELS, *[self.pixels[self.starts[part] : self.starts[part + 1]] for part in wanted]])
 
     def hues(self, wanted: Ints, color: Array) -> Floats:
-        """Return the median color axes (N, 2) of 8-bit CIELAB, in an image (H, W, 3) uint8 RGB, of some parts given by number."""
+        """Return the median color axes (N, 2) of 8-bit CIELAB of the given parts in an image (H, W, 3) uint8 RGB."""
         return median_hues(color, self.pixels_of(wanted), self.sizes[wanted])

@@ -1,6 +1,4 @@
-"""Move the edge of a ragged mask to where the colors of the image say that it is."""
-
-from __future__ import annotations
+"""Move the edge of a ragged mask to the edge of the object in the color image."""
 
 import cv2
 import numpy as np
@@ -13,27 +11,30 @@ from ..scene.surround import BLUR_PX
 from ..types import Array, Bools
 
 ITERATIONS = 3
-"""Times the colors are learned: the first time from the mask as given, then from what was found."""
+"""Number of times that the colors are learned: first from the given mask, then from the repaired one."""
 
 MIN_CONTRAST = 2.5
-"""Median log ratio in the mask from which on the colors tell the object from what is around it."""
+"""Minimum median log-odds of the colors in the mask; below it, the object has the colors of its surroundings."""
 
 MIN_THICKNESS_PX, MIN_ELONGATION = 3.5, 16.0
-"""Half-width in px, and area in its squares, of a part that is not dropped: a cable in the colors of the background."""
+"""Minimum half-width in px, and minimum area in squares of the half-width, of a part that is kept although it has the colors of
+the background: a cable."""
 
 MIN_RAGGEDNESS = 0.25
-"""Pixels more than one px off, per pixel of the mask's edge, that make a mask ragged; true masks have 0.03, ragged ones 0.4."""
+"""Minimum number of pixels more than one px off, per pixel of the edge, in a ragged mask: true masks have 0.03, ragged ones
+0.4."""
 
 MAX_OFF_SHARE = 0.12
-"""Share of the edge's pixels whose largest step within BAND_PX is not at the edge, up to which a mask surely is not ragged."""
+"""Maximum fraction of the edge's pixels whose largest color step within BAND_PX is not at the edge, in a mask that is certainly
+not ragged."""
 
 
 def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
-    """Move the edge of a ragged mask to where the colors of the image change, and drop the parts that show the background.
+    """Move the edge of a ragged mask to the edge between colors in the image, and remove the parts with the background's colors.
 
-    The colors in the mask and in a ring around it are compared. A pixel up to 4 px outside the mask, or in it, belongs to the
+    The colors in the mask and in a ring around it are compared. A pixel of the mask, or up to 4 px outside of it, belongs to the
     object if its color and those of its neighbors are more frequent in the mask than around it. The colors are then learned again
-    from what was found. Darker shades of the background count as background, since cables cast shadows.
+    from the result. Darker shades of the background belong to the background, since cables cast shadows.
 
     Parameters
     ----------
@@ -42,13 +43,12 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
     color
         (H, W, 3) uint8 RGB.
     is_by_depth
-        whether the mask was made from depth, which is lost at the edges of an object: it is repaired however little its edge is
-        off, unless it is too thin for colors to be smoothed in it.
+        True for a mask that was made from depth, which is missing at the edges of an object: it is repaired even if it is not
+        ragged, unless it is too thin for its colors to be smoothed.
 
     Returns
     -------
-    (H, W) bool; `mask` itself if its edge already is where the colors change, or the colors do not tell the object from the
-    background.
+    (H, W) bool; `mask` itself if its edge is already right, or the object has the colors of the background.
     """
     stays = _width(mask) < 4 * BLUR_PX if is_by_depth else off_edge_share(mask, color) <= MAX_OFF_SHARE
     if stays:
@@ -65,10 +65,10 @@ def repair_mask(mask: Bools, color: Array, is_by_depth: bool = False) -> Bools:
 
 
 def off_edge_share(mask: Bools, color: Array) -> float:
-    """Return the share of a mask's edge at which the largest step of color across it is 2 px or more off; 0 to 1.
+    """Return the fraction of a mask's edge at which the largest color step across it is at least 2 px off, 0 to 1.
 
-    Of the edge every (2 BAND_PX + 1)-th pixel is looked at that is 2 BAND_PX from the border of the image: nearer ones have the
-    same colors across. The line across leads away from the mask's pixels in a window of BAND_PX, and ends there.
+    Every (2 BAND_PX + 1)-th pixel of the edge is examined, except within 2 BAND_PX of the border of the image. The colors are
+    sampled along a line of BAND_PX to both sides, in the direction away from the mask's pixels in a window of BAND_PX.
 
     mask : (H, W) bool. color : (H, W, 3) uint8 RGB.
     """
@@ -86,7 +86,7 @@ def off_edge_share(mask: Bools, color: Array) -> float:
 
 
 def _width(mask: Bools) -> float:
-    """Return how wide the strands of a mask are, px: the area between two edges by the pixels along them."""
+    """Return the mean width of the strands of a mask in px: twice its area over the number of its edge pixels."""
     inner = cv2.erode(mask.view(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)))
     area, within = int(np.count_nonzero(mask)), int(np.count_nonzero(inner))
     return 2 * area / max(area - within, 1)

@@ -1,6 +1,4 @@
-"""Remove outliers from the points of a cloud, and average their noise away."""
-
-from __future__ import annotations
+"""Remove outliers from the points of a cloud, and average their noise."""
 
 import numpy as np
 
@@ -11,22 +9,22 @@ from ..scene.cloud_facts import CELL_SPACINGS, CloudFacts
 from ..types import Bools, Floats
 
 MIN_NEIGHBORS_RATIO = 0.15
-"""Fraction of the median number of neighbors that a point of a cloud must have, or it is a flying point."""
+"""Minimum number of neighbors of a point, as a fraction of the median number; a flying point has fewer."""
 
 FAR_OUTLIER_BOX_SIZES = 3
-"""Diagonals of the box of the central 96 % of the points beyond which, outside that box, a point is a far outlier."""
+"""Minimum distance of a far outlier from the box of the central 96 % of the points, in diagonals of that box."""
 
 SPREAD = (0, 0.02, 0.05, 0.95, 0.98, 1)
-"""Fractions of the points that lie below the quantiles which tell how far a cloud extends, and how far its outliers lie."""
+"""Levels of the quantiles of a cloud's coordinates from which its extent and its far outliers are computed."""
 
 MAX_POINTS = MAX_CELLS // 2
-"""Points of a cloud that are used at most, for time (about 1 s) and memory; ten times as many as an object of 10 m needs."""
+"""Maximum number of points of a cloud that are used, for time (about 1 s) and memory: ten times the need of an object of 10 m."""
 
 
 def draw_points(points: Floats, seed: int) -> tuple[Floats, tuple[str, ...]]:
-    """Return MAX_POINTS of the points (N, 3), drawn at random, where there are more, and a message to the user that says so.
+    """Return about MAX_POINTS points drawn at random if there are more than that, and a message to the user in that case.
 
-    They are drawn, not taken at a stride: every k-th point of rows and columns leaves gaps in one direction.
+    Every k-th of the points (N, 3) would leave gaps in one direction, if they are stored in rows and columns.
     """
     if len(points) <= MAX_POINTS:
         return points, ()
@@ -36,20 +34,20 @@ def draw_points(points: Floats, seed: int) -> tuple[Floats, tuple[str, ...]]:
 
 
 def filter_points(points: Floats, spread: Floats | None = None) -> tuple[CloudFacts, Floats, Floats]:
-    """Drop the outliers of a cloud of N points, (N, 3) m, and average the noise of the other points away.
+    """Remove the outliers of a cloud of N points, (N, 3) m, and average the noise of the other points.
 
     Outliers are points far from all others, and points with less than 0.15 times the median number of neighbors. Points are
     sorted into cubic cells; the neighbors of a point are all points in its cell and in the 26 cells around that cell, the point
     itself included.
 
-    spread : the quantiles of the coordinates at the fractions SPREAD, (6, 3) m, where they are known.
+    spread : (6, 3) m, the quantiles of the coordinates at the levels SPREAD; None computes them.
 
     Returns
     -------
     facts : facts of the K points kept.
     points : (K, 3) m, the points kept, in the order given, as measured.
-    means : (K, 3) m, for each point kept the mean of the point and its neighbors; the point itself if the cloud is too wide for
-        such small cells.
+    means : (K, 3) m, for each point kept the mean of the point and its neighbors; the point itself if the cloud is too large
+        for a grid of such small cells.
     """
     far = far_outliers(points, spread)
     near = points[~far] if far.any() else points
@@ -59,7 +57,7 @@ def filter_points(points: Floats, spread: Floats | None = None) -> tuple[CloudFa
 
 
 def _averaged(points: Floats, edge: float) -> tuple[Bools, Floats]:
-    """Tell which of N points have enough neighbors, (N,) bool, and return the mean of the neighbors of each of these, (K, 3)."""
+    """Return which of N points have enough neighbors, (N,) bool, and the mean of the neighbors of each of these, (K, 3) m."""
     everything = np.ones(len(points), dtype=bool), points
     if not len(points):
         return everything
@@ -70,7 +68,7 @@ def _averaged(points: Floats, edge: float) -> tuple[Bools, Floats]:
     keys, cell = np.unique(cell_keys(points, origin, edge, shape), return_inverse=True)
     own = group_sums(np.column_stack((points, np.ones(len(points)))), cell, len(keys))
     sums, own = own, np.concatenate((own, np.zeros((1, 4))))
-    for beside in neighbors_of(cell_coords(keys, shape)).T:  # -1, for none, is the row of zeros
+    for beside in neighbors_of(cell_coords(keys, shape)).T:  # index -1 (no cell) is the row of zeros
         sums = sums + own[beside]
     neighbors = sums[:, 3][cell]
     kept = neighbors >= MIN_NEIGHBORS_RATIO * np.median(neighbors)
@@ -78,7 +76,7 @@ def _averaged(points: Floats, edge: float) -> tuple[Bools, Floats]:
 
 
 def far_outliers(points: Floats, spread: Floats | None = None) -> Bools:
-    """Tell which of N points, (N, 3) m, lie far from the rest: (N,) bool.
+    """Return which of N points, (N, 3) m, lie far from the rest, (N,) bool.
 
     A point is far if it lies outside the axis-aligned box of the central 96 % of the points by more than three times the diagonal
     of that box. `spread` is as for `filter_points`.

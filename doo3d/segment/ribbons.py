@@ -1,52 +1,52 @@
-"""Ribbons of one color in an image: how much each pixel looks like the middle of one, and the strands they form.
+"""Detect ribbons of one color in an image, and trace the strands that they form.
 
-A strand is uniform along its length and differs from both of its sides, whatever is behind it. On a plain table its sides differ
-in their mean color; before a busy background they differ because a background varies where a strand does not. Both show in the
-mean squared difference of a side's pixels from the strand's color, divided by the variance along the strand.
+A strand has one color along its length and differs from both of its sides, whatever is behind it. On a plain table the mean color
+of the sides differs; in front of a cluttered background, the color of the sides varies while that of the strand does not. Both
+increase the score: the mean squared difference of a side's pixels from the strand's color, divided by the variance along the
+strand.
 """
 
-from __future__ import annotations
-
-from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 
 from ..geometry.noise import LAB_NOISE
 from ..kernels import follow_ribbon, ribbon_scores
-from ..types import Array, Floats, Ints
+from ..types import Array, Bools, Floats, Ints
 
 DIRECTIONS = 16
-"""Directions over half a turn in which ribbons are looked for; 5.6 degrees off, a ribbon is still straight over its window."""
+"""Number of directions over half a turn in which ribbons are searched; at most 5.6 degrees off, a ribbon stays in its window."""
 
 WIDTHS_PX = np.array((3.0, 4.5, 6.5, 9.0, 12.5, 17.5, 24.0))
-"""px of the scaled image; widths of the ribbons looked for, each 1.4 times the one before."""
+"""Widths of the ribbons that are searched, px of the scaled image, each about 1.4 times the previous one."""
 
 LIGHTNESS_WEIGHT = 0.7
-"""Weight of lightness beside the two color axes: highlights and shade change it along a strand."""
+"""Weight of the lightness relative to the two color axes of CIELAB: highlights and shade change the lightness along a strand."""
 
 WINDOW_WIDTHS, MIN_WINDOW_PX = 2.2, 13
-"""Length of the window along a ribbon in its widths, and in px at least."""
+"""Length of the window along a ribbon, in widths of the ribbon, and its minimum in px."""
 
 STEP_PX = 2.0
 """px between the samples of a traced strand."""
 
 COLOR_SCALE, MAX_COLOR_COST, COLOR_COST = 8.0, 6.0, 0.5
-"""A color so far from the strand's, in CIELAB, costs COLOR_COST, and its square up to MAX_COLOR_COST times that."""
+"""Cost of a color that differs from the strand's: COLOR_COST times the squared distance in CIELAB in units of COLOR_SCALE, which
+is capped at MAX_COLOR_COST."""
 
 MAX_SCORE, SEED_SCORE = 3.0, 1.7
-"""Logarithms of the ratio of variances: beyond which more says nothing, above which the mean over MIN_WINDOW_PX on either side
-lets a strand begin."""
+"""Logarithms of the ratio of variances: the cap of scores, and the minimum score at which a strand is started, as the mean over
+MIN_WINDOW_PX on either side."""
 
 BORDER_PX = round(float(WIDTHS_PX[0]))
-"""px from the image border within which no strand begins, since the pixels beyond are made up: the width of the narrowest."""
+"""Distance in px from the border of the image within which no strand is started, since the pixels beyond are extrapolated: the
+width of the narrowest ribbon."""
 
 SAME_TURN = np.radians(25.0)
-"""Angle below which a strand that meets an earlier one follows it, and ends; a crossing is steeper."""
+"""Radians; a strand that meets an earlier one at a smaller angle has the same path, and ends. A crossing is steeper."""
 
-MIN_SAMPLES, MAX_STRANDS = 15, 120
-"""Samples of a strand at least; strands traced at most."""
+MAX_STRANDS = 120
+"""Maximum number of strands traced."""
 
 
 class TracedStrand(NamedTuple):
@@ -57,11 +57,11 @@ class TracedStrand(NamedTuple):
     points
         (P, 2) px, x and y, STEP_PX apart.
     angle
-        (P,) radians, direction of the strand, from x to y.
+        (P,) radians, direction of the strand, from the x axis towards the y axis.
     width
-        (P,) px, running mean of the width that answers best.
+        (P,) px, running mean of the width with the highest score.
     score
-        (P,) logarithm of the ratio of variances less the cost of the color; NaN where the strand is not seen.
+        (P,) logarithm of the ratio of variances minus the cost of the color; NaN where no ribbon is detected.
     """
 
     points: Floats
@@ -69,18 +69,38 @@ class TracedStrand(NamedTuple):
     width: Floats
     score: Floats
 
+    @property
+    def seen(self) -> Bools:
+        """The samples (P,) bool at which a ribbon is detected."""
+        return np.isfinite(self.score)
+
+    @property
+    def length(self) -> float:
+        """The length of the strand in px."""
+        return len(self.points) * STEP_PX
+
+    @property
+    def mean_score(self) -> float:
+        """The mean score where a ribbon is detected."""
+        return float(np.mean(self.score[np.isfinite(self.score)]))
+
+    @property
+    def median_width(self) -> float:
+        """The median width in px where a ribbon is detected."""
+        return float(np.median(self.width[np.isfinite(self.score)]))
+
 
 class Ribbons(NamedTuple):
-    """How much each pixel looks like the middle of a ribbon.
+    """The scores of all pixels as the middle of a ribbon.
 
     Attributes
     ----------
     score
-        (DIRECTIONS, H, W) float32, logarithm of the ratio of variances of the width that answers best.
+        (DIRECTIONS, H, W) float32, highest logarithm of the ratio of variances over all widths.
     width
-        (DIRECTIONS, H, W) uint8, the index of that width in WIDTHS_PX.
+        (DIRECTIONS, H, W) uint8, the index in WIDTHS_PX of the width with that score.
     color
-        (H, W, 3) float32, the blurred color.
+        (H, W, 3) float32, the blurred color in CIELAB.
     """
 
     score: Array
@@ -89,14 +109,14 @@ class Ribbons(NamedTuple):
 
 
 def to_lab(color: Array) -> Array:
-    """Return the color of an image (H, W, 3) uint8 RGB in CIELAB with lightness weighted by LIGHTNESS_WEIGHT, float32."""
+    """Return an image (H, W, 3) uint8 RGB in CIELAB, float32, with the lightness multiplied by LIGHTNESS_WEIGHT."""
     lab = cv2.cvtColor(color.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
     lab[..., 0] *= LIGHTNESS_WEIGHT
     return np.asarray(lab)
 
 
 def find_ribbons(lab: Array) -> Ribbons:
-    """Return how much each pixel looks like the middle of a ribbon in each direction.
+    """Return the score of each pixel as the middle of a ribbon in each direction.
 
     lab : (H, W, 3) float32, from `to_lab`.
     """
@@ -106,32 +126,24 @@ def find_ribbons(lab: Array) -> Ribbons:
 
 
 def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
-    """Return the strands that ribbons form, traced from the places that look most like one, in both directions.
+    """Return the strands that ribbons form, traced in both directions from the pixels with the highest scores.
 
-    Each step takes the turn and the shift sideways with the best score, in the color of the strand, over the next steps; the
-    score in the direction of the strand keeps it on its way through a crossing. Where nothing answers it goes straight on for a
-    few widths, and ends there if nothing comes.
+    Each step takes the turn and the lateral shift with the best score over the next steps, minus the cost of colors other than
+    the strand's. The score in the direction of the strand keeps the path straight through a crossing. Where no ribbon is
+    detected, the path is extended straight over a few widths, and ends if no ribbon follows.
     """
     shape = ribbons.color.shape[:2]
     taken, angles = np.zeros(shape, np.uint8), np.zeros(shape, np.float32)
-    follow = partial(
-        follow_ribbon,
-        color_scale=COLOR_SCALE,
-        max_color_cost=MAX_COLOR_COST,
-        color_cost=COLOR_COST,
-        step=STEP_PX,
-        max_score=MAX_SCORE,
-        same_turn=SAME_TURN,
-    )
+    limits: dict[str, Any] = {"color_scale": COLOR_SCALE, "max_color_cost": MAX_COLOR_COST, "color_cost": COLOR_COST}
+    limits |= {"step": STEP_PX, "max_score": MAX_SCORE, "same_turn": SAME_TURN}
     strands = list[TracedStrand]()
-    tries = 0
     for row, column, angle in zip(*_seeds(ribbons), strict=True):
         if taken[row, column] and _between(angle, angles[row, column]) < 1.6 * SAME_TURN:
             continue
-        tries += 1
-        if tries > MAX_STRANDS:
+        if len(strands) == MAX_STRANDS:
             break
-        ahead, back = (follow(*ribbons, taken, angles, np.array((column, row, angle + turn)), WIDTHS_PX) for turn in (0.0, np.pi))
+        starts = (np.array((column, row, angle + turn)) for turn in (0.0, np.pi))
+        ahead, back = (follow_ribbon(*ribbons, taken, angles, start, WIDTHS_PX, **limits) for start in starts)
         best = round(angle / np.pi * DIRECTIONS), row, column
         middle = (column, row, angle, WIDTHS_PX[ribbons.width[best]], ribbons.score[best])
         rows = np.vstack((back[::-1] - (0, 0, np.pi, 0, 0), middle, ahead))
@@ -140,13 +152,12 @@ def trace_strands(ribbons: Ribbons) -> list[TracedStrand]:
         cv2.polylines(taken, [line], False, 1, max(3, int(width)), cv2.LINE_8, 3)
         for center, along in zip(np.rint(rows[:, :2]).astype(int).tolist(), rows[:, 2].tolist(), strict=True):
             cv2.circle(angles, center, max(2, int(width / 2)), along, -1)
-        if len(rows) >= MIN_SAMPLES:
-            strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
+        strands.append(TracedStrand(rows[:, :2], rows[:, 2], rows[:, 3], rows[:, 4]))
     return strands
 
 
 def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
-    """Return rows, columns and angles of the pixels from which strands are traced, the most likely first."""
+    """Return rows, columns and angles (radians) of the pixels from which strands are traced, the highest rank first."""
     best = ribbons.score.max(axis=0)
     height, width = best.shape
     local = (best >= cv2.dilate(best, np.ones((3, 3))) - 1e-6) & (best > SEED_SCORE)
@@ -166,7 +177,7 @@ def _seeds(ribbons: Ribbons) -> tuple[Ints, Ints, Floats]:
 
 
 def _between(first: float, second: float) -> float:
-    """Return the angle in radians between two directions, up to a right angle."""
+    """Return the angle between two undirected lines, 0 to pi / 2 radians."""
     return float(abs((first - second + np.pi / 2) % np.pi - np.pi / 2))
 
 

@@ -1,16 +1,11 @@
 """Select the pixels or points of the object (Keipour et al., RA-L 2022, section III-A)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 
 from ..config import SegmentConfig
 from ..errors import InputError
-from ..geometry.limits import MAX_CELLS
-from ..geometry.mask import dilate
-from ..geometry.noise import SAMPLES
 from ..scene.cloud import CloudScene
 from ..scene.cloud_facts import CloudFacts
 from ..scene.frame import FrameScene
@@ -20,14 +15,14 @@ from ..scene.image import ImageScene
 from ..scene.masked import NO_COLOR, NO_NUMBERS, NO_PIXELS
 from ..scene.scene import Scene
 from ..types import Array, Cloud, CloudSampling, Floats, Frame, Image, check_mask
+from .checks import check_distance, check_extent, check_size, median_depth, without_depth
 from .depth_filter import filter_readings
 from .depth_inpainting import inpaint_readings
-from .end_plugs import remove_plugs
-from .mask_cleanup import remove_wide_regions
+from .mask_cleanup import remove_plugs, remove_wide_regions
 from .mask_image import inversion_note, object_in_mask_image
 from .mask_repair import repair_mask
 from .methods import SEGMENTERS, resolve_method
-from .methods.selected import Selected
+from .methods.result import MethodResult
 from .point_filter import SPREAD, draw_points, filter_points
 from .segmentation import EXTENDED, MASK, Segmentation
 from .sparse_strands import MAX_SPARSE_POINTS, find_sparse_strands
@@ -46,15 +41,6 @@ AUTO_NOTES = {
     "everything": "segment: method everything (auto): there is no broad surface, so all of it is taken for objects",
 }
 """Notes on the method that `auto` took where nobody said what the object is: advice for a frame whose result is doubtful."""
-
-HOLE_MARGIN_PX = 16
-"""Width of the border of an object whose readings tell why the object has none: stereo makes its holes up to 8 px too wide."""
-
-MIN_DEPTH_SHARE_AROUND = 0.3
-"""Of the pixels in that border; a hole that is 8 px too wide leaves a half."""
-
-EXTENT_TOLERANCE = 10
-"""Times by which the extent of a cloud may lie outside the range of depths: the object is not as long as it is far away."""
 
 
 def segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None = None, seed: int = 0) -> Segmentation:
@@ -138,16 +124,16 @@ def _segment(data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | N
 
 
 def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
-    median = _median_depth(frame)
+    median = median_depth(frame)
     if mask is None:
-        _check_distance(median, frame, frame.depth.size, "frame", config)
+        check_distance(median, frame, frame.depth.size, "frame", config)
     if median is not None and median <= config.max_depth < frame.depth.max():  # saturated values, or a far background
         frame = replace(frame, depth=np.where(frame.depth > config.max_depth, 0, frame.depth))
     method, made = _select(frame, config, mask, seed, frame.depth.shape)
     selected = given = made.mask
     is_told = _is_told(method, config)
     if method != "everything":
-        _check_size(int(np.count_nonzero(selected)))
+        check_size(int(np.count_nonzero(selected)))
     if frame.color is not None and method not in ("everything", "plane"):
         selected = repair_mask(given, frame.color, method in ("network", "strands"))
     solid = FrameFacts(selected, frame.depth, config.min_component)
@@ -157,8 +143,8 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         facts = remove_plugs(facts, frame.color)
     if pixels:
         if not facts.readings and frame.depth.any():
-            raise _without_depth(frame, facts.mask, pixels)
-        _check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
+            raise without_depth(frame, facts.mask, pixels)
+        check_distance(facts.median_depth if facts.readings else None, frame, pixels, "object", config)
     split = SplitMask(facts.mask, 0, None)
     if method != "everything":
         holes, by_hue = selected if solid.filled else None, is_told and config.hues
@@ -207,8 +193,8 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     color = None if drawn is not None and np.array_equal(drawn, selected) else image.color
     if selected.all():
         raise InputError("the mask covers the whole image: no pixel of it says background", code="mask-full")
-    _check_size(int(np.count_nonzero(selected)))
-    solid = FrameFacts(selected, None, config.min_component)
+    check_size(int(np.count_nonzero(selected)))
+    solid = FrameFacts(selected, min_pixels=config.min_component)
     facts = narrow = remove_wide_regions(solid, config) if mask is None else solid
     if not is_told:
         facts = remove_plugs(facts, image.color)
@@ -232,7 +218,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
 
 def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed: int) -> Segmentation:
     spread = np.quantile(cloud.points, SPREAD, axis=0) if len(cloud.points) else np.zeros((len(SPREAD), 3))
-    _check_extent(spread, len(cloud.points), config, bool(cloud.views))
+    check_extent(spread, len(cloud.points), config, bool(cloud.views))
     method, made = _select(cloud, config, mask, seed, (len(cloud.points),))
     is_told = cloud.segmented or _is_told(method, config)
     chosen, limits = draw_points(cloud.points if made.mask.all() else cloud.points[made.mask], seed)
@@ -264,29 +250,23 @@ def _segment_cloud(cloud: Cloud, config: SegmentConfig, mask: Array | None, seed
 
 def _select(
     data: Frame | Cloud | Image, config: SegmentConfig, mask: Array | None, seed: int, shape: tuple[int, ...]
-) -> tuple[str, Selected]:
+) -> tuple[str, MethodResult]:
     """Return the method, and the mask of the given shape that the caller or the method gives, with what else the method knows."""
     if mask is not None:
         given = check_mask(mask, shape)
         if not given.any():
             element = "point" if isinstance(data, Cloud) else "pixel"
             raise InputError(f"the mask is empty: no {element} of it says object", code="mask-empty")
-        return MASK, Selected(given, note=inversion_note(given))
+        return MASK, MethodResult(given, note=inversion_note(given))
     method = "everything" if isinstance(data, Cloud) and data.segmented else resolve_method(data, config)
     selected = SEGMENTERS.call(method, SEGMENTERS[method], data, config, seed)
-    made = selected if isinstance(selected, Selected) else Selected(selected)
+    made = selected if isinstance(selected, MethodResult) else MethodResult(selected)
     return method, made if SEGMENTERS.is_built_in(method) else made._replace(mask=check_mask(made.mask, shape))
 
 
 def _or(array: Array | None, nothing: Array) -> Array:
     """Return an array, or the empty one in place of None."""
     return nothing if array is None else array
-
-
-def _check_size(pixels: int) -> None:
-    """Refuse a mask of so many pixels that the stages would take too much time and memory, before any of them."""
-    if pixels > MAX_CELLS:
-        raise InputError(f"the mask has {pixels} pixels, the limit is {MAX_CELLS}: scale the image down", code="voxels-too-many")
 
 
 def _is_told(method: str, config: SegmentConfig) -> bool:
@@ -311,62 +291,3 @@ def _notes(method: str, note: str, found: bool, has_color: bool) -> tuple[str, .
         "plane": f"lower segment.plane_distance{by_color}",
     }.get(method, f"give a mask{by_color}")
     return *own, f"segment ({method}): no object in this frame; {remedy}"
-
-
-def _median_depth(frame: Frame) -> float | None:
-    """Return the median of a grid of a frame's readings, m; None without readings."""
-    step = max(1, int(np.sqrt(frame.depth.size / SAMPLES)))
-    some = frame.depth[::step, ::step]
-    readings = some[some > 0] if (some > 0).any() else frame.depth[frame.depth > 0]
-    some = readings[:: max(1, readings.size // SAMPLES)]
-    return float(np.median(some)) if len(some) else None
-
-
-def _check_distance(median: float | None, frame: Frame, pixels: int, part: str, config: SegmentConfig) -> None:
-    """Refuse a part of the frame of so many pixels without a median reading, m, and one whose median tells of a wrong unit."""
-    if median is None:
-        raise InputError(
-            f"no depth at any of the {pixels} pixels of the {part}: is the depth aligned to the mask, and in metres?",
-            code="depth-none",
-        )
-    if not config.min_depth <= median <= config.max_depth:
-        raise InputError(
-            f"the {part} is {median:.6g} m away, expected {config.min_depth:g} to {config.max_depth:g} m: "
-            "check depth_scale (units per metre), or set segment.min_depth and segment.max_depth",
-            code="depth-unit",
-        )
-
-
-def _without_depth(frame: Frame, mask: Array, pixels: int) -> InputError:
-    """Return the error for an object without any reading: its material's, if the pixels around the object have readings."""
-    around = dilate(mask, HOLE_MARGIN_PX) & ~mask
-    share = float(np.mean(frame.depth[around] > 0)) if around.any() else 0.0
-    sentence = f"no depth at any of the {pixels} pixels of the object"
-    if share > MIN_DEPTH_SHARE_AROUND:
-        sentence += (
-            f", though {share:.0%} of those around it have depth: black and shiny materials return none. Detect it in the color "
-            "image (-c image), or record it from another side or in other light"
-        )
-        return InputError(sentence, code="mask-without-depth")
-    return InputError(f"{sentence}: is the depth aligned to the mask, and in metres?", code="mask-without-depth")
-
-
-def _check_extent(spread: Floats, count: int, config: SegmentConfig, is_fused: bool) -> None:
-    """Refuse a cloud of so many points without extent, or with one in the wrong unit, by its quantiles at SPREAD, (6, 3) m."""
-    least, _, low, high, _, largest = spread
-    if not (largest > least).any():
-        raise InputError(
-            f"the cloud has {count} points and no extent: an object needs points along its length",
-            code="cloud-without-extent",
-        )
-    extent = float(np.linalg.norm(high - low))
-    if not config.min_depth / EXTENT_TOLERANCE <= extent <= EXTENT_TOLERANCE * config.max_depth:
-        setting = f"max_depth={np.ceil(extent / EXTENT_TOLERANCE):.0f}" if extent > 1 else f"min_depth={extent:.1g}"
-        remedy = (
-            "points are expected in metres: for millimetres give --input-option depth_scale=1000 (units per metre); if it is "
-            f"that {'large' if extent > 1 else 'small'}, --set segment.{setting}"
-        )
-        if is_fused:
-            remedy = "the poses are expected to be camera to world, with translations in metres: are they in millimetres?"
-        part = "fused views are" if is_fused else "cloud is"
-        raise InputError(f"the {part} {extent:.6g} m across: {remedy}", code="points-unit")

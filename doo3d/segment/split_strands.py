@@ -1,17 +1,16 @@
-"""Split a mask along the creases between strands that run side by side, so that each strand is a thin piece of its own.
+"""Split a mask along the creases between strands that run side by side, so that each strand becomes a thin part of its own.
 
-Two strands that touch are one region in the mask, as wide as both. The image still shows them apart: between two round strands
+Two strands that touch are one region of the mask, as wide as both. In the image they remain distinct: between two round strands
 lies a valley of brightness (of nearness in a depth image), parallel to them. The steps are:
 
-1. Take the usual half-width of one strand from the thinnest stretches that make up a good part of the medial axis.
-2. Close gaps between strands, and look for stretches much wider than one strand and long. Most frames end here.
+1. Estimate the usual half-width of one strand: the smallest one that a substantial part of the medial axis has.
+2. Close the gaps between strands, and find long stretches much wider than one strand. Most frames have none.
 3. There, filter the image with line detectors of several orientations, and keep the valleys that are long and far enough from the
    edge to have a strand on either side.
-4. Keep those that run out between two strands, or are continued by one that does: a stripe along a cable opens nowhere.
+4. Keep the valleys that end in the background between two strands, or that are continued by such a valley. A stripe along a cable
+   does not.
 5. Remove the valleys from the mask.
 """
-
-from __future__ import annotations
 
 import math
 from typing import NamedTuple
@@ -23,20 +22,21 @@ from ..geometry.mask import bounding_box, dilate
 from ..scene.frame_facts import FrameFacts
 from ..scene.strand_hues import StrandHues
 from ..types import Array, Bools
-from .mask_parts import Parts
+from .mask_parts import Parts, drawn
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
-from .wide_stretches import WIDE_LENGTH_RADII, Bundles, find_bundles, strand_radius
+from .wide_stretches import WIDE_LENGTH_RADII, find_bundles, strand_radius
 
 CROSSING_RADII = math.sqrt(2)
-"""Radii; half-width of the mask where two strands cross at a right angle. Where it is larger over some length, they touch."""
+"""Half-width of the mask in radii at a crossing of two strands at a right angle. If it is larger over some length, strands
+touch."""
 
 MIN_GAP_PX = 6
-"""px; shorter holes in a mask are pin-holes, longer ones may be gaps between strands."""
+"""Minimum diagonal in px of a filled hole of the mask that may be a gap between strands; smaller ones are pinholes."""
 
 
 class SplitMask(NamedTuple):
-    """A mask whose strands are split apart.
+    """A mask whose strands are split.
 
     Attributes
     ----------
@@ -45,9 +45,9 @@ class SplitMask(NamedTuple):
     removed
         number of pixels removed.
     side_by_side
-        (H, W) bool, the pixels of strands that run side by side and of the gaps between them; None if nothing was found.
+        (H, W) bool, the pixels of strands that run side by side and of the gaps between them; None if there are none.
     colors
-        (H, W) uint8, the number of the color of the strand at each pixel, from 1, 0 outside; None unless strands of different
+        (H, W) uint8, number of the color of the strand at each pixel, from 1, and 0 outside; None unless strands of different
         colors run side by side.
     """
 
@@ -72,27 +72,27 @@ def split_strands(
     facts
         the cleaned mask.
     selected
-        (H, W) bool, the mask before small holes were closed: they are gaps between strands. None if there were none.
+        (H, W) bool, the mask before small holes were filled: the holes may be gaps between strands. None if none was filled.
     color
-        (H, W, 3) uint8 RGB, in which a valley is darker than the strands beside it; None uses the depth.
+        (H, W, 3) uint8 RGB, in which valleys are darker than the strands beside them; None uses the depth.
     depth
-        (H, W) m, 0 = unknown, used without color: a valley is farther away. Without either, or where they are flat, a wide
-        stretch is split into equal widths.
+        (H, W) m, 0 = unknown, used without color: valleys are farther away. Without either, or without contrast, a wide stretch
+        is split into strands of equal width.
     equal_widths
-        False leaves such a wide stretch without valleys whole: it may be one thicker strand.
+        False leaves such a wide stretch whole: it may be one thicker strand.
     by_hue
-        True splits strands of different colors along their borders; then no valleys are looked for.
+        True splits strands of different colors along their borders, and searches valleys only if there are none.
 
     Returns
     -------
-    The mask, split; the mask of the facts itself with `side_by_side` None if nowhere a stretch is much wider than one strand.
+    The split mask; the mask of the facts itself, with `side_by_side` None, if no stretch is much wider than one strand.
     """
     mask = facts.mask
     whole = SplitMask(mask, 0, None)
     if not facts.count:
         return whole
     radius = strand_radius(facts.axis[2])
-    if by_hue and color is not None and (split := _split_colors(facts, color, radius)) is not None:
+    if by_hue and color is not None and (split := _split_colors(facts, color, radius)):
         return split
     box = facts.slices
     part = mask[box]
@@ -101,68 +101,61 @@ def split_strands(
         facts = FrameFacts(part)
         radius = strand_radius(facts.axis[2])
     bundles = find_bundles(part, facts, radius)
-    if bundles is None:
+    if not bundles:
         return whole
-    part = bundles.part
-    beside = np.zeros_like(mask)
-    if bundles.wide is None:
-        beside[box] = dilate(bundles.closed & ~part, 3 * bundles.radius)[1:-1, 1:-1]
+    if not bundles.wide.any():
+        beside = np.zeros_like(mask)
+        beside[box] = dilate(bundles.closed & ~bundles.part, 3 * bundles.radius)[1:-1, 1:-1]
         return SplitMask(mask, 0, beside)
-    inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), part.shape)
-    shade = shade_strands(part, box, bundles.radius, bundles.widest, color, depth, equal_widths)
-    if shade is None:
-        return whole
-    bundles = Bundles(
-        bundles.radius, bundles.part[inner].copy(), bundles.closed[inner].copy(), bundles.wide[inner].copy(), bundles.widest
-    )
-    found = find_valley_lines(*find_valleys(shade[inner].copy(), bundles.radius, bundles.inner), bundles)
+    shade = shade_strands(bundles, box, color, depth, equal_widths)
+    inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), shade.shape)
+    inside = bundles.within(inner)
+    found = find_valley_lines(*find_valleys(shade[inner].copy(), bundles.radius, inside.inner), inside)
     if not found.any():
         return whole
-    lines, cut = np.zeros_like(part), np.zeros_like(part)
+    lines, cut = np.zeros_like(bundles.part), np.zeros_like(bundles.part)
     lines[inner] = found
-    cut[inner] = _without_corners(found) | (bundles.closed & ~bundles.part & dilate(found, 1.0))
-    result = mask.copy()
-    result[box] &= ~cut[1:-1, 1:-1]
-    beside[box] = dilate(lines, max(3 * bundles.radius, bundles.widest))[1:-1, 1:-1]
+    cut[inner] = _without_corners(found) | (inside.closed & ~inside.part & dilate(found, 1.0))
+    near = dilate(lines, max(3 * bundles.radius, bundles.widest))
+    return _split(mask, box, cut[1:-1, 1:-1], near[1:-1, 1:-1])
+
+
+def _split(mask: Bools, box: tuple[slice, slice], cut: Bools, near: Bools) -> SplitMask:
+    """Remove the pixels of `cut` from a mask (H, W); near : the pixels side by side. Both are (h, w) bool, within a box."""
+    result, beside = mask.copy(), np.zeros_like(mask)
+    result[box] &= ~cut
+    beside[box] = near
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
 
 
 def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask | None:
-    """Remove the borders between strands of different colors that run side by side; None where there are none."""
-    colors = StrandHues.learn(color, facts.pixels)
-    if colors.count < 2:
+    """Remove the borders between strands of different colors that run side by side; None if there are none."""
+    hues = StrandHues.learn(color, facts.pixels)
+    box, (rows, columns, half_width), least = facts.slices, facts.axis, WIDE_LENGTH_RADII * radius
+    if hues.count < 2 or not radius or np.count_nonzero(half_width > CROSSING_RADII * radius) < least:
         return None
-    mask, box, (rows, columns, half_width) = facts.mask, facts.slices, facts.axis
-    if not radius or np.count_nonzero(half_width > CROSSING_RADII * radius) < WIDE_LENGTH_RADII * radius:
+    axis = rows - box[0].start, columns - box[1].start
+    labels = hues.label(np.ascontiguousarray(color[box]), facts.mask[box], axis, radius, least)
+    cut = _long_parts((labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels), least)
+    if not cut.any():
         return None
-    least = WIDE_LENGTH_RADII * radius
-    labels = colors.label(
-        np.ascontiguousarray(color[box]), mask[box], (rows - box[0].start, columns - box[1].start), radius, least
-    )
-    cut = (labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels)
-    if not (cut := _long_parts(cut, least)).any():
-        return None
-    result, beside = mask.copy(), np.zeros_like(mask)
-    result[box] &= ~cut
-    beside[box] = dilate(cut, 3 * radius)
-    numbers = np.zeros(mask.shape, np.uint8)
+    numbers = np.zeros(facts.mask.shape, np.uint8)
     numbers[box] = labels
-    return SplitMask(result, int(np.count_nonzero(cut)), beside, numbers)
+    return _split(facts.mask, box, cut, dilate(cut, 3 * radius))._replace(colors=numbers)
 
 
 def _long_parts(mask: Bools, length: float) -> Bools:
-    """Return the 8-connected parts of a mask (h, w) bool whose boxes have a diagonal of at least `length` px."""
-    parts = Parts.of(mask, np.zeros(0, dtype=int))
-    long = np.zeros_like(mask)
-    if len(parts.pixels):
-        places = np.column_stack(np.divmod(parts.pixels, mask.shape[1]))
-        extent = 1 + np.maximum.reduceat(places, parts.starts[:-1]) - np.minimum.reduceat(places, parts.starts[:-1])
-        long.ravel()[parts.pixels_of(np.flatnonzero(np.hypot(*extent.T) >= length))] = True
-    return long
+    """Return the 8-connected parts of a mask (h, w) bool whose bounding boxes have a diagonal of at least `length` px."""
+    parts = Parts.of(mask)
+    if not len(parts.pixels):
+        return np.zeros_like(mask)
+    places = np.column_stack(np.divmod(parts.pixels, mask.shape[1]))
+    extent = 1 + np.maximum.reduceat(places, parts.starts[:-1]) - np.minimum.reduceat(places, parts.starts[:-1])
+    return drawn(parts.pixels_of(np.flatnonzero(np.hypot(*extent.T) >= length)), mask.shape)
 
 
 def _without_corners(lines: Bools) -> Bools:
-    """Return lines (h, w) with a pixel added at each diagonal step, so that no two pixels of other strands touch across it."""
+    """Return lines (h, w) with a pixel added at each diagonal step, so that no 8-connected path leads across them."""
     result = lines.copy()
     result[:-1, 1:] |= lines[:-1, :-1] & lines[1:, 1:] & ~lines[1:, :-1]
     result[:-1, :-1] |= lines[:-1, 1:] & lines[1:, :-1] & ~lines[1:, 1:]

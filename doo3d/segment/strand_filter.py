@@ -1,13 +1,11 @@
-"""Depth along the strands of a mask: smoothed over their length where it is torn or comes in waves.
+"""Smooth the depth along the strands of a mask where it is torn or wavy.
 
-The depth of a stereo camera switches along a strand, in stretches, between the strand and what lies behind it, and its noise
-comes in waves longer than the strand is wide, so that no window in the image averages it away. Both break a strand apart that is
-one in the mask. A strand is smooth along its length, and the inverse of depth has the same noise near and far: so it is smoothed
-along each branch of the mask's skeleton, and readings that contradict the rest of the branch do not count. Which readings are
-those of what lies behind is told by what is seen beside the strand.
+The depth of a stereo camera alternates along a strand, in stretches, between the strand and the surface behind it. Its noise has
+waves longer than the width of the strand, which no window in the image averages out. Both break a strand that is continuous in
+the mask. A strand is smooth along its length, and the noise of the inverse depth does not depend on the distance. The inverse
+depth is therefore smoothed along each branch of the mask's skeleton, and readings that contradict the rest of the branch are
+ignored. Readings of the surface behind are recognized by the depth beside the strand.
 """
-
-from __future__ import annotations
 
 import math
 
@@ -22,49 +20,52 @@ from ..types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 
 NEARER_SHARE = 0.35
-"""Share of the readings across a strand that are nearer than the one taken for the strand: what is wrong mostly lies behind."""
+"""Quantile of the inverse depth across a strand, from the nearest, that is taken for the strand: most wrong readings lie
+behind."""
 
 MIN_BRANCH_PX = 12
-"""Pixels with readings of a branch at least; shorter ones do not tell what is smooth."""
+"""Minimum number of pixels with readings of a branch that is smoothed."""
 
 SLOPE_SHARE = 0.5
-"""Share of a step that a neighboring step in the same direction may have, if the step is a jump and not part of a slope."""
+"""Maximum ratio of a neighboring step of the same sign to a step of the depth that is a jump, and no part of a slope."""
 
 JUMP_RADII, MAX_JUMP_SHARE = 0.8, 0.005
-"""Radii between the depths at neighboring pixels of a skeleton that are a jump, and the share of jumps that makes depth torn:
-sound depth has less, also along coils that bend away from the camera; torn depth has up to 0.05."""
+"""Minimum difference in radii between the depths at neighboring pixels of a skeleton that is a jump, and minimum fraction of
+jumps in torn depth. Intact depth has a smaller fraction, also along coils that bend away from the camera; torn depth has up to
+0.05."""
 
 MAX_WAVES_RADII = 0.35
-"""Radii; depth whose waves are smaller is left as it is."""
+"""Maximum size in radii of waves of the depth that are not smoothed."""
 
 MAX_TORN_SHARE = 0.05
-"""Share of readings of something else behind the strand up to which depth is left alone."""
+"""Maximum fraction of readings of other surfaces behind a strand whose depth is not smoothed."""
 
 MAX_IN_FRONT_SHARE = 0.1
-"""Share of readings as far in front of the curve from which on the curve is not believed, but that of the runs of readings: what
-is torn lies behind."""
+"""Maximum fraction of readings that lie as far in front of the smooth curve, since torn readings lie behind. Above it, the curve
+through the runs of readings is used instead."""
 
 SURFACE_SMOOTHING_PX = 60.0
-"""px along a strand over which the surface beside it is smoothed."""
+"""Length in px along a strand over which the depth of the surface beside it is smoothed."""
 
 SEEN_HEIGHT_RADII = 1.6
-"""Radii above a surface at which a stereo camera sees the top of a strand that lies on it: less than 2, since it flattens."""
+"""Height in radii at which a stereo camera measures the top of a strand on a surface: less than 2, since it flattens."""
 
 MAX_SLOPE = 8.0
-"""Slope, m along the line of sight per m across it, from which on a step between readings is a jump: strands that point at the
-camera have 5. Of nine moving cables before stereo cameras 48 % of the frames are right, and 43 % without the runs of readings."""
+"""Maximum slope of a strand, m along the line of sight per m across it; a steeper step between readings is a jump. Strands that
+point at the camera have 5. Of the frames of nine moving cables in front of stereo cameras, 48 % are right; without the runs of
+readings, 43 %."""
 
 
 def filter_along_strands(
     readings: Readings, facts: FrameFacts, radius: float, frame: Frame, smoothing: float
 ) -> tuple[Readings, int]:
-    """Smooth the depth along strands where it is torn or comes in waves.
+    """Smooth the depth along strands where it is torn or wavy.
 
     Depth is smoothed only if it jumps at more than 0.5 % of the pixels of the mask's skeleton. Then every reading is assigned to
-    the nearest pixel of the skeleton, and a smooth curve is laid through the inverse depth of the nearer readings along each
-    branch (robust Whittaker smoother). Where the readings differ from it by waves of more than 0.35 radii, or more than 5 % of
-    them are torn, it replaces them, and all pixels of the mask along the branch have its depth. If the noise is larger still, and
-    the surface beside the strand is about where it would be if the strand lay on it, the strand is drawn towards that.
+    the nearest pixel of the skeleton, and a smooth curve is fitted to the inverse depth of the nearer readings along each branch
+    (robust Whittaker smoother). If the readings differ from the curve by waves of more than 0.35 radii, or more than 5 % of them
+    are torn, all pixels of the mask along the branch get the depth of the curve. The depth of a wavy branch is moved towards that
+    of a strand on the surface beside it: the larger the waves and the smaller the difference, the more.
 
     Parameters
     ----------
@@ -73,16 +74,16 @@ def filter_along_strands(
     facts
         the mask of the object.
     radius
-        m, radius of the object; 0 if unknown, which leaves everything as it is.
+        m, radius of the object; 0 if unknown: the readings are returned unchanged.
     frame
         the depth and the camera.
     smoothing
-        radii, length over which noise of NOISE_RADII is smoothed; more noise over more, by the square root.
+        radii, length over which noise of NOISE_RADII is smoothed. The length grows with the square root of the noise.
 
     Returns
     -------
-    The given readings, `depth` and `filtered` those of the smooth curve on branches that were smoothed, with the other pixels of
-    these branches, in row-major order; and how many of the given readings were smoothed.
+    readings : the readings in row-major order. On smoothed branches, all pixels have the depth of the curve.
+    smoothed : number of the given readings that were smoothed.
     """
     if not len(readings.pixels) or not radius or not _is_torn(readings, facts, radius):
         return readings, 0
@@ -99,25 +100,17 @@ def filter_along_strands(
     return Readings(pixels[known], depth[known], filtered[known]), int(np.count_nonzero(own[at]))
 
 
-def _depth_at(line: Ints, readings: Readings, mask: Bools) -> Floats:
-    """Return the filtered depth at the pixels (S, 2) of the skeleton, (S,) m, 0 where there is no reading."""
-    width = mask.shape[1]
-    key, wanted = readings.pixels[:, 1] * width + readings.pixels[:, 0], line[:, 1] * width + line[:, 0]
-    at = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
-    return np.where(key[at] == wanted, readings.filtered[at], 0.0)
-
-
 def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, frame: Frame, smoothing: float) -> Floats:
-    """Return the smooth depth (S,) m of the pixels of the skeleton on branches that are smoothed, 0 on the others.
+    """Return the smooth depth (S,) m at the pixels of the skeleton, 0 on branches that are not smoothed.
 
-    given : (N,) m, readings. near : (N,) index of the pixel of the skeleton each is nearest to.
+    given : (N,) m, the readings. near : (N,) index of the pixel of the skeleton nearest to each.
     """
     line, bounds = facts.skeleton
     value, count = nearer_values(1 / given, near, len(line))
     smooth = np.zeros(len(line))
     measured = np.concatenate(([0], np.cumsum(count > 0)))
     reach = np.full(len(line), radius * frame.camera.fx / np.median(given))
-    for k in np.flatnonzero(np.diff(measured[bounds]) >= MIN_BRANCH_PX).tolist():  # of noise most branches are short
+    for k in np.flatnonzero(np.diff(measured[bounds]) >= MIN_BRANCH_PX).tolist():
         part = slice(int(bounds[k]), int(bounds[k + 1]))
         surface = smooth_depth_beside(line[part], reach[part], BESIDE_PX, facts.mask, frame.depth, SURFACE_SMOOTHING_PX**4)
         depth, waves = _smooth(value[part], count[part] > 0, 1 / surface, radius, frame.camera.fx, smoothing)
@@ -127,9 +120,9 @@ def _smooth_line(given: Floats, near: Ints, facts: FrameFacts, radius: float, fr
 
 
 def nearer_values(values: Floats, group: Ints, groups: int) -> tuple[Floats, Ints]:
-    """Return the value of each group that the share NEARER_SHARE of its values is above, and their number: (groups,) each.
+    """Return the value of each group that the fraction NEARER_SHARE of its values exceeds, and their number, (groups,) each.
 
-    values, group : (N,), values and the group of each; the value of a group without values is 0.
+    values, group : (N,), values and the number of the group of each. The value of an empty group is 0.
     """
     count = np.bincount(group, minlength=groups)
     rank = np.cumsum(count) - 1 - np.floor(NEARER_SHARE * (count - 1)).astype(np.int64)
@@ -138,33 +131,28 @@ def nearer_values(values: Floats, group: Ints, groups: int) -> tuple[Floats, Int
 
 
 def _is_torn(readings: Readings, facts: FrameFacts, radius: float) -> bool:
-    """Tell whether the depth along the branches jumps so often that it is torn; a strand that bends away has slopes."""
+    """Return whether the depth jumps so often along the branches of the skeleton that it is torn.
+
+    A step beside another step of the same sign is no jump, but part of the slope of a strand that bends away from the camera.
+    """
     line, bounds = facts.skeleton
-    step, together = _steps(_depth_at(line, readings, facts.mask), bounds)
-    jumps = (np.abs(step) > JUMP_RADII * radius) & ~_are_slopes(step)
-    return bool(np.count_nonzero(jumps) > MAX_JUMP_SHARE * np.count_nonzero(together))
-
-
-def _steps(depth: Floats, bounds: Ints) -> tuple[Floats, Bools]:
-    """Return the steps (S - 1,) m between pixels of one branch that both have depth, 0 elsewhere, and which those are."""
-    together = (depth[1:] > 0) & (depth[:-1] > 0)
-    together[bounds[1:-1] - 1] = False
-    return np.where(together, np.diff(depth), 0.0), together
-
-
-def _are_slopes(step: Floats) -> Bools:
-    """Tell which steps (S - 1,) m are part of a slope: a step before or after them goes on in the same direction."""
-    onwards = np.zeros(len(step) + 2)
-    onwards[1:-1] = step
-    slope = np.maximum(onwards[:-2] * np.sign(step), onwards[2:] * np.sign(step))
-    return np.asarray(slope >= SLOPE_SHARE * np.abs(step))
+    key, wanted = (pixels @ (1, facts.mask.shape[1]) for pixels in (readings.pixels, line))
+    at = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+    depth = np.where(key[at] == wanted, readings.filtered[at], 0.0)
+    is_step = (depth[1:] > 0) & (depth[:-1] > 0)
+    is_step[bounds[1:-1] - 1] = False
+    step = np.where(is_step, np.diff(depth), 0.0)
+    size, beside = np.abs(step), np.pad(step, 1)
+    slope = np.maximum(beside[:-2] * np.sign(step), beside[2:] * np.sign(step))
+    is_jump = (size > JUMP_RADII * radius) & (slope < SLOPE_SHARE * size)
+    return bool(np.count_nonzero(is_jump) > MAX_JUMP_SHARE * np.count_nonzero(is_step))
 
 
 def _smooth(value: Floats, known: Bools, surface: Floats, radius: float, focal: float, smoothing: float) -> tuple[Floats, float]:
-    """Return the smooth depth (S,) m along one branch, and its waves, m; 0 for both where depth is left as it is.
+    """Return the smooth depth (S,) m along one branch, and the size of its waves, m; 0 if the branch is not smoothed.
 
-    value : (S,) 1/m, inverse depth where known (S,). surface : (S,) 1/m, that of what is seen beside the branch; (0,) if that
-    is not known.
+    value : (S,) 1/m, inverse depth where `known` (S,). surface : (S,) 1/m, inverse depth of the surface beside the branch; (0,)
+    if unknown.
     """
     limits = {"deviations": DEVIATIONS, "noise_radii": NOISE_RADII, "max_in_front": MAX_IN_FRONT_SHARE, "max_slope": MAX_SLOPE}
     depth, waves, in_front, torn = smooth_strand_depth(value, known, surface, radius, focal, smoothing, **limits)
@@ -173,10 +161,10 @@ def _smooth(value: Floats, known: Bools, surface: Floats, radius: float, focal: 
 
 
 def _drawn_to_surface(depth: Floats, noise: float, surface: Floats, radius: float) -> Floats:
-    """Return the depth (S,) m of a strand, drawn towards the surface beside it as far as the strand probably lies on it.
+    """Return the depth (S,) m of a strand, moved towards that of a strand on the surface beside it, (S,) m, by its likelihood.
 
-    The prior is that of a Cauchy distribution around the height at which a strand that lies on the surface, (S,) m, is seen; the
-    weight is half where depth is DEVIATIONS from that height.
+    The prior of the depth is a Cauchy distribution around SEEN_HEIGHT_RADII above the surface; its weight is half at a distance
+    of DEVIATIONS standard deviations of the noise.
     """
     height = surface - depth - SEEN_HEIGHT_RADII * radius
     pull = noise**2 / (noise**2 + (MAX_WAVES_RADII * radius) ** 2) / (1 + (height / (DEVIATIONS * noise)) ** 2)

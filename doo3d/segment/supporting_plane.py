@@ -1,6 +1,4 @@
-"""Find the plane that the object lies on or hangs above, such as a table."""
-
-from __future__ import annotations
+"""Find the plane on which the object lies or above which it hangs, such as a table."""
 
 import numpy as np
 
@@ -13,22 +11,22 @@ from .methods.plane import MIN_PLANE_SHARE, fit_plane
 from .segmentation import Segmentation
 
 MIN_READINGS = 50
-"""Readings around the object without which no plane is looked for."""
+"""Minimum number of readings around the object to which a plane is fitted."""
 
 SURROUNDINGS = 0.25
-"""Margin of the box around the object, as a fraction of its longer side, in which the plane is looked for."""
+"""Margin around the bounding box of the object from which readings are taken, as a fraction of its longer side."""
 
 PLANE_DIGITS = 12
-"""Decimal places of the plane, whose height is in m. The 16th is that of the linear algebra of this processor."""
+"""Decimal places of the plane, whose height is in m. The 16th decimal place depends on the processor's linear algebra."""
 
 
 def find_supporting_plane(
     data: Frame | Cloud | Image, segmentation: Segmentation, config: SegmentConfig, seed: int
 ) -> Plane | None:
-    """Return the plane around the object, whatever method segmented it.
+    """Return the plane around the object, for any method of segmentation.
 
-    It is the plane that segmentation told the object from. Without one, a plane is fitted to the readings beside the object's
-    mask, within the box around the mask; of a cloud without a mask to all points.
+    It is the plane that the method found. If the method found none, a plane is fitted to the readings beside the object's mask,
+    in and around its bounding box; of a cloud, to all points.
 
     Parameters
     ----------
@@ -43,20 +41,20 @@ def find_supporting_plane(
 
     Returns
     -------
-    The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the sensor's place is
-    unknown). None if there is no such plane, for an image, and if all data is the object.
+    The plane in the coordinates of the data, m, its normal towards the sensor (towards the object if the position of the sensor
+    is unknown). None if there is no such plane, for an image, and for the method "everything".
     """
     scene = segmentation.scene
     if isinstance(data, Image) or segmentation.method == "everything" or not len(scene.points):
         return None
     inside: Floats = scene.points.mean(axis=0) if scene.viewpoint is None else scene.viewpoint
-    if segmentation.plane is not None:
+    if segmentation.plane:
         normal, height = segmentation.plane.normal, segmentation.plane.height
     else:
-        if not isinstance(scene, FrameScene) or isinstance(data, Cloud):
-            assert isinstance(data, Cloud)
+        if isinstance(data, Cloud):
             points = np.ascontiguousarray(data.points[:: max(1, len(data.points) // SAMPLES)])
         else:
+            assert isinstance(scene, FrameScene)
             points = _surrounding_points(data, scene.facts, config)
         if len(points) < MIN_READINGS:
             return None
@@ -68,7 +66,7 @@ def find_supporting_plane(
 
 
 def _surrounding_points(frame: Frame, facts: FrameFacts, config: SegmentConfig) -> Floats:
-    """Return about SAMPLES readings (N, 3) m beside the object's mask, from the box around it."""
+    """Return about SAMPLES readings (N, 3) m beside the object's mask, in and around its bounding box."""
     (top, bottom, left, right), mask = facts.box, facts.mask
     margin = int(SURROUNDINGS * (max(bottom - top, right - left) - 1)) + 1
     top, left = max(0, top - margin), max(0, left - margin)

@@ -1,9 +1,8 @@
-"""Lines of a photograph that differ in color from a plain surface on both sides, at the photograph's own scale.
+"""Detect lines in a photograph that differ in color from a plain surface on both sides, at the scale of the photograph.
 
-The network sees a small image, in which thin lines are gone; before a surface without any texture it finds thick ones in part.
+The network examines a small image, in which thin lines vanish; in front of a surface without texture it finds thick lines in
+part.
 """
-
-from __future__ import annotations
 
 import cv2
 import numpy as np
@@ -11,49 +10,50 @@ import numpy as np
 from ..types import Array, Bools, Ints
 from .color_strands import MIN_SEED_SHARE, find_bands
 from .mask_parts import Parts, drawn
-from .methods.selected import ColorBands
+from .methods.result import ColorBands
 from .methods.strands import IMAGE_PIXELS
 
 MAX_PIXELS = 9 * IMAGE_PIXELS
-"""Pixels (1920 x 1080) that a photograph is scaled down to before lines are looked for: a line of 8 of 4000 px is 3 px wide then,
-and one of 60 is 26 px, narrow for the window from which the surface is learned."""
+"""Number of pixels (1920 x 1080) to which a photograph is scaled down before lines are searched. Of a photograph 4000 px wide, a
+line of 8 px is 3 px wide then, and one of 60 px is 26 px: narrow for the window from which the surface's color is learned."""
 
 MIN_THIN_SHARE, MIN_PART_SHARE = 0.5, 1.0
-"""Length of a line over the shorter side of the photograph at least, of one too thin for the network, and of one found in part:
-scratches, letters and joints are shorter."""
+"""Minimum length of a line as a fraction of the shorter side of the photograph: of a line too thin for the network, and of one
+that the network found in part. Scratches, letters and joints are shorter."""
 
 SIDE_WIDTHS, MIN_FREE_SHARE = 2.0, 1.1
-"""Widths beside a line in which the surface is seen, at that share of the pixels that a straight line along an axis has there.
-Drawn curves and the wires of seven photographs have 1.15 and more, textures and cables with their shadows less."""
+"""Distance on both sides of a line, in widths, within which the surface must be visible, and the minimum number of its pixels as
+a fraction of those that a straight horizontal line has there. Drawn curves and the wires of seven photographs have 1.15 and more,
+textures and cables with their shadows less."""
 
 MAX_WIDTH_RATIO = 1.2
-"""Ratio of the widths at the 85th percentile and in the median of a line found in part, at most: one with shadows has more."""
+"""Maximum ratio of the 85th percentile to the median of the widths of a line found in part; a line with shadows has more."""
 
 MIN_BOW = 0.05
-"""Spread of a line across its main direction over that along it, about the sag over the length: joints of boards and tiles are
-straighter."""
+"""Minimum ratio of a line's standard deviation across its main direction to that along it, about its sag over its length: joints
+of boards and tiles are straighter."""
 
 ROUNDED_PX = 0.5
-"""px by which the width of a line of 1 to 3 px is measured too low: its pixels are whole."""
+"""px by which the width of a line of 1 to 3 px is underestimated, since it is measured in whole pixels."""
 
 ALL_LIGHT = 1e9
-"""Share of the lightness that no shadow leaves: a line counts, however dark it is."""
+"""Lightness in a shadow, as a fraction of the surface's, that no shadow reaches: even the darkest line is not taken for one."""
 
 
 def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
     """Return the pixels (H, W) bool of lines that a network for thin objects misses in a photograph.
 
-    A line is a long, bent band of one width with plain surface on both sides. It is missed if it is too thin for the network, or
-    if the network finds it in part only.
+    A line is a long, bent band of constant width with plain surface on both sides. It is missed if it is too thin for the
+    network, or if the network finds only a part of it.
 
     Parameters
     ----------
     color
         (H, W, 3) uint8 RGB.
     found
-        (H, W) bool, the pixels that the network takes for an object.
+        (H, W) bool, the object pixels by the network.
     thin_px
-        px, width below which the network sees no line.
+        px, width below which the network may miss a line.
     """
     shape = color.shape[:2]
     scale = min(1.0, (MAX_PIXELS / found.size) ** 0.5)
@@ -62,7 +62,7 @@ def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
         found = cv2.resize(found.view(np.uint8), color.shape[1::-1], interpolation=cv2.INTER_NEAREST).view(bool)
     nothing = np.zeros(found.shape, dtype=bool)
     bands = find_bands(np.ascontiguousarray(color), nothing, nothing, ALL_LIGHT)
-    if bands is None:
+    if not bands:
         return np.zeros(shape, dtype=bool)
     lines = nothing.copy()
     parts = narrow_parts(bands, found.shape, 2 * scale * thin_px)
@@ -82,24 +82,27 @@ def find_lines(color: Array, found: Bools, thin_px: float) -> Bools:
 
 
 def narrow_parts(bands: ColorBands, shape: tuple[int, ...], width: float) -> Parts:
-    """Return the parts of bands (H, W); those of many widths are cut where they are wider than `width`, px, as at a hand."""
+    """Return the parts of bands in an image (H, W); bands of varying width are cut where they are wider than `width` px."""
     parts = bands.parts
     uneven = drawn(parts.pixels_of(np.flatnonzero(~parts.strands)), shape).view(np.uint8)
     side = 2 * int(width / 2) + 3
     uneven -= cv2.morphologyEx(uneven, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
     mask = uneven.view(bool)
     mask.ravel()[parts.pixels_of(np.flatnonzero(parts.strands))] = True
-    return Parts.of(mask, np.zeros(0, dtype=int))
+    return Parts.of(mask)
 
 
 def _bow(line: Ints, columns: int) -> float:
-    """Return the spread of a line (N,) of an image of so many columns across its main direction over that along it, 0 to 1."""
+    """Return the ratio of the standard deviations of a line (N,) across and along its main direction, 0 to 1."""
     across, along = np.linalg.eigvalsh(np.cov(np.divmod(line, columns)))
     return float(np.sqrt(max(across, 0.0) / along))
 
 
 def _free_share(line: Ints, bands: ColorBands, shape: tuple[int, ...], width: float) -> float:
-    """Return how much of the surface that a single line (N,) of a width in px has beside it is no part of a band, 0 to 1."""
+    """Return the number of pixels beside a line that belong to no band, as a fraction of those beside a straight line as long.
+
+    line : (N,) row-major indices. width : px.
+    """
     reach = max(1, round(SIDE_WIDTHS * width))
     near = cv2.dilate(drawn(line, shape).view(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8))
     return float(np.count_nonzero(near.view(bool) & ~drawn(bands.parts.pixels, shape)) / (2 * reach * len(line) / width))

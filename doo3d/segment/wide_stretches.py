@@ -1,4 +1,4 @@
-"""Find the stretches of a mask that are wider than one strand, over a length at which strands run side by side."""
+"""Find the stretches of a mask that are wider than one strand and long: strands that run side by side."""
 
 from __future__ import annotations
 
@@ -15,33 +15,32 @@ from ..scene.frame_facts import FrameFacts
 from ..types import Array, Bools, Floats
 
 MIN_RADIUS_PX = 0.9
-"""px; thinner strands do not show a valley between them."""
+"""Minimum half-width of a strand in px; between thinner strands no valley is visible."""
 
 MIN_AXIS_SHARE = 0.12
-"""Share of the medial axis that a half-width needs, within about 12 %, to count as that of a strand."""
+"""Minimum fraction of the medial axis that has the half-width of a strand, within about 12 %."""
 
 LOG_BIN, REACH_BINS = 0.05, 2
-"""Bin of the logarithm of the half-widths, and the bins on either side of a half-width that count as equal."""
+"""Width of the bins of the logarithm of half-widths, and number of bins on either side of a half-width that are equal to it."""
 
 COARSE_RADIUS_PX = 4.0
-"""px; an image whose strands are thicker is scaled down to about this radius, to find out whether anything is wide, and to filter
-it."""
+"""Radius in px to which an image with thicker strands is scaled down, to check for wide stretches and to detect valleys."""
 
 GAP_RADII = 1.2
-"""Radii; a gap of the mask narrower than this lies inside a bundle. Voxels of half a radius would bridge it."""
+"""Maximum width in radii of a gap of the mask inside a bundle; voxels of half a radius would bridge it."""
 
 MIN_CLOSING_PX = 2
-"""px; half of the gap that is closed at least: voxels of thin strands are coarse."""
+"""Minimum half-width in px of the gaps that are closed: voxels of thin strands are coarse."""
 
 WIDE_RADII = 1.6
-"""Radii; a half-width above this is more than one strand."""
+"""Minimum half-width, in radii, of more than one strand."""
 
 WIDE_LENGTH_RADII = 6.0
-"""Radii; shorter wide stretches are crossings, knots and plugs."""
+"""Minimum length of a wide stretch, in radii; shorter ones are crossings, knots and plugs."""
 
 MAX_BUNDLE_RADII, MAX_BUNDLE_PX = 12.0, 64.0
-"""Radii, and px at least, of a strand up to which the half-width of a bundle is measured: 12 strands side by side. A wider region
-of the mask is no bundle, and to measure it takes seconds."""
+"""Maximum half-width of a bundle, in radii of a strand and at least in px: 12 strands side by side. A wider region of the mask is
+no bundle, and would take seconds to measure."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +56,15 @@ class Bundles:
     closed
         (h, w) bool, the mask with the gaps between strands closed.
     wide
-        (h, w) bool, its wide stretches; None if they are rows of strands, apart as they are, and wider than any bundle.
+        (h, w) bool, its wide stretches; all False if these are rows of separate strands, wider than any bundle.
     widest
-        px, the largest half-width of these.
+        px, the largest half-width of the wide stretches.
     """
 
     radius: float
     part: Bools
     closed: Bools
-    wide: Bools | None
+    wide: Bools
     widest: float
 
     @cached_property
@@ -75,17 +74,21 @@ class Bundles:
 
     @cached_property
     def inner(self) -> Bools:
-        """The wide stretches (h, w) bool without the pixels at the edge, where no valley parts two strands."""
-        assert self.wide is not None
+        """The wide stretches (h, w) bool without the pixels at the edge, where no valley separates two strands."""
         return self.wide & (self.distance > 1.5)
+
+    def within(self, box: tuple[slice, slice]) -> Bundles:
+        """Return the wide stretches within a box, slices of rows and columns."""
+        part, closed, wide = (image[box].copy() for image in (self.part, self.closed, self.wide))
+        return Bundles(self.radius, part, closed, wide, self.widest)
 
 
 def find_bundles(part: Bools, facts: FrameFacts, radius: float) -> Bundles | None:
-    """Return the stretches of a mask (h, w) bool much wider than one strand over several radii; None without any.
+    """Return the stretches of a mask (h, w) bool much wider than one strand over several radii; None if there are none.
 
-    facts : of the mask, which may lie elsewhere in them. radius : px, usual half-width of one strand, 0 if there is none.
+    facts : facts of the mask, whose position in them may differ. radius : px, usual half-width of one strand, 0 if unknown.
 
-    The images of the result (h + 2, w + 2) have a margin of one pixel.
+    The images of the result, (h + 2, w + 2), have a margin of one pixel.
     """
     if not radius:
         return None
@@ -93,7 +96,7 @@ def find_bundles(part: Bools, facts: FrameFacts, radius: float) -> Bundles | Non
     if radius >= 2 * COARSE_RADIUS_PX and not _may_be_wide(part, radius):
         return None
     closed = close_gaps(part, max(MIN_CLOSING_PX, round(GAP_RADII * radius / 2)))
-    # the disc around each pixel of a wide medial axis holds a square
+    # the inscribed disc at each pixel of a wide medial axis contains this square
     square = np.ones((2 * int((WIDE_RADII * radius + 0.5) * math.sqrt(0.5)) + 1,) * 2, np.uint8)
     if np.count_nonzero(cv2.erode(closed.view(np.uint8), square)) < WIDE_LENGTH_RADII * radius:
         return None
@@ -115,12 +118,12 @@ def find_bundles(part: Bools, facts: FrameFacts, radius: float) -> Bundles | Non
         return None
     widest = float(inside[kept].max())
     if widest > MAX_BUNDLE_RADII * radius and not (facts.axis[2] > WIDE_RADII * radius).any():
-        return Bundles(radius, part, closed, None, widest)
+        return Bundles(radius, part, closed, np.zeros_like(closed), widest)
     return Bundles(radius, part, closed, closed & dilate(is_long[label], widest + radius), widest)
 
 
 def strand_radius(half_width: Floats) -> float:
-    """Return the least half-width that a good part of a medial axis has, in px; 0 if there is none.
+    """Return the smallest half-width in px that a substantial part of a medial axis has; 0 if there is none.
 
     half_width : (K,) px, half-widths at the K pixels of the medial axis.
     """
@@ -138,7 +141,7 @@ def strand_radius(half_width: Floats) -> float:
 
 
 def _may_be_wide(part: Bools, radius: float) -> bool:
-    """Tell from a mask (h, w) bool on a coarser grid whether it may have long wide stretches."""
+    """Return whether a mask (h, w) bool, subsampled to a coarser grid, may have long wide stretches."""
     step = int(radius / COARSE_RADIUS_PX)
     side = 2 * math.ceil(GAP_RADII * radius / 2 / step) + 1
     closed = cv2.morphologyEx(part[::step, ::step].astype(np.uint8), cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
@@ -147,11 +150,7 @@ def _may_be_wide(part: Bools, radius: float) -> bool:
 
 
 def close_gaps(mask: Bools, px: int) -> Bools:
-    """Return a mask with gaps up to 2 `px` wide closed; nothing is added at its border."""
-    closed = cv2.morphologyEx(np.pad(mask, px).view(np.uint8), cv2.MORPH_CLOSE, ellipse(px))
+    """Return a mask with gaps up to 2 `px` wide closed; no pixel is added at the border of the image."""
+    ellipse = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1))
+    closed = cv2.morphologyEx(np.pad(mask, px).view(np.uint8), cv2.MORPH_CLOSE, ellipse)
     return np.ascontiguousarray(closed[px:-px, px:-px]).view(bool)
-
-
-def ellipse(px: int) -> Array:
-    """Return an ellipse of 2 `px` + 1 rows and columns, uint8, as a structuring element."""
-    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1, 2 * px + 1)))

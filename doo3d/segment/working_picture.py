@@ -5,8 +5,6 @@ as many pixels as the network looks at, and its strands `segment.working_width` 
 photograph as it is.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2

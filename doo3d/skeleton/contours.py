@@ -1,7 +1,5 @@
 """Trace the contours around the skeletons of an image, as Keipour et al. (RA-L 2022) do."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

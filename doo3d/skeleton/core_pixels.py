@@ -1,7 +1,5 @@
 """The pixels in the middle of the strands of a mask, whose points become voxels."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """From the points of a scene to ordered paths along the object: voxelize, thin, traverse."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..geometry.curves import Curves

@@ -3,8 +3,6 @@
 Connected voxels stay connected, and every branch becomes one line.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..kernels import neighbor_table, thin_pixels, thin_voxels

@@ -4,8 +4,6 @@ In 3-D, and by default in 2-D, the graph of the skeleton gives each branch once.
 followed instead, as Keipour et al. (RA-L 2022, section III-C) do.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

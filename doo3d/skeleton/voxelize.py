@@ -1,7 +1,5 @@
 """Turn points into a sparse voxel grid, and close the holes in it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import singledispatch

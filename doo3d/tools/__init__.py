@@ -1,1 +1,1 @@
-"""What helps with a capture: tune, explain, bench, compare, view."""
+"""Provide tools for a capture: tune, explain, bench, compare, view."""

@@ -1,4 +1,4 @@
-"""The frames that `doo3d bench` times without an input: rendered and drawn by this project, each by another process."""
+"""Define the frames that `doo3d bench` times without an input: rendered or drawn, in a separate process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..evaluation.rendering.renderer import Rendered
 
 JITTER = 3e-4
-"""m; standard deviation by which copies of a cloud's points are displaced if more points are wanted than there are."""
+"""Standard deviation in m by which repeated points are displaced, if a cloud has fewer points than wanted."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class BenchCase:
     name
         name of the case, for the table.
     make
-        renders or draws the frame and returns it; can be pickled.
+        function that renders or draws the frame and returns it; picklable.
     preset
         the preset of the detection of an image; None for frames and clouds, whose configuration the user chooses.
     """
@@ -52,13 +52,13 @@ def _rendered(family: str, sensor: str) -> Rendered:
 
 
 def scene(family: str, with_mask: bool) -> FrameData:
-    """Return a frame of a D435, 1280x720, of a family of scenes, with the true mask or without a mask."""
+    """Render a scene of a family as a D435 frame, 1280x720 px, with the true mask or without a mask."""
     rendered = _rendered(family, "d435")
     return FrameData(rendered.frame, rendered.mask if with_mask else None)
 
 
 def stereo_scene(family: str) -> FrameData:
-    """Return a frame of a simulated stereo camera, 1280x720, of a family of scenes, with a mask as segmentation gives it."""
+    """Render a scene of a family as a stereo frame, 1280x720 px, with a mask that has the errors of a segmentation."""
     from ..evaluation.rendering.ragged_mask import ragged_mask
     from ..evaluation.scenes.registry import family_rng
 
@@ -67,14 +67,14 @@ def stereo_scene(family: str) -> FrameData:
 
 
 def photo(cables: int, seed: int) -> FrameData:
-    """Return a drawn image of cables on cloth, 640x480, with its mask."""
+    """Draw an image of cables on cloth, 640x480 px, with its mask."""
     from ..evaluation.photos.drawn import draw_photo
 
     return FrameData(*draw_photo(cables, seed))
 
 
 def cloud(points: int) -> FrameData:
-    """Return a cloud of so many points: those of a crossing cable, and displaced copies of them."""
+    """Return a cloud of `points` points: those of a cable that crosses itself, and displaced copies of them."""
     rendered = _rendered("crossing", "d435")
     depth = rendered.frame.depth
     v, u = np.nonzero(rendered.mask & (depth > 0))
@@ -103,10 +103,10 @@ CASES = (
     ),
     BenchCase("cloud, 9,000 points", partial(cloud, 9_000)),
 )
-"""The cases; the seeds of the drawn images are such that their cables cross, but for those that also lie side by side."""
+"""The timed cases. With these seeds, the cables of the drawn images cross; in some images they also run side by side."""
 
 LARGE_CASE = BenchCase("cloud, 1,000,000 points", partial(cloud, 1_000_000))
-"""A case that takes a second or more a run."""
+"""A case whose runs take a second or more each."""
 
 
 def time_cases(
@@ -117,18 +117,18 @@ def time_cases(
 ) -> Iterator[Timing]:
     """Render and time one case after the other.
 
-    Another process renders, which keeps this one's peak memory that of detection, and rests while this one detects.
+    A separate process renders, so that the peak memory of this one is that of the detection. It is idle while this one detects.
 
     Parameters
     ----------
     config
-        configuration of frames and clouds; that of a 2-D mode times the images, by this configuration alone.
+        configuration of frames and clouds; with a 2-D mode, only the images are timed, all with this configuration.
     runs
         number of timed runs of each frame.
     cases
         the cases.
     with_progress
-        called with the cases that are timed; returns an iterable of the same, for example one that shows a bar.
+        called with the timed cases; returns an iterable of the same cases, for example one that shows a progress bar.
     """
     if config.mode == "2d":
         images = {case.name.rpartition(", ")[0]: case.make for case in cases if case.preset}
@@ -140,7 +140,7 @@ def time_cases(
 
 
 def _start_renderer() -> None:
-    """Prepare the rendering process: one thread, and Ctrl-C is left to the process that prints."""
+    """Prepare the rendering process: use one thread, and ignore Ctrl-C, which the main process handles."""
     from ..runs.threads import single_thread
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)

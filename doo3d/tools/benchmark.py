@@ -1,6 +1,4 @@
-"""The time of each stage: one process, one thread, the same frame repeatedly."""
-
-from __future__ import annotations
+"""Measure the time of each stage: the same frame repeatedly, in one process with one thread."""
 
 import time
 from collections.abc import Sequence
@@ -17,7 +15,7 @@ from ..types import Cloud, Frame
 from ..types.display import counted
 
 WARM_UP_RUNS = 3
-"""Runs before the timed ones, for caches."""
+"""Number of runs before the timed ones, which fill the caches."""
 
 YARDSTICK_RUNS = 50
 YARDSTICK_SIZE = (720, 1280)
@@ -38,12 +36,12 @@ class Timing:
     runs
         number of timed runs.
     stages
-        name of the stage -> (median, 95th percentile) over the runs, ms, in order; the last, "total", is the whole detection.
+        name of the stage -> (median, 95th percentile) of its time over the runs, ms; the last, "total", is the whole detection.
     peak_mb
         peak memory of the process so far, MB (2^20 bytes); None if the system does not report it.
     yardstick
-        ms that a fixed piece of image processing takes on this machine, as `measure_yardstick` returns it; times divided by it
-        compare between machines.
+        time in ms of a fixed piece of image processing on this machine, from `measure_yardstick`; times divided by it can be
+        compared between machines.
     """
 
     name: str
@@ -70,7 +68,7 @@ class Timing:
 
 
 def table(timings: Sequence[Timing]) -> list[str]:
-    """Return the lines of a table of whole detections: a line per frame with its median, 95th percentile and yardsticks."""
+    """Return the lines of a table of whole detections, one per frame: median and 95th percentile in ms, median in yardsticks."""
     width = max(len(timing.name) for timing in timings)
     head = f"{'ms':<{width}}{'chains':>8}{'median':>10}{'95 %':>10}{'yardsticks':>12}"
     rows = []
@@ -82,7 +80,7 @@ def table(timings: Sequence[Timing]) -> list[str]:
 
 
 def footer(timings: Sequence[Timing]) -> list[str]:
-    """Return the lines below a table: the yardstick, of several the median, and the peak memory if the system reports it."""
+    """Return the lines below a table: the yardstick (median over the frames) and, if known, the peak memory."""
     middle = sorted(timing.yardstick for timing in timings)[len(timings) // 2]
     peak = timings[-1].peak_mb
     yardstick = f"yardstick {middle:.2f} ms: 1280x720 to HSV, and a range test"
@@ -92,7 +90,7 @@ def footer(timings: Sequence[Timing]) -> list[str]:
 def measure_yardstick(runs: int = YARDSTICK_RUNS) -> float:
     """Return the yardstick in ms: the time of converting a 1280x720 RGB image to HSV and testing a range, in one thread.
 
-    It is about what one pass over a frame takes on this machine, so that times divided by it compare between machines.
+    This is about the time of one pass over a frame, so that times divided by it can be compared between machines.
 
     runs : number of measurements, of which the median is returned.
     """

@@ -1,6 +1,4 @@
-"""What speaks against the chains of a frame, in words."""
-
-from __future__ import annotations
+"""Describe in words the evidence against the chains of a frame."""
 
 from ..pipeline import Stages
 from ..types.display import length_text
@@ -18,18 +16,18 @@ WORDS = {
     "uneven": "its width changes",
     "flat": "not raised on both sides",
     "faint": "hardly differs in color from what lies beside it",
-    "stray": "short beside the longest object",
-    "doubted": "the network doubts it",
-    "unsure": "no chain of the frame is sure",
+    "small_fragment": "short beside the longest object",
+    "network_doubt": "the network doubts it",
+    "frame_doubt": "no chain of the frame is sure",
 }
-"""Kind of evidence -> what it says against a chain."""
+"""Kind of evidence -> words for it."""
 
 MIN_LOSS = 0.5
-"""Logarithm of the odds that a kind of evidence takes from which on it is named: 0.92 instead of 0.95 at the most."""
+"""Least loss of log-odds for which a kind of evidence is named; this lowers a confidence of 0.95 to 0.92."""
 
 
 def doubts(stages: Stages) -> tuple[str, ...]:
-    """Return a sentence for each chain that something speaks against: its confidence, and the reasons, the strongest first."""
+    """Return a sentence for each chain with evidence against it: its confidence and the reasons, strongest first."""
     sentences = []
     for number, (chain, evidence) in enumerate(zip(stages.chains, stages.evidence, strict=True)):
         losses = sorted(evidence.losses().items(), key=lambda item: -item[1])

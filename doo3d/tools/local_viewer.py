@@ -1,6 +1,4 @@
-"""The Rerun viewer as a process of this machine that listens on 127.0.0.1 only: a window, or without a display a web page."""
-
-from __future__ import annotations
+"""Start the Rerun viewer as a local process on 127.0.0.1: a window, or without a display a web page."""
 
 import os
 import socket
@@ -14,7 +12,7 @@ from ..errors import InputError
 
 ADDRESS = "127.0.0.1"
 START_SECONDS = 30.0
-"""Time after which a viewer that does not answer is given up."""
+"""Time in s to wait for a viewer to answer."""
 
 POLL_SECONDS = 0.1
 
@@ -26,7 +24,7 @@ class LocalViewer:
     Attributes
     ----------
     process
-        the viewer's process; a window lives on when this one ends.
+        the viewer's process; a window stays open when this process ends.
     server
         address that recordings are sent to.
     page
@@ -76,7 +74,7 @@ def start_viewer() -> LocalViewer:
 
 
 def _free_ports(count: int) -> list[int]:
-    """Return ports of 127.0.0.1 that nothing listens on."""
+    """Return `count` free ports of 127.0.0.1."""
     sockets = [socket.socket() for _ in range(count)]
     try:
         for each in sockets:

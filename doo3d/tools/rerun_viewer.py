@@ -1,6 +1,4 @@
-"""A run as a recording for the Rerun viewer: image, cloud, chains and stage products of every frame."""
-
-from __future__ import annotations
+"""Write a run as a recording for the Rerun viewer: image, cloud, chains and stage products of every frame."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,7 +24,7 @@ from .stage_products import merge_table, products
 
 APPLICATION = "doo3d"
 MAX_POINTS = 200_000
-"""Points of a frame's cloud that are logged at most, evenly sampled."""
+"""Greatest number of logged points of a frame's cloud; larger clouds are sampled evenly."""
 
 
 class RerunRecording:
@@ -73,7 +71,7 @@ class RerunRecording:
     def log_frame(self, name: str, stages: bool = True) -> None:
         """Add one frame to the recording: image, cloud, chains and merge costs.
 
-        It is added at its number in the run and, if it has one, at its timestamp.
+        The frame is added at its number in the run and, if it has one, at its timestamp.
 
         Parameters
         ----------
@@ -96,7 +94,7 @@ class RerunRecording:
         self.recording.flush()
 
     def _open_capture(self) -> dict[str, FrameRef]:
-        """Return name -> frame of the capture; empty, with a warning, if it cannot be read any more."""
+        """Return name -> frame of the capture; empty, with a warning, if the capture cannot be read any more."""
         try:
             return self.results.capture_frames()
         except DooError as error:
@@ -127,7 +125,7 @@ class RerunRecording:
             log("merges", rr.TextDocument(table, media_type="text/markdown"))
 
     def _load(self, name: str, stages: bool) -> tuple[Frame | Cloud | Image | None, str]:
-        """Return the input of the detection and the table of merges; log the stage products."""
+        """Load the input of a frame and, if `stages`, log the stage products; return the input and the table of merges."""
         if name not in self.frame_refs or self.config is None:
             return None, ""
         frame = self.frame_refs[name].load()
@@ -156,7 +154,7 @@ class RerunRecording:
             self._log_shape(f"{entity}/labels", "Points", at[list(product.labels)], labels=labels, radii=rr.Radius.ui_points(4.0))
 
     def _log_shape(self, entity: str, kind: str, points: Array, **style: Any) -> None:
-        """Log points or line strips: in the image if they are 2-D, else in the world."""
+        """Log points or line strips: 2-D ones in the image, 3-D ones in the world."""
         dimensions = points.shape[-1]
         shape = getattr(self.rr, f"{kind}{dimensions}D")(points, **style)
         self.recording.log(f"{'image' if dimensions == 2 else 'world'}/{entity}", shape)
@@ -187,7 +185,7 @@ def _pinhole(rr: Any, camera: Camera) -> Any:
 
 
 def _points(data: Frame | Cloud | Image) -> tuple[Floats, Array | None]:
-    """Return points (N, 3) m and their colors (N, 3) uint8 RGB, at most MAX_POINTS."""
+    """Return at most MAX_POINTS points (N, 3) m of the data, and their colors (N, 3) uint8 RGB."""
     if isinstance(data, Cloud):
         step = max(1, len(data.points) // MAX_POINTS)
         return data.points[::step], None if data.colors is None else data.colors[::step]
@@ -201,7 +199,7 @@ def _points(data: Frame | Cloud | Image) -> tuple[Floats, Array | None]:
 
 
 def select_frames(results: Results, wanted: Sequence[str] | None) -> list[str]:
-    """Return the names of the frames of a run that were asked for, in the order asked.
+    """Return the names of the wanted frames of a run, in the order of `wanted`.
 
     Parameters
     ----------

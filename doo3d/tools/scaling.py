@@ -1,6 +1,4 @@
-"""How the time of a detection grows: frames that differ in one respect only, drawn and timed."""
-
-from __future__ import annotations
+"""Measure how the time of a detection grows with size: drawn frames that differ in one respect only."""
 
 import math
 import time
@@ -21,7 +19,7 @@ WIDTH, HEIGHT = 1280, 720
 RADIUS_PX = 5
 FOCAL_PX = 920.0
 DISTANCE = 0.8
-"""m, from the camera to the lowest strand."""
+"""Distance in m from the camera to the lowest strand."""
 
 SIZES = {
     "pixels": (0.0576, 0.2304, 0.9216, 2.0736, 3.6864),
@@ -29,7 +27,7 @@ SIZES = {
     "cables": (1, 2, 4, 8, 16),
     "crossings": (1, 2, 4, 8, 16),
 }
-"""The sizes that are timed, for each respect in which the frames differ."""
+"""Respect in which the frames differ -> the timed sizes."""
 
 UNITS = {"pixels": "megapixels", "length": "m of cable", "cables": "cables", "crossings": "crossings"}
 
@@ -41,13 +39,13 @@ class ScalePoint:
     Attributes
     ----------
     respect
-        in what the frames of the series differ: pixels, length, cables or crossings.
+        the respect in which the frames of the series differ: pixels, length, cables or crossings.
     size
         megapixels of the frame, m of cable, number of cables or of crossings.
     milliseconds
-        median over the runs.
+        median time over the runs, ms.
     yardstick
-        ms, as `measure_yardstick` returns it.
+        the yardstick in ms, from `measure_yardstick`.
     chains
         number of chains detected.
     """
@@ -69,7 +67,7 @@ HEADING = f"{'size':>12} {'':<20}{'ms':>9}{'yardsticks':>12}"
 
 
 def time_sizes(config: Config, runs: int) -> Iterator[ScalePoint]:
-    """Time detections in drawn frames with their masks given, one respect after the other, each from small to large.
+    """Time detections in drawn frames with given masks: one respect after the other, from small to large sizes.
 
     Parameters
     ----------
@@ -91,7 +89,7 @@ def time_sizes(config: Config, runs: int) -> Iterator[ScalePoint]:
 
 
 def growth(points: list[ScalePoint]) -> float:
-    """Return the exponent with which time grows between the two largest sizes of one series: 1 if it doubles with the size."""
+    """Return the exponent of the growth of time with size, from the two largest sizes of a series: 1 is linear."""
     first, last = points[-2:]
     return math.log(last.milliseconds / first.milliseconds) / math.log(last.size / first.size)
 
@@ -133,14 +131,14 @@ def draw_frame(respect: str, size: float) -> tuple[Frame, Bools, float]:
     return frame, mask > 0, float(size)
 
 
-def _wave(row: float, amplitude: float, phase: float = 0.0) -> Floats:
-    """Return a wave from left to right around a row, (P, 2) px."""
+def _wave(row: float, amplitude: float) -> Floats:
+    """Return a wave from left to right around an image row, (P, 2) px."""
     u = np.linspace(100, WIDTH - 100, 400)
-    return np.column_stack((u, row + amplitude * np.sin((u - 100) / (WIDTH - 200) * 2 * np.pi + phase)))
+    return np.column_stack((u, row + amplitude * np.sin((u - 100) / (WIDTH - 200) * 2 * np.pi)))
 
 
 def _long_strand(length: float) -> list[Floats]:
-    """Return a strand of about the given length in m that goes to and fro, 25 px from one row to the next."""
+    """Return a strand of about the given length (m) that runs back and forth, in rows 25 px apart."""
     side, gap = WIDTH - 240, 25
     rows = max(1, round(length * FOCAL_PX / DISTANCE / (side + gap)))
     if rows == 1:
@@ -160,7 +158,7 @@ def _many_cables(count: float) -> list[Floats]:
 
 
 def _many_crossings(count: float) -> list[Floats]:
-    """Return a straight strand and one that winds over it as often as wanted."""
+    """Return a straight strand and one that crosses it `count` times."""
     u = np.linspace(100, WIDTH - 100, 1200)
     straight = np.column_stack((u, np.full_like(u, HEIGHT / 2)))
     return [straight, np.column_stack((u, HEIGHT / 2 + 120 * np.cos((u - 100) / (WIDTH - 200) * count * np.pi)))]

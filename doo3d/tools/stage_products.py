@@ -1,6 +1,4 @@
-"""The product of every stage as points and edges, for pictures, files and the viewer."""
-
-from __future__ import annotations
+"""Convert the product of every stage to points and edges, for pictures, files and the viewer."""
 
 import itertools
 from collections.abc import Sequence
@@ -25,10 +23,10 @@ GRAY, WHITE = (150, 155, 165), (255, 255, 255)
 def products(stages: Stages, explanation: Explanation) -> list[Product]:
     """Return the product of each stage as colored points and edges, in the order of the stages.
 
-    They are named "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning removed are
-    red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains"
-    (junctions numbered). Points are in m (px of the picture in 2-D); the mask of a photograph that was reduced may be
-    larger than that by less than `Stages.scale`.
+    The products are named "1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-pruned" (segments that pruning
+    removed are red), "7-merges" (connections numbered, with their cost; green for confidence 1 to red for 0) and "8-chains"
+    (junctions numbered). Points are in m (px of the picture in 2-D). The mask of a photograph that was scaled down may be larger
+    than the picture by less than `Stages.scale` px.
 
     stages : the products of all stages of a frame. explanation : the explanation of the same frame, whose connections are
     numbered.
@@ -63,8 +61,8 @@ def _chains(stages: Stages) -> Product:
 def merge_table(explanation: Explanation) -> str:
     """Return the connections of an explanation as a Markdown table, the cheapest first.
 
-    Columns: number, ends, cost, terms of the cost, the cheapest alternative and its cost, confidence. `Choice` says what the
-    unit of costs is.
+    Columns: number, ends, cost, terms of the cost, the cheapest alternative and its cost, confidence. `Choice` explains the unit
+    of costs.
     """
     rows = ["| # | ends | cost | terms | next best | confidence |", "|---|---|---|---|---|---|"]
     for i, merge in enumerate(explanation.merges):
@@ -90,7 +88,7 @@ def _points(name: str, points: Floats, color: Sequence[int]) -> Product:
 
 
 def _lines(name: str, lines: Sequence[Floats], colors: Sequence[Sequence[int]] | None = None) -> Product:
-    """Return polylines (P, D), each in its color."""
+    """Return polylines (P, D) as one product, each with its color."""
     colors = colors or [chain_color(i) for i in range(len(lines))]
     if not lines:
         return Product(name, np.zeros((0, 3)), _uniform(0, GRAY))
@@ -107,7 +105,7 @@ def _pruned(pieces: Sequence[Floats], removed: Floats) -> Product:
 
 
 def _merges(pieces: Sequence[Floats], explanation: Explanation) -> Product:
-    """Return the pieces in gray, and over them the connections, numbered."""
+    """Return the product of merging: the pieces in gray, and the numbered connections above them."""
     links = [merge.chosen.points for merge in explanation.merges]
     shades = [
         np.rint(m.confidence * np.array(CONFIDENT) + (1 - m.confidence) * np.array(UNCERTAIN)).astype(int).tolist()

@@ -1,1 +1,1 @@
-"""Objects followed through the frames of a capture."""
+"""Follow objects through the frames of a capture."""

@@ -1,15 +1,15 @@
 """Detect objects in all frames of a capture together, in two passes.
 
-The first pass detects in each frame by itself. Then the number of objects and their lengths are voted over all frames. The second
-pass finds every object in every frame, starting from the frames in which that object is seen whole. It works in windows with
-fixed borders, and reads some frames before and after each window: memory stays small, and windows are independent of each other.
+The first pass detects in each frame by itself. Then the number of objects and their lengths are voted over all frames. The
+second pass follows every object through all frames, starting from the frames in which it is seen whole. It works in windows
+with fixed borders, and reads some frames before and after each window: memory stays small, and windows are independent of each
+other.
 """
-
-from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,19 +21,20 @@ from ..errors import InputError
 from ..geometry.limits import FRAME_RATE
 from ..types import Array, Cloud, Detection, Frame
 from ..types.arguments import refused
+from .depth_smoothing import smooth_depth_over_time
 from .deviations import with_deviations
 from .first_pass import check_mode, observe_frame
+from .follow import follow
+from .frame_evidence import Period
 from .frame_result import frame_result
-from .given_length import length_notes
 from .image_tracks import is_of_camera
-from .moving_camera import in_world, poses_of, seen_from
-from .objects import SequenceObject, steady_objects
+from .junction_vote import trees_of
+from .length_check import length_notes
+from .objects import SequenceObject, find_smoothed_objects
 from .observations import Observation
-from .second_pass import follow
 from .shape import Shape
-from .steady_depth import steadied
-from .topology import trees_of
 from .tracks import CONTEXT, WINDOW
+from .world_frame import in_camera, in_world, poses_of
 
 
 def detect_sequence(
@@ -53,18 +54,19 @@ def detect_sequence(
     frames
         the frames or clouds of one capture, in order; read once, and not kept.
     config
-        the settings, as for `detect`; section `sequence` is for this.
+        the settings, as for `detect`; section `sequence` applies here only.
     masks
-        for each frame the caller's own segmentation, as for `detect`, or None; None segments all frames as the config says.
+        for each frame the caller's segmentation, as for `detect`, or None; None segments all frames according to the settings.
     poses
-        for each frame the pose of a camera that moves, camera to world: (4, 4) m. The objects are followed in the world; their
-        chains are in the camera's frame all the same. None: the camera stands still, or its motion is estimated from the
-        background of the frames, and a note says so.
+        for each frame the pose of a moving camera, camera to world: (4, 4) m. Objects are then followed in the world; their
+        chains are in the camera frame all the same. None: the motion of the camera is estimated from the background of the
+        frames; a note reports it if the camera moves.
 
     Returns
     -------
-    A detection for each frame; the first also has the notes on the whole sequence. Per segment, `occluded` is True where the
-    frame does not show the object, and `from_time` where the segment was filled in from other frames.
+    A detection for each frame; the first one also has the notes on the whole sequence. For each segment,
+    `occluded` is True where the object is hidden in the frame, and `from_time` where the segment was filled in from other
+    frames.
 
     Raises
     ------
@@ -72,14 +74,13 @@ def detect_sequence(
     """
     config = as_config(config)
     check_mode(config)
-    placed = zip(_with_masks(frames, masks), _poses(poses), strict=False)  # poses do not end before frames
+    placed = zip(_with_masks(frames, masks), _poses(poses), strict=False)  # too few poses raise an error
     observations = [observe_frame(frame, config, mask, pose) for (frame, mask), pose in placed]
     motion = motion_of(observations, config, lambda k: observations[k].background)
     observations = with_poses(observations, motion)
     detections = list(combine(observations, config))
     if detections:
-        found = () if motion.note is None else (motion.note,)
-        notes = (*found, *length_notes(observations, config), *detections[0].notes)
+        notes = (*motion.notes, *length_notes(observations, config), *detections[0].notes)
         detections[0] = replace(detections[0], notes=notes)
     return detections
 
@@ -87,7 +88,7 @@ def detect_sequence(
 def _with_masks(
     frames: Iterable[Frame | Cloud], masks: Iterable[Array | None] | None
 ) -> Iterator[tuple[Frame | Cloud, Array | None]]:
-    """Yield each frame and its mask, after a check that they are frames, and masks for all of them."""
+    """Yield each frame with its mask, checked for type and number."""
     for values, what in ((frames, "frames"), (() if masks is None else masks, "masks")):
         if not isinstance(values, Iterable) or isinstance(values, str | Frame | Cloud) or getattr(values, "ndim", 1) == 0:
             raise refused(values, what, "a sequence, such as a list: one for each frame")
@@ -105,7 +106,7 @@ def _with_masks(
 
 
 def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
-    """Yield the pose of each frame, after a check that they are some, and None without end if there are none."""
+    """Yield the pose of each frame, checked for number; None if there are none."""
     if poses is None:
         yield from itertools.repeat(None)
         return
@@ -118,10 +119,16 @@ def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
 def motion_of(
     observations: Sequence[Observation], config: Config, background_of: Callable[[int], BackgroundView | None]
 ) -> CameraMotion:
-    """Return how the camera of a capture moves, as estimated from its frames; nothing if a pose is known.
+    """Return the estimated motion of the camera; no motion if a pose is known.
 
-    observations : all frames, in order. config : its `sequence.max_gap` is the time over which a pose may be interpolated.
-    background_of : function that gives the background of frame 0, 1, ...
+    Parameters
+    ----------
+    observations
+        all frames, in order.
+    config
+        the settings; `sequence.max_gap` is the longest time over which poses are interpolated.
+    background_of
+        function that returns the background of frame 0, 1, ...
     """
     if any(observation.pose is not None for observation in observations):
         return CameraMotion()
@@ -136,7 +143,7 @@ def with_poses(observations: Sequence[Observation], motion: CameraMotion) -> lis
 
 
 def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:
-    """Yield the detection of every frame, given the observations of all frames: the second pass.
+    """Yield the detection of each frame from all observations: the second pass.
 
     Parameters
     ----------
@@ -145,50 +152,60 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
     config
         the settings; sections `sequence` and `tracking` are used.
     past_only
-        True to find each object from earlier frames only, for comparison. Number and lengths of the objects still come from all
-        frames.
+        True to find each object from earlier frames only, for comparison. The number and lengths of the objects still come
+        from all frames.
     """
-    whole, objects = steady_objects(observations, config)
+    whole, objects = find_smoothed_objects(observations, config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
         window = observations[first:last]
-        steady = whole if len(window) == len(whole) else steadied(window, config.tracking, config.sequence.length)
-        yield from combine_window(window, steady, objects, start, first, max_gap, config.output.min_confidence, past_only)
+        smoothed = whole if len(window) == len(whole) else smooth_depth_over_time(window, config.tracking, config.sequence.length)
+        yield from combine_window(Window(start, window, smoothed), objects, max_gap, config.output.min_confidence, past_only)
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
-    """Return the range of frames, (first, one after the last), that the window from frame `start` on reads.
+    """Return the first frame that a window reads, and one after the last.
 
-    count : number of frames of the capture.
+    start : first frame of the window itself. count : number of frames of the capture.
     """
     return max(0, start - CONTEXT), min(count, start + WINDOW + CONTEXT)
 
 
+class Window(NamedTuple):
+    """A window of the second pass, with the frames before and after it that it reads.
+
+    Attributes
+    ----------
+    start
+        index in the capture of the window's first frame.
+    observations
+        the observations of the frames of `window_bounds`.
+    smoothed
+        the same observations with their depth smoothed over time, from `smooth_depth_over_time`.
+    """
+
+    start: int
+    observations: Sequence[Observation]
+    smoothed: Sequence[Observation]
+
+    @property
+    def first(self) -> int:
+        """Index in the capture of the first observation."""
+        return max(0, self.start - CONTEXT)
+
+
 def combine_window(
-    observations: Sequence[Observation],
-    steady: Sequence[Observation],
-    objects: Sequence[SequenceObject],
-    start: int,
-    first: int,
-    max_gap: int,
-    min_confidence: float,
-    past_only: bool = False,
+    window: Window, objects: Sequence[SequenceObject], max_gap: int, min_confidence: float, past_only: bool = False
 ) -> list[Detection]:
-    """Return the detections of the WINDOW (300) frames from `start` on.
+    """Return the detections of the WINDOW (300) frames of a window.
 
     Parameters
     ----------
-    observations
-        the observations of the frames of `window_bounds`.
-    steady
-        the same with their depth smoothed over time, from `steadied`.
+    window
+        the frames.
     objects
         the objects of the whole capture.
-    start
-        index in the capture of the first frame of the window.
-    first
-        index in the capture of the first of the observations.
     max_gap
         largest number of successive frames without any strand of an object that are filled in.
     min_confidence
@@ -196,38 +213,37 @@ def combine_window(
     past_only
         as for `combine`.
     """
-    placed = in_world(observations if past_only else steady)
-    cameras = None
-    if is_of_camera(observations):
-        moving = poses_of(placed)
-        cameras = np.tile(np.eye(4), (len(placed), 1, 1)) if moving is None else moving
-    claimed = [_claimed(objects, first + k) for k in range(len(observations))]
+    start, observations, smoothed = window
+    frames = range(window.first, window.first + len(observations))
+    placed = in_world(observations if past_only else smoothed)
+    poses = poses_of(placed) if is_of_camera(observations) else np.zeros((0, 4, 4))
+    if is_of_camera(placed):
+        poses = np.tile(np.eye(4), (len(placed), 1, 1))
+    owned = [_owned(item, frames) for item in objects]
+    claimed = [set[int]().union(*(own[k] for own in owned)) for k in range(len(frames))]
     shapes: list[list[Shape | None]] = []
     for tree in trees_of([item.nodes for item in objects]):
         items = [objects[k] for k in tree]
-        of_others = [
-            [chains - mine for chains, mine in zip(claimed, _own(item, first, len(observations)), strict=True)] for item in items
-        ]
-        followed = follow(items, placed, first, of_others, max_gap, cameras, past_only)
+        of_others = [[chains - own for chains, own in zip(claimed, owned[k], strict=True)] for k in tree]
+        followed = follow(items, Period(frames.start, placed, poses), of_others, max_gap, past_only)
         known = [with_deviations(item, each, placed, past_only) for item, each in zip(items, followed, strict=True)]
         shapes += [_in_camera(each, placed) for each in known]
-    frames = range(start - first, min(start - first + WINDOW, len(observations)))
     is_branched = any(observation.detection.objects for observation in observations)
     return [
         frame_result(observations[k], objects, [shape[k] for shape in shapes], claimed[k], is_branched, min_confidence)
-        for k in frames
+        for k in range(start - frames.start, min(start - frames.start + WINDOW, len(frames)))
     ]
 
 
 def _in_camera(shapes: Sequence[Shape | None], observations: Sequence[Observation]) -> list[Shape | None]:
-    """Return the shapes of an object in the frame of the camera.
+    """Return the shapes of an object in the camera frame.
 
-    shapes, observations : of the same frames, in the world if `in_world` has brought them there.
+    observations : of the same frames, in the world if `in_world` transformed them.
     """
     poses = poses_of(observations)
-    if poses is None:
+    if not len(poses):
         return list(shapes)
-    return [shape and replace(shape, joints=seen_from(pose, shape.joints)) for shape, pose in zip(shapes, poses, strict=True)]
+    return [shape and replace(shape, joints=in_camera(pose, shape.joints)) for shape, pose in zip(shapes, poses, strict=True)]
 
 
 def gap_frames(observations: Sequence[Observation], config: Config) -> int:
@@ -236,21 +252,14 @@ def gap_frames(observations: Sequence[Observation], config: Config) -> int:
 
 
 def frame_seconds(observations: Sequence[Observation]) -> float:
-    """Return the median time from frame to frame, s; 1/30 s if the frames have no times."""
+    """Return the median time between frames in s; 1/30 s if they have no times."""
     times = [observation.detection.timestamp for observation in observations]
-    known = np.array([time for time in times if time is not None])
-    steps = np.diff(known)
+    steps = np.diff([time for time in times if time is not None])
     steps = steps[steps > 0]
     return float(np.median(steps)) if len(steps) else 1 / FRAME_RATE
 
 
-def _claimed(objects: Sequence[SequenceObject], frame: int) -> set[int]:
-    """Return the chains of a frame that are whole objects, or parts of those of a tree."""
-    whole = {anchor.chain for item in objects for anchor in item.anchors if anchor.frame == frame}
-    return whole | {chain for item in objects for at, chain in item.parts if at == frame}
-
-
-def _own(item: SequenceObject, first: int, count: int) -> list[set[int]]:
-    """Return for each of `count` frames from `first` on the chain that is the whole object or a part of it, if there is one."""
-    anchors = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
-    return [{anchors[first + k]} if first + k in anchors else set() for k in range(count)]
+def _owned(item: SequenceObject, frames: range) -> list[set[int]]:
+    """Return for each frame the chain that is the object or a part of it, as a set."""
+    chains = dict(item.parts) | {anchor.frame: anchor.chain for anchor in item.anchors}
+    return [{chains[frame]} if frame in chains else set() for frame in frames]

@@ -1,6 +1,4 @@
-"""Detection in a stream: one frame after the other, with ids that stay."""
-
-from __future__ import annotations
+"""Detect in a stream of frames, one after another, with ids that persist."""
 
 from numpy.typing import ArrayLike
 
@@ -11,18 +9,18 @@ from .tracking import Tracker
 
 
 class Detector:
-    """Detector for a stream of frames, such as of a camera in a loop: chains keep their id and direction from frame to frame.
+    """Detector for a stream of frames: chains keep their id and direction.
 
-    The settings are checked once, on construction. Nothing runs in the background: `update` takes as long as `doo3d.detect`, so
-    leave out frames that arrive meanwhile, and give the latest.
+    The settings are checked once, on construction. Nothing runs in the background: `update` takes as long as `doo3d.detect`,
+    so skip frames that arrive in the meantime and pass the latest one.
 
     Parameters
     ----------
     config
         the settings, as `doo3d.detect` takes them; None for the preset "default".
     pose
-        pose of a camera that does not move in the robot's base frame, m: 4x4, p_base = pose @ p_camera, or the seven numbers
-        x y z qx qy qz qw. None leaves chains in the camera's frame.
+        pose in the robot's base frame of a camera that does not move, m: 4x4 with p_base = pose @ p_camera, or seven numbers
+        x y z qx qy qz qw. None leaves the chains in the camera frame.
 
     Raises
     ------
@@ -46,29 +44,32 @@ class Detector:
         return self._config
 
     def update(self, data: Frame | Cloud | Image | Array, mask: Array | None = None, pose: ArrayLike | None = None) -> Detection:
-        """Return the chains of the next frame, with the ids and directions that they had in the frames before.
+        """Return the chains of the next frame with their earlier ids and directions.
 
-        An error leaves the ids as they are: go on with the next frame.
+        An error leaves the ids unchanged: continue with the next frame.
 
         Parameters
         ----------
         data
             the frame after the one given last.
         mask
-            the caller's own segmentation, True on the object: (H, W) bool for a Frame or an image, (N,) bool for a Cloud. None
-            segments as the settings say.
+            the caller's segmentation, True on the object: (H, W) bool for a Frame or an image, (N,) bool for a Cloud. None
+            segments according to the settings.
         pose
-            pose of the camera in the robot's base frame at the time of the frame, for a camera that moves; None: that given on
-            construction. Give one for every frame or for none: ids are found by position.
+            pose of a moving camera in the robot's base frame at the time of the frame; None uses the pose given on
+            construction. Pass one for every frame or for none, since ids are assigned by position.
 
         Raises
         ------
-        InputError : the data cannot be used; the message says what is wrong, where, and what to do.
+        InputError : the data cannot be used; the message names the fault, the place and the remedy.
         """
         return self._tracker.update(detect(data, self._config, mask, self._pose if pose is None else pose))
 
     def reset(self) -> None:
-        """Forget all chains, such as after a cut or a change of the scene: the next frame's ids begin at 0."""
+        """Remove all remembered chains, so that ids restart at 0.
+
+        Call it after a cut or a change of the scene.
+        """
         self._tracker = Tracker(self._config.tracking)
 
     def __repr__(self) -> str:

@@ -1,6 +1,4 @@
-"""The standard deviations of joints in a sequence: those of the frame where a joint is seen, more where it is hidden."""
-
-from __future__ import annotations
+"""Estimate standard deviations of joints; they are larger where hidden."""
 
 import math
 from collections.abc import Sequence
@@ -16,53 +14,58 @@ from .observations import Observation
 from .shape import Shape
 
 WEIGHTS = np.array(((1.41, 0.954), (0.277, 0.0609)))
-"""Weights, across and along the ray, of a joint's deviations in the frame, and of how far it is from what is known of it
-(`deviation_terms`), whose squares are added. Fitted by docs/fit_deviations.py."""
+"""Weights, across and along the ray, of the two terms of `deviation_terms`, whose squares are added. Fitted by
+docs/fit_deviations.py."""
 
 
 def with_deviations(
     item: SequenceObject, shapes: Sequence[Shape | None], observations: Sequence[Observation], past_only: bool
 ) -> list[Shape | None]:
-    """Return the shapes of an object in successive frames with the standard deviations of their joints.
+    """Return the shapes of an object with the standard deviations of their joints.
 
     Parameters
     ----------
     item
         the object.
     shapes
-        its shape in each frame; None where it is not there.
+        its shape in each of T successive frames; None where it is missing.
     observations
         the observations of these frames.
     past_only
-        whether a hidden joint is known from earlier frames only.
+        whether the positions of hidden joints come from earlier frames only.
     """
     terms = deviation_terms(item, shapes, observations, past_only)
-    if terms is None:
+    if not len(terms):
         return list(shapes)
     deviations = np.sqrt(((terms * WEIGHTS) ** 2).sum(axis=2))
-    return [None if shape is None else replace(shape, deviations=each) for shape, each in zip(shapes, deviations, strict=True)]
+    return [shape and replace(shape, deviations=each) for shape, each in zip(shapes, deviations, strict=True)]
 
 
 def deviation_terms(
     item: SequenceObject, shapes: Sequence[Shape | None], observations: Sequence[Observation], past_only: bool
-) -> Floats | None:
-    """Return the terms (T, M + 1, 2, 2) m of T frames and M + 1 joints; None if no chain of the frames has deviations.
+) -> Floats:
+    """Return the two terms of joint deviations in T frames, (T, M + 1, 2, 2) m.
 
-    The first is the pair of deviations that the frame gives to its own chain nearest to the joint, or to the seen joints on
-    both sides of a hidden one. The second, across and along the ray, is how far a hidden joint is from what is known: half the
-    harmonic mean of the length of object from the nearest joint seen in the frame, and of the way that the object moves since
-    the joint was seen, or until it is, with a radius. Along the ray, all joints of a frame without any depth are hidden.
+    The first term is the pair of deviations, across and along the ray, that the frame gives to the nearest joint of its own
+    chains; for a hidden joint those of the visible joints on both sides are interpolated. The second term is the distance of a
+    hidden joint from what is known: half the harmonic mean of the length of object to the nearest visible joint and of the
+    distance that the object moves until the joint is visible in another frame, plus one radius. Along the ray, all joints of a
+    frame without depth count as hidden.
+
+    Returns
+    -------
+    The terms of M + 1 joints; (0, 2) if no chain of the frames has deviations.
     """
     seen = np.array([np.zeros(item.segments + 1, dtype=bool) if shape is None else shape.seen for shape in shapes])
     own = [_own(shape, observation) for shape, observation in zip(shapes, observations, strict=True)]
-    known = [each for each in own if each is not None]
-    if not known:
-        return None
-    usual = np.median(np.concatenate(known), axis=0)
+    known = np.concatenate([np.zeros((0, 2)), *own])
+    if not len(known):
+        return known
+    usual = np.median(known, axis=0)
     at = np.arange(item.segments + 1)
     base = np.empty((*seen.shape, 2))
     for k, values in enumerate(own):
-        base[k] = usual if values is None else np.column_stack([np.interp(at, at[seen[k]], column) for column in values.T])
+        base[k] = np.column_stack([np.interp(at, at[seen[k]], column) for column in values.T]) if len(values) else usual
     radius = item.radius if np.isfinite(item.radius) else item.segment_length
     speed, away = _speed(shapes), np.empty_like(base)
     has_depth = np.array([shape is not None and shape.measured.any() for shape in shapes], dtype=bool)
@@ -73,18 +76,24 @@ def deviation_terms(
     return np.stack((base, away), axis=2)
 
 
-def _own(shape: Shape | None, observation: Observation) -> Floats | None:
-    """Return for the seen joints of a shape the deviations that the frame itself gives to the nearest joint; None without any."""
+def _own(shape: Shape | None, observation: Observation) -> Floats:
+    """Return the deviations (K, 2) m of a frame's own chains at the visible joints.
+
+    Each joint takes those of the nearest joint of the chains; (0, 2) if there are none.
+    """
     chains = [chain for chain in observation.detection.chains if chain.deviations is not None]
     if shape is None or not chains or not shape.seen.any():
-        return None
+        return np.zeros((0, 2))
     points = np.concatenate([chain.joints for chain in chains])
     index = nearest(shape.joints[shape.seen], points, math.inf)[1]
     return np.asarray(np.concatenate([chain.deviations for chain in chains])[index])
 
 
 def _steps(seen: Bools, past_only: bool = False) -> Ints:
-    """Return for each row and column (R, C) the rows to the nearest one that has the column, before it or after it."""
+    """Return the distance in rows to the nearest True of each column, (R, C).
+
+    seen : (R, C) bool. past_only : whether only earlier rows count. A column without True gives at least R.
+    """
     rows = np.arange(len(seen))[:, None]
     never = 2 * len(seen)
     before = rows - np.maximum.accumulate(np.where(seen, rows, -never), axis=0)
@@ -93,7 +102,7 @@ def _steps(seen: Bools, past_only: bool = False) -> Ints:
 
 
 def _speed(shapes: Sequence[Shape | None]) -> float:
-    """Return by how much seen joints move from a frame to the next, m, 90th percentile; 0 if that is not known."""
+    """Return the 90th percentile of the motion of visible joints per frame, m."""
     moves = [
         np.linalg.norm((after.joints - before.joints)[before.seen & after.seen], axis=1)
         for before, after in pairwise(shapes)

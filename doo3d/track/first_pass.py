@@ -1,6 +1,4 @@
-"""Detect in one frame of a sequence by itself: the first pass."""
-
-from __future__ import annotations
+"""Detect in each frame of a sequence by itself: the first pass."""
 
 from dataclasses import replace
 
@@ -12,16 +10,17 @@ from ..errors import InputError
 from ..pipeline import detect_with_stages
 from ..types import Array, Cloud, Detection, Frame
 from ..types.pose import as_pose
+from .image_strands import strands_in_image
 from .observations import Observation, observe
-from .without_depth import strands_in_image
 
 SMOOTHING_SHARE = 0.7
-"""Share of `segment.strand_smoothing_radii` over which a frame of a sequence is smoothed: waves that are left change from frame
-to frame, and are smoothed over time; bends that are smoothed away do not come back. Of nine moving cables before stereo cameras
-48 % of the frames are right, and 35 % with 1."""
+"""Fraction of `segment.strand_smoothing_radii` used in the frames of a sequence. Waves of depth that remain change from frame
+to frame and are smoothed over time; bends that are smoothed away are lost. For nine moving cables in front of stereo
+cameras 48 % of the frames are right with 0.7 and 35 % with 1."""
 
-NOTHING_TO_SEE = ("depth-none", "mask-without-depth", "mask-empty", "cloud-without-extent")
-"""Codes of errors of a frame that shows nothing in space; such a frame is filled from others. Any other error is raised."""
+EMPTY_FRAME_CODES = ("depth-none", "mask-without-depth", "mask-empty", "cloud-without-extent")
+"""Error codes of a frame without usable depth on the object: such a frame is filled from other frames. Other errors are
+raised."""
 
 
 def check_mode(config: Config) -> None:
@@ -34,29 +33,34 @@ def check_mode(config: Config) -> None:
 
 
 def first_pass_config(config: Config) -> Config:
-    """Return the settings with which frames of a sequence are detected by themselves: depth is smoothed less along strands."""
+    """Return the settings for frames of a sequence, with less smoothing along strands."""
     smoothing = SMOOTHING_SHARE * config.segment.strand_smoothing_radii
     return config.model_copy(update={"segment": config.segment.model_copy(update={"strand_smoothing_radii": smoothing})})
 
 
 def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = None, pose: ArrayLike | None = None) -> Observation:
-    """Detect in one frame by itself, and return its detection with all strands seen: the first pass.
+    """Detect in one frame by itself; return the detection with all visible strands.
 
     A frame that cannot be used by itself, such as one without depth, gives an observation without chains and with a note; its
-    strands are those of its image.
+    strands come from its color image.
 
-    frame, config, mask : as for `detect`. pose : (4, 4) m, camera to world, of a camera that may move; None if unknown.
+    Parameters
+    ----------
+    frame, config, mask
+        as for `detect`.
+    pose
+        (4, 4) m, camera to world, of a camera that may move; None if unknown.
 
     Raises
     ------
-    InputError : the frame cannot be used; or the pose is no rotation and shift.
+    InputError : the frame cannot be used, or the pose is not a rigid motion.
     """
     to_world = None if pose is None else as_pose(pose)
     config = first_pass_config(config)
     try:
         detection, stages = detect_with_stages(frame, config, mask)
     except InputError as error:
-        if error.code not in NOTHING_TO_SEE:
+        if error.code not in EMPTY_FRAME_CODES:
             raise
         coordinates = frame.coordinates if isinstance(frame, Cloud) else "camera"
         detection = Detection(
@@ -69,5 +73,5 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
 
 
 def _background(frame: Frame | Cloud, mask: Array | None) -> BackgroundView | None:
-    """Return the surroundings of the objects of a frame; None for a cloud."""
+    """Return a small view of the background of a frame; None for a cloud."""
     return None if isinstance(frame, Cloud) else background_view(frame, mask)

@@ -1,6 +1,4 @@
-"""Lay the objects of a sequence in the detection of each of its frames."""
-
-from __future__ import annotations
+"""Replace the chains in the detection of a frame by the objects of the sequence."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -30,40 +28,37 @@ def frame_result(
     is_branched: bool,
     min_confidence: float,
 ) -> Detection:
-    """Return the detection of a frame with the chains of the sequence in place of its own ones.
+    """Return the detection of a frame with the chains of the sequence.
 
     Parameters
     ----------
     observation
-        the frame as it is seen by itself.
+        the observation of the frame by itself.
     objects
         the objects of the capture.
     shapes
-        for each of them its shape in the frame, None where it is not there.
+        for each object its shape in the frame; None if it is missing.
     followed
-        the chains of the frame that are objects, or parts of them. Other rings are kept.
+        indices of the frame's own chains that are objects, or parts of them. Other rings are kept.
     is_branched
-        whether branched objects are looked for.
+        whether branched objects are searched.
     min_confidence
-        confidence below which chains of the frame alone are left out, unless the user said what the object is.
+        smallest confidence of the frame's own chains, unless the caller specified the object.
     """
     single = observation.detection
     least = 0.0 if observation.is_given else min_confidence
     if not objects:
         return single.confident(least)
     missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
-    rings = [
-        replace(chain, id=None)
-        for number, chain in enumerate(single.chains)
-        if chain.closed and chain.confidence >= least and number not in followed
-    ]
+    others = [chain for number, chain in enumerate(single.chains) if chain.closed and number not in followed]
+    rings = [replace(chain, id=None) for chain in others if chain.confidence >= least]
     shapes = join_shapes(objects, shapes)
-    laid = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
+    known = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
     if is_branched:
-        rings += [chain for chain in laid if chain is not None and chain.closed]
-        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in laid], rings)
+        rings += [chain for chain in known if chain is not None and chain.closed]
+        found = assemble(objects, [chain if chain is not None and not chain.closed else None for chain in known], rings)
     else:
-        found = Branched(sorted([*(chain for chain in laid if chain is not None), *rings], key=lambda chain: -chain.length))
+        found = Branched(sorted([*(chain for chain in known if chain is not None), *rings], key=lambda chain: -chain.length))
     return replace(
         single,
         chains=tuple(found.chains),
@@ -81,10 +76,10 @@ def as_chain(item: SequenceObject, shape: Shape) -> Chain:
     joints = close_ring(shape.joints[:-1], length) if item.closed else exact_lengths(shape.joints, length)
     confidence = float(np.exp(-shape.cost))
     hidden = runs(~seen)
-    if item.closed:  # a gap over the first joint begins before the last
+    if item.closed:  # a gap across the first joint starts before the last joint
         gaps = [first for first, _ in hidden if first > 0 or (seen[-1] and not seen[0])]
     else:
-        gaps = [first for first, end in hidden if first > 0 and end < len(seen)]  # beyond an end nothing is connected
+        gaps = [first for first, end in hidden if first > 0 and end < len(seen)]  # a hidden end is no gap
     return Chain(
         joints,
         length,

@@ -1,9 +1,7 @@
-"""Hold the objects of one tree together at their junctions, frame by frame."""
-
-from __future__ import annotations
+"""Join shapes of one frame at the junctions of their objects; assemble trees."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,60 +9,67 @@ import numpy as np
 from ..links.branches import Branched
 from ..links.branches.objects import Piece, laid_out
 from ..types import Bools, Chain, Floats
+from .junction_vote import Node, Nodes, trees_of
 from .objects import SequenceObject
-from .registration import exact_lengths, to_lengths
+from .registration import exact_lengths, relax_lengths
 from .shape import Shape
-from .topology import Node, Nodes, trees_of
 
 MIN_ENDS = 3
-"""Fewest chain ends at a junction."""
+"""Smallest number of chain ends at a junction."""
 
 ROUNDS, FREE_ROUNDS = 3, 5
-"""Times that junctions are placed between the ends that meet there, and the ends led to them: lengths pull them off again. Then
-the times that objects whose ends are still too far off are led there without regard to where they were seen."""
+"""Rounds in which junctions are placed between their ends and the ends are moved to them; equal segment lengths pull the ends
+off again. Then rounds in which ends that are still too far off are moved without holding the visible joints."""
 
 MAX_GAP_SEGMENTS = 0.3
 """Largest distance of an end from its junction, in segments."""
 
 BLEND_RADII, MIN_BLEND_SEGMENTS = 6.0, 3
-"""Radii, and segments at least, along which a seen end gives way to its junction."""
+"""Length at a visible end over which its shift to the junction fades out: in radii, and smallest number of segments."""
 
 
 def join_shapes(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> list[Shape | None]:
-    """Move the ends that meet at a junction to one point, in one frame.
+    """Move the ends that meet at each junction to one point, in one frame.
 
-    The point is the weighted mean of the ends; an end counts more if it was seen recently. Joints that were not seen move along
-    with the end. If the object was seen beside its end, the shift fades out over a few radii.
+    The point is the mean of the ends, weighted by how recently each was visible. Hidden joints move along with the end; if the
+    object is visible next to its end, the shift fades out over a few radii.
 
     Parameters
     ----------
     objects
         the objects of the capture.
     shapes
-        for each object its shape in the frame; None if it is not in the frame.
+        for each object its shape in the frame; None if it is missing.
 
     Returns
     -------
-    The shapes with joined ends, in the same order.
+    The joined shapes, in the same order.
     """
     result = list(shapes)
     for number in range(ROUNDS + FREE_ROUNDS):
-        places = _places(objects, result)
-        if not places:
+        points = _junction_points(objects, result)
+        if not points:
             break
-        for k, (item, shape) in enumerate(zip(objects, result, strict=True)):
-            targets = [None if node is None else places.get(node.junction) for node in item.nodes]
-            if shape is None or all(target is None for target in targets):
-                continue
-            if number < ROUNDS:
-                result[k] = _led_to(item, shape, targets, shape.seen)
-            elif _gap(shape, targets) > MAX_GAP_SEGMENTS * item.segment_length:
-                result[k] = _led_to(item, shape, targets, np.zeros_like(shape.seen))
+        pairs = zip(objects, result, strict=True)
+        result = [shape and _pull_to_junctions(item, shape, points, number >= ROUNDS) for item, shape in pairs]
     return result
 
 
-def _places(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
-    """Return the position of each junction at which at least two ends are known, (3,) m."""
+def _pull_to_junctions(item: SequenceObject, shape: Shape, points: Mapping[int, Floats], is_free: bool) -> Shape:
+    """Return a shape with its ends moved to their junctions.
+
+    points : (3,) m, position of each junction. is_free : whether visible joints may move, too; then ends that are near enough
+    stay.
+    """
+    targets = [node and points.get(node.junction) for node in item.nodes]
+    gaps = [np.linalg.norm(shape.joints[-side] - target) for side, target in enumerate(targets) if target is not None]
+    if not gaps or (is_free and max(gaps) <= MAX_GAP_SEGMENTS * item.segment_length):
+        return shape
+    return _move_ends(item, shape, targets, np.zeros_like(shape.seen) if is_free else shape.seen)
+
+
+def _junction_points(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -> dict[int, Floats]:
+    """Return the position (3,) m of each junction with at least two known ends."""
     ends: dict[int, list[tuple[Floats, float]]] = {}
     for item, shape in zip(objects, shapes, strict=True):
         for side, node in enumerate(item.nodes):
@@ -77,13 +82,8 @@ def _places(objects: Sequence[SequenceObject], shapes: Sequence[Shape | None]) -
     }
 
 
-def _gap(shape: Shape, targets: Sequence[Floats | None]) -> float:
-    """Return the larger distance of the two ends from their targets, m."""
-    return max(float(np.linalg.norm(shape.joints[-k] - target)) for k, target in enumerate(targets) if target is not None)
-
-
-def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
-    """Return an object with its first and its last end led to places.
+def _move_ends(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None], seen: Bools) -> Shape:
+    """Return an object with its first and last end moved to given points.
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
     shape
         its shape.
     targets
-        where the first and the last end have to be, (3,) m; None for an end that is free.
+        (3,) m, for the first and the last end; None for a free end.
     seen
-        (M + 1,) bool, the joints that stay, except near these ends.
+        (M + 1,) bool, the joints that stay, except near the moved ends.
     """
     count = len(shape.joints)
-    radius = item.radius if np.isfinite(item.radius) else 0.0
+    radius = float(np.nan_to_num(item.radius))
     blend = max(MIN_BLEND_SEGMENTS, int(np.ceil(BLEND_RADII * radius / item.segment_length)))
     at = np.arange(count)
     from_ends = np.minimum(count if targets[0] is None else at, count if targets[1] is None else at[::-1])
@@ -108,23 +108,23 @@ def _led_to(item: SequenceObject, shape: Shape, targets: Sequence[Floats | None]
             fixed[index], shifts[index] = True, target - shape.joints[index]
     known = np.flatnonzero(fixed)
     moved = np.column_stack([np.interp(at, known, column) for column in shifts[known].T])
-    joints = to_lengths(shape.joints + moved, item.segment_length, fixed)
+    joints = relax_lengths(shape.joints + moved, item.segment_length, fixed)
     return replace(shape, joints=exact_lengths(joints, item.segment_length))
 
 
 def assemble(objects: Sequence[SequenceObject], chains: Sequence[Chain | None], others: Sequence[Chain]) -> Branched:
-    """Assemble the chains of a frame to trees, by descending total length; in each tree the trunk comes first.
+    """Assemble the chains of a frame to trees, sorted by descending total length.
 
-    A junction at which fewer than three chains are in the frame is left out.
+    The trunk of a tree comes first. A junction with fewer than three chains in the frame is left out.
 
     Parameters
     ----------
     objects
         the objects of the capture.
     chains
-        for each object its chain; None if it is not in the frame.
+        for each object its chain; None if it is missing.
     others
-        further chains; each is an object by itself.
+        further chains, each an object of its own.
     """
     ends = Counter(node.junction for item, chain in zip(objects, chains, strict=True) if chain for node in item.nodes if node)
     present = [(item, chain) for item, chain in zip(objects, chains, strict=True) if chain is not None]

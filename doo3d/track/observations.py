@@ -1,9 +1,7 @@
-"""Record the detection of one frame by itself, with all strands seen and how likely their ends are tips."""
+"""Record the detection of one frame with all its visible strands."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,48 +11,55 @@ from ..chains.refine import estimate_centerline, lay_chains
 from ..config import Config
 from ..geometry.assembly import Assembly
 from ..geometry.curves import runs
+from ..geometry.polyline import unit
 from ..pipeline import Stages
 from ..scene.frame import FrameScene
 from ..scene.scene import Scene
 from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
-from .readings import readings_along
-from .tips import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
+from .depth_readings import readings_along
+from .strand_ends import MIN_STRAND_RADII, TIP, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
-"""Smallest confidence of a connection inside a strand; at a less certain one the strand is cut in two, and a chain that is less
-certain is no whole object."""
+"""Smallest confidence of a connection within a strand, and of the chain of a whole object. A strand is cut at a connection
+below it."""
 
 LENGTH_ERROR = 0.02
-"""Share of an object's length by which its measured lengths, and with these the positions along it, differ from frame to frame. A
-given length may differ as much, a strand may overhang as much, and a tip lies half as far off: lengths are measured to about
-1 %."""
+"""Fraction of an object's length by which its measured lengths, and positions along it, differ from frame to frame. A given
+length may be off by as much, a strand may overhang by as much, and a tip is off by half of it: lengths are measured to
+about 1 %."""
 
 JUNCTION_SEGMENTS = 1
-"""Segments next to a junction that may be unseen in a strand that ends at the junction."""
+"""Number of segments at a junction that may be hidden in a strand that ends at the junction."""
+
+
+def no_sights() -> Floats:
+    """Return the sights of a strand with measured depth, (0, 3)."""
+    return np.zeros((0, 3))
 
 
 @dataclass(frozen=True)
 class ObservedStrand:
-    """A stretch of an object seen in one frame, possibly with hidden parts between seen ones.
+    """A stretch of an object in one frame, with hidden parts between visible ones.
 
     Attributes
     ----------
     points
-        (K, 3) m, joints on the seen parts, in order.
+        (K, 3) m, joints of the visible parts, in order.
     arcs
         (K,) m, arc length of each point from the start of the strand.
     length
         m, arc length of the whole strand.
     tips
-        whether the start and the end are tips of the object: TIP, UNKNOWN or CUT_OFF.
+        kind of the start and of the end, TIP, UNKNOWN or CUT_OFF of `strand_ends`.
     chain
-        index in the detection of the chain that the strand is part of; -1 for a strand that is in none.
+        index in the detection of the chain that contains the strand; -1 for a strand of no chain.
     sight
-        (K, 3) direction in which the place of each point is not known: from the camera where the image shows the strand and its
-        depth was not measured, 0 where it was. None: all were measured. Of a strand without any depth the points lie at a
-        distance of 1 along their sights, and lengths are angles, rad.
+        (K, 3) unit, direction from the camera to each point whose depth was not measured, along which its position is unknown;
+        0 for measured points. (0, 3) if all are measured. The points of a strand without any depth are at a distance of 1 from
+        the camera, and lengths are angles, rad.
     joined
-        (K,) confidence that each point follows the one before on the object: that of a connection in between, else 1. None: 1.
+        (K,) confidence that each point follows the one before on the object: that of the connection in between, else 1. (0,)
+        if all are 1.
     """
 
     points: Floats
@@ -62,21 +67,19 @@ class ObservedStrand:
     length: float
     tips: tuple[float, float]
     chain: int
-    sight: Floats | None = None
-    joined: Floats | None = None
+    sight: Floats = field(default_factory=no_sights)
+    joined: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def is_flat(self) -> bool:
-        """Whether it was seen in a frame without any depth: its points are at a distance of 1 from a camera."""
-        if self.sight is None:
-            return False
-        camera = self.points - self.sight
-        return bool((np.abs(camera - camera[0]) <= 1e-6).all())
+        """Whether the frame had no depth: all points are 1 from the camera."""
+        camera = self.points - self.sight if len(self.sight) else self.points
+        return len(self.sight) > 0 and bool((np.abs(camera - camera[0]) <= 1e-6).all())
 
 
 @dataclass(frozen=True)
 class Observation:
-    """The detection of one frame by itself, with all strands seen.
+    """The detection of one frame by itself, with all visible strands.
 
     Attributes
     ----------
@@ -87,11 +90,11 @@ class Observation:
     pose
         (4, 4) m, camera to world; None if unknown.
     background
-        what surrounds the objects: it tells how the camera moves; None for a cloud.
+        small view of the surroundings of the objects, for the motion of the camera; None for a cloud.
     readings
-        for each chain of the detection the depth along it as it was read, from `readings_along`; empty if unknown.
+        for each chain of the detection the depth along it, from `readings_along`; empty if unknown.
     is_given
-        whether the user said what the object is, or how many there are: no chain is left out for its confidence then.
+        whether the caller specified the object or the number of objects: then no chain is left out for low confidence.
     """
 
     detection: Detection
@@ -103,14 +106,14 @@ class Observation:
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
-    """Return the observation of a frame: its detection, and all strands seen.
+    """Return the observation of a frame: its detection and all visible strands.
 
     Parameters
     ----------
     detection
         the detection of the frame.
     stages
-        the product of every stage for that frame.
+        the results of all stages for the frame.
     config
         the settings of the stages.
     """
@@ -133,7 +136,9 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
 def _strands(
     chain: Chain, number: int, scene: Scene, at_junctions: tuple[bool, bool] = (False, False)
 ) -> Iterator[ObservedStrand]:
-    """Yield the strands of an open chain, parted at doubtful connections; too short ones are left out.
+    """Yield the strands of an open chain, cut at doubtful connections.
+
+    Strands shorter than MIN_STRAND_RADII are left out.
 
     Parameters
     ----------
@@ -142,15 +147,14 @@ def _strands(
     scene
         what was captured.
     at_junctions
-        whether its first and its last end are at junctions, where they are as sure as a tip.
+        whether its first and its last end are at junctions, where they are as certain as a tip.
     """
     if chain.closed:
         return
     count = len(chain.occluded)
     doubtful = [connection.segment for connection in chain.connections if connection.confidence < MIN_JOINED_CONFIDENCE]
     parted = ~chain.occluded
-    for segment in doubtful:
-        parted[segment] = False
+    parted[doubtful] = False
     edges = [0]
     for segment in doubtful:
         gap = next(((first, end) for first, end in runs(~parted) if first <= segment < end), (segment, segment + 1))
@@ -169,7 +173,7 @@ def _strands(
         length = (high - low) * chain.segment_length
         if length < MIN_STRAND_RADII * scene.radius:
             continue
-        center = np.zeros(3) if isinstance(scene, FrameScene) else None
+        center = np.zeros((int(isinstance(scene, FrameScene)), 3))
         shown, sight = visible_joints(chain, first, end, low, high, center)
         line = chain.joints[low : high + 1]
         tips = (
@@ -180,18 +184,21 @@ def _strands(
         yield ObservedStrand(chain.joints[shown], arcs, length, tips, number, sight, _joined(chain, shown))
 
 
-def _joined(chain: Chain, shown: Ints) -> Floats | None:
-    """Return how surely each of some joints (K,) of a chain follows the one before, as of `ObservedStrand`."""
+def _joined(chain: Chain, shown: Ints) -> Floats:
+    """Return the confidence that each joint follows the one before, (K,).
+
+    shown : (K,) indices of the joints, ascending. Returns (0,) if all are 1.
+    """
     result = np.ones(len(shown))
     for connection in chain.connections:
         after = int(np.searchsorted(shown, connection.segment, side="right"))
         if 0 < after < len(shown):
             result[after] = min(result[after], connection.confidence)
-    return None if (result == 1).all() else result
+    return result if (result < 1).any() else np.zeros(0)
 
 
-def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats | None) -> tuple[Ints, Floats | None]:
-    """Return the joints of a chain that bound a visible segment, and their sights, as of `ObservedStrand`.
+def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, center: Floats) -> tuple[Ints, Floats]:
+    """Return the joints at visible segments of a chain, and their sights.
 
     Parameters
     ----------
@@ -200,74 +207,37 @@ def visible_joints(chain: Chain, first: int, end: int, low: int, high: int, cent
     first, end
         range of the segments.
     low, high
-        range of the joints, the last included.
+        range of the joints, the last one included.
     center
-        (3,) m, place of the camera; None if no camera saw the chain, or several did: only measured joints are visible then.
+        (1, 3) m, position of the camera; (0, 3) if no camera saw the chain, or several did: then only measured joints are
+        visible.
+
+    Returns
+    -------
+    indices : (K,) of the joints, ascending.
+    sights : (K, 3), or (0, 3) if all are measured, as in `ObservedStrand`.
     """
     measured, visible = bounds(~chain.depth_filled, first, end), bounds(~chain.occluded, first, end)
-    at = np.flatnonzero(measured if center is None else measured | visible)
+    at = np.flatnonzero(measured | visible if len(center) else measured)
     at = at[(at >= low) & (at <= high)]
-    if center is None or measured[at].all():
-        return at, None
-    rays = chain.joints[at] - center
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    return at, np.where(measured[at, None], 0.0, rays)
+    if measured[at].all():
+        return at, no_sights()
+    return at, np.where(measured[at, None], 0.0, unit(chain.joints[at] - center))
 
 
 def bounds(chosen: Bools, first: int = 0, end: int | None = None) -> Bools:
-    """Tell which joints bound one of the chosen segments (N,) from `first` to before `end`: (N + 1,) bool."""
+    """Return which joints bound a chosen segment, (N + 1,) bool.
+
+    chosen : (N,) bool, of N segments. first, end : range of the segments that count, the last one excluded.
+    """
     joints = np.zeros(len(chosen) + 1, dtype=bool)
     segments = first + np.flatnonzero(chosen[first:end])
     joints[segments] = joints[segments + 1] = True
     return joints
 
 
-def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, tolerance: float) -> list[ObservedStrand]:
-    """Cut strands in two where they pass a junction, since one frame may join two branches through a junction that is hidden.
-
-    Parameters
-    ----------
-    strands
-        the strands of a frame.
-    place
-        (3,) m, position of the junction.
-    least
-        m, smallest length on both sides of the junction for a strand to be cut.
-    tolerance
-        m, largest distance of a strand from the junction for it to be cut.
-
-    Returns
-    -------
-    The strands in the same order; the two parts of a strand take its place.
-    """
-    result = []
-    for strand in strands:
-        distance = np.linalg.norm(strand.points - place, axis=1)
-        k = int(np.argmin(distance))
-        arc = float(strand.arcs[k])
-        if distance[k] > tolerance or min(arc, strand.length - arc) <= least or not 0 < k < len(strand.points) - 1:
-            result.append(strand)
-            continue
-        first, last = strand.tips
-        result.append(part_of(strand, slice(0, k + 1), 0.0, arc, (first, UNKNOWN)))
-        result.append(part_of(strand, slice(k, None), arc, strand.length - arc, (UNKNOWN, last)))
-    return result
-
-
-def part_of(strand: ObservedStrand, part: slice, start: float, length: float, tips: tuple[float, float]) -> ObservedStrand:
-    """Return a part of a strand as a strand of its own.
-
-    part : range of its points. start, length : m, arc length of the strand at which the part starts, and its length. tips : as of
-    `ObservedStrand`.
-    """
-    sight, joined = (None if values is None else values[part] for values in (strand.sight, strand.joined))
-    return replace(
-        strand, points=strand.points[part], arcs=strand.arcs[part] - start, length=length, tips=tips, sight=sight, joined=joined
-    )
-
-
 def _dropped_chains(stages: Stages, config: Config) -> list[Chain]:
-    """Return the pieces that merging dropped, laid along their axes as those of the chains are."""
+    """Return the pieces that merging dropped, as chains along their axes."""
     if not stages.merged.dropped:
         return []
     scene, length = stages.scene, config.fit.length

@@ -1,14 +1,14 @@
-"""Register the strands of a frame with an object whose shape is approximately known.
+"""Register the strands of a frame with an object of approximately known shape.
 
 An object does not stretch, so a strand covers the same length of the object as its own. Its start and its direction along the
-object are unknown, and are searched. Then the object is fitted to the strands, starting from its expected shape. Joints between
-strands, or beyond the last one, move with their neighbors and keep the expected shape as far as the length allows.
+object are unknown, and are searched. Then the object is fitted to the strands, starting from its expected shape. Joints
+between strands, or beyond the last one, move with their neighbors and keep the expected shape as far as the length allows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import accumulate, combinations_with_replacement
 from operator import itemgetter
@@ -19,30 +19,30 @@ from scipy.linalg.lapack import dpbsv
 from ..geometry.polyline import arc_length, resample, unit
 from ..kernels import equalize_lengths, strand_places
 from ..types import Bools, Floats
-from .observations import LENGTH_ERROR, ObservedStrand
+from .observations import LENGTH_ERROR, ObservedStrand, no_sights
 
 STEPS_PER_SEGMENT = 3
-"""Positions per segment that are tried for the start of a strand."""
+"""Number of positions per segment that are tried for the start of a strand."""
 
 MISSING_COST = 25.0
-"""Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in squared
-standard deviations: 5 of them."""
+"""Largest cost of placing the tip of a strand away from the end of the object, and cost of a strand that fits nowhere, in
+squared standard deviations: 5 of them."""
 
 SHIFT_TOLERANCES = 2.5
-"""Tolerances that the mean displacement of a strand may have for each of the change of its shape: it weighs the less, by the
-square, since the whole object may have moved on."""
+"""Ratio of the tolerance of a strand's mean displacement to that of a change of its shape. The displacement weighs less by its
+square, since the whole object may have moved."""
 
 TOLERANCE_SHARE = 0.06
-"""Largest distance of a strand from the expected shape, as a share of the object's length; as in tracking, MIN_MOTION_RADII are
-always allowed."""
+"""Largest distance of a strand from the expected shape, as a fraction of the object's length; as in tracking, MIN_MOTION_RADII
+are always allowed."""
 
 TURN_WEIGHT, PLACE_WEIGHT = 0.02, 3e-6
-"""Weights of first differences of the displacements from the expected shape, and of these, against 1 for their second differences
-and for a joint of a strand. Beyond a strand an object turns with it; that fades over (1 / 0.02)^(1/2) = 7 segments, and how far
-it moves much more slowly."""
+"""Weights of the first differences of the displacements from the expected shape, and of the displacements themselves, relative
+to 1 for their second differences and for a joint of a strand. Beyond a strand an object turns with it; this fades over (1 /
+0.02)^(1/2) = 7 segments, and the displacement fades much more slowly."""
 
 LENGTH_ROUNDS, LENGTH_TOLERANCE = 60, 1e-3
-"""Times at most that all segments are brought to their length, and share of it by which they may miss it."""
+"""Largest number of iterations in which segments are brought to their length, and relative tolerance of that length."""
 
 
 @dataclass(frozen=True)
@@ -56,34 +56,34 @@ class Placed:
     points
         (K, 3) m, the samples.
     span
-        (first, last) m, arc lengths on the object between which the strand lies.
+        (first, last) m, arc lengths on the object between which the strand is placed.
     cost
         misfit in squared standard deviations; 0 for a perfect fit.
     sight
-        (K, 3) as of `ObservedStrand`.
+        (K, 3) unit, as in `ObservedStrand`.
     """
 
     arcs: Floats
     points: Floats
     span: tuple[float, float]
     cost: float
-    sight: Floats | None = None
+    sight: Floats = field(default_factory=no_sights)
 
     @property
     def measured(self) -> Placed:
-        """The samples whose depth was measured."""
-        if self.sight is None:
+        """The samples with measured depth."""
+        if not len(self.sight):
             return self
         known = ~self.sight.any(axis=1)
         return Placed(self.arcs[known], self.points[known], self.span, self.cost)
 
 
 def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
-    """Find the position along an object of each strand of a frame.
+    """Find the position of each strand of a frame along an object.
 
-    Strands are placed in order of descending length. Each takes the position of least cost: distance from the expected shape, and
-    distance of its tips from the ends of the object. Strands do not overlap, and the object must be long enough to reach from
-    one to the next. The mean displacement of a strand counts little, since the object may have moved.
+    Strands are placed in order of descending length. Each takes the position of least cost: distance from the expected shape,
+    and distance of its tips from the ends of the object. Strands do not overlap, and the object must be long enough to reach
+    from one to the next. The mean displacement of a strand weighs little, since the object may have moved.
 
     Parameters
     ----------
@@ -102,18 +102,17 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
 
     Notes
     -----
-    Strands without any depth are placed on the object as the camera sees it: both lie on the unit sphere around the camera.
+    Strands without depth are placed on the unit sphere around the camera, onto which the object is projected.
     """
     if not strands or not all(strand.is_flat for strand in strands):
-        return _placed(strands, expected, length, tolerance)
-    assert strands[0].sight is not None
+        return _place(strands, expected, length, tolerance)
     center = strands[0].points[0] - strands[0].sight[0]
-    seen = as_seen(expected, strands[0])
+    seen = on_unit_sphere(expected, strands[0])
     along = arc_length(seen)
     if not along[-1] > 0:  # seen end on
         return []
-    on_sphere = [replace(strand, sight=None) for strand in strands]
-    placed = _placed(on_sphere, seen, along[-1], tolerance * along[-1] / length)
+    on_sphere = [replace(strand, sight=strand.sight[:0]) for strand in strands]
+    placed = _place(on_sphere, seen, along[-1], tolerance * along[-1] / length)
     arcs = np.linspace(0.0, length, len(expected))
     result = []
     for item in placed:
@@ -123,14 +122,16 @@ def place_strands(strands: Sequence[ObservedStrand], expected: Floats, length: f
     return result
 
 
-def as_seen(joints: Floats, strand: ObservedStrand) -> Floats:
-    """Return joints (M + 1, 3) m on the unit sphere around the camera that saw a strand without any depth."""
-    assert strand.sight is not None
+def on_unit_sphere(joints: Floats, strand: ObservedStrand) -> Floats:
+    """Return joints (M + 1, 3) m projected onto the unit sphere around the camera.
+
+    strand : a strand without depth, whose sights give the position of the camera.
+    """
     center = strand.points[0] - strand.sight[0]
     return np.asarray(center + unit(joints - center))
 
 
-def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
+def _place(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
     """Place strands along an object in the same space, as `place_strands`."""
     if not strands:
         return []
@@ -156,14 +157,17 @@ def _placed(strands: Sequence[ObservedStrand], expected: Floats, length: float, 
 
 
 def _joined(items: Sequence[ObservedStrand | Placed]) -> tuple[Floats, Floats, Floats]:
-    """Return points (N, 3) m, arc lengths (N,) m and sights (N, 3), 0 where measured, of strands, one strand after the other."""
-    sights = [np.zeros_like(item.points) if item.sight is None else item.sight for item in items]
+    """Return the points, arc lengths and sights of all strands, one after another.
+
+    (N, 3) m, (N,) m and (N, 3); sights are 0 for measured points.
+    """
+    sights = [item.sight if len(item.sight) else np.zeros_like(item.points) for item in items]
     points, arcs = [item.points for item in items], [item.arcs for item in items]
     return np.concatenate(points), np.concatenate(arcs), np.concatenate(sights)
 
 
-def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
-    """Fit the joints of an object to the strands placed on it, by regularized least squares.
+def fit_joints(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
+    """Fit the joints of an object to the strands placed on it.
 
     Parameters
     ----------
@@ -177,24 +181,25 @@ def bend(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Flo
     Returns
     -------
     joints : (M + 1, 3) m, neighbors about `length` / M apart.
-    seen, measured : (M + 1,) bool, True for the joints that a strand covers, and for those that its measured samples cover.
+    seen, measured : (M + 1,) bool, True for joints covered by a strand, and for joints covered by its measured samples.
 
-    Notes
-    -----
-    The displacement d of the expected joints minimizes the squared distances from the samples, of those without depth across
-    their sights, plus |d''|^2, TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences for derivatives. Then the joints
-    between strands are spaced evenly, and what is left of the errors of lengths is moved away, at seen joints least (Mueller et
-    al., "Position based dynamics", 2007).
+    Notes ----- Regularized least squares: the displacement d of the expected joints minimizes the squared distances from the
+    samples, those without depth across their sights, plus |d''|^2, TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences
+    for derivatives. Then the joints between strands are spaced evenly, and the remaining errors of lengths are removed with
+    little motion of visible joints (Mueller et al., "Position based dynamics", 2007).
     """
     segment = length / (len(expected) - 1)
-    bent = _fitted(expected, placed, segment) if placed else expected
+    bent = _fit_to_samples(expected, placed, segment) if placed else expected
     seen = covered(placed, len(expected), segment)
     measured = seen & covered([item.measured for item in placed], len(expected), segment)
-    return to_lengths(bent, segment, seen), seen, measured
+    return relax_lengths(bent, segment, seen), seen, measured
 
 
-def _fitted(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
-    """Return joints (M + 1, 3) m fitted to the measured samples of strands, then to all, and evenly spaced between strands."""
+def _fit_to_samples(expected: Floats, placed: Sequence[Placed], segment: float) -> Floats:
+    """Return joints (M + 1, 3) m fitted to measured samples, then to all of them.
+
+    Joints between strands are spaced evenly. segment : m, length of a segment.
+    """
     points, arcs, sights = _joined(placed)
     joints, measured = expected, ~sights.any(axis=1)
     for used in [measured] if measured.all() else [measured, measured | True]:
@@ -209,14 +214,15 @@ def _fitted(expected: Floats, placed: Sequence[Placed], segment: float) -> Float
 
 
 def _displacements(joints: Floats, points: Floats, at: Floats, sights: Floats) -> Floats:
-    """Return the displacements of joints (M + 1, 3) m that minimize the sum of squares of `bend`, for one set of samples.
+    """Return the least-squares displacements of joints, as of `fit_joints`.
 
-    points, at, sights : (K, 3) m, the samples; (K,), the position of each in segments; (K, 3) as of `ObservedStrand`.
+    joints : (M + 1, 3) m. points, at, sights : (K, 3) m, the samples; (K,), position of each in segments; (K, 3) as in
+    `ObservedStrand`.
     """
     count = len(joints)
     at = np.clip(at, 0.0, count - 1 - 1e-9)
     low = at.astype(int)
-    shares = ((low, 1 - at + low), (low + 1, at - low))  # of the joints before and after each sample
+    shares = ((low, 1 - at + low), (low + 1, at - low))  # weights of the joints before and after each sample
     misfit = points - sum(share[:, None] * joints[joint] for joint, share in shares)
     misfit -= (misfit * sights).sum(axis=1, keepdims=True) * sights
     bands, right = _penalties(count).copy(), np.zeros((count, 3))
@@ -229,7 +235,10 @@ def _displacements(joints: Floats, points: Floats, at: Floats, sights: Floats) -
 
 @cache
 def _penalties(count: int) -> Floats:
-    """Return the lower bands (3, N) of the normal equations of N joints without any sample, diagonal first."""
+    """Return the lower bands (3, N) of the normal equations without samples.
+
+    The diagonal comes first.
+    """
     bands = np.zeros((3, count))
     for difference, weight in (((1.0,), PLACE_WEIGHT), ((-1.0, 1.0), TURN_WEIGHT), ((1.0, -2.0, 1.0), 1.0)):
         for a, b in combinations_with_replacement(range(len(difference)), 2):
@@ -238,35 +247,38 @@ def _penalties(count: int) -> Floats:
 
 
 def covered(placed: Sequence[Placed], count: int, segment: float) -> Bools:
-    """Tell which of `count` joints of an object, `segment` m apart, are covered by strands: (count,) bool."""
+    """Return which of `count` joints of an object are covered by strands, (count,).
+
+    segment : m, distance between joints.
+    """
     seen = np.zeros(count, dtype=bool)
     near = np.rint(np.concatenate([np.zeros(0), *(item.arcs for item in placed)]) / segment).astype(int)
     seen[near[(near >= 0) & (near < count)]] = True
-    holes = ~seen[1:-1] & seen[:-2] & seen[2:]  # joints between samples that lie a little more than a segment apart
+    holes = ~seen[1:-1] & seen[:-2] & seen[2:]  # between samples slightly more than a segment apart
     seen[1:-1] |= holes
     return seen
 
 
-def to_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
-    """Move joints (M + 1, 3) m until neighbors are `segment` m apart to about 0.1 %.
+def relax_lengths(joints: Floats, segment: float, fixed: Bools) -> Floats:
+    """Move joints (M + 1, 3) m until neighbors are `segment` m apart, to about 0.1 %.
 
-    fixed : (M + 1,) bool, True for joints that move 50 times less than the others: LENGTH_ERROR by its value alone.
+    fixed : (M + 1,) bool, True for joints that move 50 times less than the others: LENGTH_ERROR for its value alone.
     """
     mobility = np.where(fixed, LENGTH_ERROR, 1.0)
     return equalize_lengths(np.ascontiguousarray(joints, dtype=float), segment, mobility, LENGTH_ROUNDS, LENGTH_TOLERANCE)
 
 
 def exact_lengths(joints: Floats, segment: float) -> Floats:
-    """Move joints (M + 1, D) m, all together and hardly more than they must, until neighbors are exactly `segment` m apart.
+    """Move joints (M + 1, D) m until neighbors are exactly `segment` m apart.
 
-    Each step of Newton's method is the least, in the sum of squares, that makes them so to first order. The rest is scaled away
-    along the segments, about the mean of the joints.
+    Each step of Newton's method is the smallest one, in the sum of squares, that satisfies the lengths to first order. The
+    remaining error is removed along the segments, about the mean of the joints.
     """
     for _ in range(LENGTH_ROUNDS):
         direction, length = _directions(joints)
         if np.abs(length - segment).max() < LENGTH_TOLERANCE * segment:
             break
-        bands = np.full((2, len(length)), 2.0)  # of the matrix of the conditions: diagonal, and below it
+        bands = np.full((2, len(length)), 2.0)  # of the constraint matrix: diagonal, and below it
         bands[1, :-1] = -np.einsum("ij,ij->i", direction[1:], direction[:-1])
         tension = dpbsv(bands, length - segment, lower=True)[1]
         move = np.diff(tension[:, None] * direction, axis=0, prepend=0.0, append=0.0)
@@ -276,7 +288,10 @@ def exact_lengths(joints: Floats, segment: float) -> Floats:
 
 
 def _directions(joints: Floats) -> tuple[Floats, Floats]:
-    """Return the unit directions (M, D) and lengths (M,) of segments; a direction along the first axis where joints coincide."""
+    """Return the unit directions (M, D) and lengths (M,) of segments.
+
+    Where two joints coincide, the direction is along the first axis.
+    """
     offset = joints[1:] - joints[:-1]
     length = np.sqrt(np.einsum("ij,ij->i", offset, offset))
     offset[length == 0, 0] = 1.0

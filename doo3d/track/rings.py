@@ -1,11 +1,9 @@
-"""Rings over time: which chains of the frames are one ring, and which of its points is which.
+"""Track rings over time, and align the joints of a ring from frame to frame.
 
-A ring has no ends that tell where it begins. So its first joint is carried from frame to frame: of all ways to lay a ring onto
-the one before, that counts after which the least is left to bend, and to turn and slide. Where it is hidden, it is cut open in
-the middle of what is not seen, and the strands are registered as with a cable.
+A ring has no ends to mark its first joint. So its first joint is carried from frame to frame: of all rotations of a ring onto
+the previous one, the one with the least bending, turning and sliding is taken. Where a ring is hidden, it is cut open in the
+middle of the hidden part, and its strands are registered as those of a cable.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,24 +14,24 @@ from ..config import TrackingConfig
 from ..geometry.equal_segments import close_ring
 from ..types import Bools, Chain, Floats
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation, ObservedStrand
-from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, bend, place_strands
-from .tips import CUT_OFF
+from .registration import STEPS_PER_SEGMENT, TURN_WEIGHT, Placed, fit_joints, place_strands
+from .strand_ends import CUT_OFF
 from .tracking import Tracker
 
 
 @dataclass(frozen=True)
 class RingTrack:
-    """The chains of one ring: in the order of their frames the frame, the index of the chain in it, and the chain."""
+    """The chains of one ring: (frame, index, chain), in the order of frames."""
 
     items: tuple[tuple[int, int, Chain], ...]
 
     @property
     def closed(self) -> list[Chain]:
-        """The chains that are closed."""
+        """The closed chains."""
         return [chain for _, _, chain in self.items if chain.closed]
 
     def is_whole(self, chain: Chain, length: float) -> bool:
-        """Tell whether one of the chains is the whole ring, of a length in m."""
+        """Return whether a chain of the track is the whole ring, of a length in m."""
         is_known = chain.closed and chain.confidence >= MIN_JOINED_CONFIDENCE
         return is_known and abs(chain.length - length) <= LENGTH_ERROR * length
 
@@ -41,8 +39,9 @@ class RingTrack:
 def ring_tracks(observations: Sequence[Observation], tracking: TrackingConfig, least: int) -> list[RingTrack]:
     """Return the rings of a capture, with the chains that show a part of one.
 
-    A track is a ring if at least `least` of its chains are closed, and more than there are open ones as long as these: the ends
-    of a cable may touch for a while."""
+    A track is a ring if at least `least` of its chains are closed, and more than its open chains of the same length whose ends
+    are apart: the ends of a cable may touch for a while.
+    """
     if not any(chain.closed for observation in observations for chain in observation.detection.chains):
         return []
     tracker, tracks = Tracker(tracking), dict[int, list[tuple[int, int, Chain]]]()
@@ -57,6 +56,7 @@ def ring_tracks(observations: Sequence[Observation], tracking: TrackingConfig, l
 
 
 def _is_ring(track: RingTrack, least: int) -> bool:
+    """Return whether a track is a ring, as `ring_tracks` defines it."""
     lengths = [chain.length for chain in track.closed]
     if len(lengths) < least:
         return False
@@ -66,45 +66,53 @@ def _is_ring(track: RingTrack, least: int) -> bool:
     return len(lengths) > len(apart)
 
 
-def lay_rings(
+def align_rings(
     track: RingTrack, observations: Sequence[Observation], length: float, segments: int, tolerance: float
 ) -> list[tuple[bool, float]]:
-    """Return for each whole chain of a ring whether it runs backwards, and where its first joint is: a share of the ring, 0 to 1.
+    """Align the whole chains of a ring from frame to frame.
 
-    Each is laid onto the ring in the frame before, which strands carry on where a frame does not show it whole.
+    Each chain is aligned with the ring in the previous frame, which is followed by its strands where a frame does not show it
+    whole.
 
     Parameters
     ----------
     track
-        the chains of the ring; the first whole one begins at its beginning.
+        the chains of the ring; its first joint is that of the first whole chain.
     observations
         all frames of the capture.
     length, segments
         length of the ring, m, and its number of segments.
     tolerance
-        m, largest RMS distance of a strand from where the ring was a frame before.
+        m, largest RMS distance of a strand from the ring in the previous frame.
+
+    Returns
+    -------
+    For each whole chain whether it runs backwards, and the position of its first joint as a fraction of the ring, 0 to 1.
     """
     result = list[tuple[bool, float]]()
     last: Floats | None = None
     for frame, number, chain in track.items:
         if track.is_whole(chain, length):
-            result.append((False, 0.0) if last is None else _laid_on(last[:-1], chain))
+            result.append((False, 0.0) if last is None else _align_with(last[:-1], chain))
             last = ring_joints(chain, *result[-1], segments)
         elif last is not None:
             strands = [strand for strand in observations[frame].strands if strand.chain == number]
             placed = place_on_ring(strands, last, length, tolerance)
-            last = bend_ring(last, placed, length)[0] if placed else last
+            last = fit_ring(last, placed, length)[0] if placed else last
     return result
 
 
 def ring_joints(chain: Chain, backwards: bool, start: float, segments: int) -> Floats:
-    """Return the joints (segments + 1, 3) m of a ring, the last as the first, from a chain laid as of `lay_rings`."""
+    """Return the joints (segments + 1, 3) m of an aligned ring, closed.
+
+    The last joint equals the first. backwards, start : alignment of the chain, from `align_rings`.
+    """
     at = np.linspace(0.0, 1.0, segments + 1)[:-1] - start
     return _on_ring(chain.joints, -at if backwards else at)
 
 
 def _on_ring(joints: Floats, shares: Floats) -> Floats:
-    """Return points of a closed chain at shares of its length, and the first again."""
+    """Return points of a ring at fractions of its length, and the first again."""
     count = len(joints) - 1
     at = (shares % 1.0) * count
     low = np.minimum(at.astype(np.int64), count - 1)
@@ -113,23 +121,28 @@ def _on_ring(joints: Floats, shares: Floats) -> Floats:
     return np.concatenate((points, points[:1]))
 
 
-def _laid_on(before: Floats, chain: Chain) -> tuple[bool, float]:
-    """Return how a chain is laid onto the joints (M, 3) of its ring in an earlier frame: backwards or not, and its start.
+def _align_with(before: Floats, chain: Chain) -> tuple[bool, float]:
+    """Align a chain with the joints (M, 3) m of its ring in an earlier frame.
 
-    What is left after the best turn and shift counts as bending; how far it turns and slides counts by TURN_WEIGHT only.
+    Over all rotations and both directions, the cost is the squared distance that remains after a rigid alignment (Kabsch
+    algorithm), which is bending, plus TURN_WEIGHT times the squared distance before it. The minimum is refined by a parabola.
+
+    Returns
+    -------
+    backwards, start : as of `align_rings`.
     """
     count = len(before)
     steps = STEPS_PER_SEGMENT * count
     reference = before - before.mean(axis=0)
     own = np.linspace(0.0, 1.0, steps + 1)[:-1]
-    best: tuple[float, bool, float] | None = None
+    found: list[tuple[float, bool, float]] = []
     for backwards in (False, True):
         dense = _on_ring(chain.joints, -own if backwards else own)[:-1]
         index = (np.arange(steps)[:, None] + STEPS_PER_SEGMENT * np.arange(count)) % steps
-        laid = dense[index]
-        laid = laid - laid.mean(axis=1, keepdims=True)
-        product = np.einsum("ski,kj->sij", laid, reference)
-        squares = (laid**2).sum(axis=(1, 2)) + (reference**2).sum()
+        rotations = dense[index]
+        rotations = rotations - rotations.mean(axis=1, keepdims=True)
+        product = np.einsum("ski,kj->sij", rotations, reference)
+        squares = (rotations**2).sum(axis=(1, 2)) + (reference**2).sum()
         moved = squares - 2 * np.trace(product, axis1=1, axis2=2)
         strength = np.linalg.svd(product, compute_uv=False)
         strength[:, 2] *= np.sign(np.linalg.det(product))
@@ -138,27 +151,25 @@ def _laid_on(before: Floats, chain: Chain) -> tuple[bool, float]:
         left, middle, right = cost[k - 1], cost[k], cost[(k + 1) % steps]
         bow = left - 2 * middle + right
         finer = k + (0.5 * (left - right) / bow if bow > 0 else 0.0)
-        if best is None or middle < best[0]:
-            best = float(middle), backwards, float(finer / steps)
-    assert best is not None
-    _, backwards, first = best  # the ring's first joint is at this share of the dense ring
+        found.append((float(middle), backwards, float(finer / steps)))
+    _, backwards, first = min(found)  # the ring's first joint is at this fraction of the chain
     return backwards, -first % 1.0
 
 
 def place_on_ring(strands: Sequence[ObservedStrand], expected: Floats, length: float, tolerance: float) -> list[Placed]:
-    """Find the position along a ring of each strand of a frame, as `place_strands` does along a cable.
+    """Find the position of each strand of a frame along a ring.
 
-    The ring is cut open opposite the middle of the longest strand; no end of a strand is a tip. Strands without any depth do not
-    tell how far a ring turned, and are left out.
+    As `place_strands` along a cable, with the ring cut open opposite the middle of the longest strand; no end of a strand is a
+    tip. Strands without depth do not determine how far a ring turned, and are left out.
 
     Parameters
     ----------
     strands
         the strands of the frame.
     expected
-        (M + 1, 3) m, expected joints of the ring, the last as the first.
+        (M + 1, 3) m, expected joints of the ring, the last equal to the first.
     length, tolerance
-        m, as of `place_strands`.
+        m, as for `place_strands`.
     """
     strands = [replace(strand, tips=(CUT_OFF, CUT_OFF)) for strand in strands if not strand.is_flat]
     if not strands:
@@ -176,10 +187,10 @@ def place_on_ring(strands: Sequence[ObservedStrand], expected: Floats, length: f
 
 
 def _slid(item: Placed, expected: Floats, segment: float) -> Floats:
-    """Return the arc lengths of a strand after it slides and turns to where the expected joints fit best.
+    """Return arc lengths (K,) m of a strand after sliding along the ring.
 
-    Positions are tried in steps of a third of a segment, which is enough for a cable, whose ends tell where it lies; a ring has
-    only the frame before to tell. segment : m, length of a segment.
+    Positions are tried in steps of a third of a segment, which suffices for a cable, whose ends fix its position; a ring is
+    fixed by the previous frame alone. Slide and turn are solved by least squares. segment : m, length of a segment.
     """
     low = np.clip((item.arcs / segment).astype(np.int64), 0, len(expected) - 2)
     along = (expected[low + 1] - expected[low]) / segment
@@ -193,13 +204,15 @@ def _slid(item: Placed, expected: Floats, segment: float) -> Floats:
     return np.asarray(item.arcs + np.clip(slide, -segment, segment))
 
 
-def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
-    """Fit the joints of a ring to the strands placed on it, as `bend` does with a cable: three turns of it, of which one counts.
+def fit_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tuple[Floats, Bools, Bools]:
+    """Fit the joints of a ring to the strands placed on it.
+
+    As `fit_joints` for a cable, applied to three turns of the ring, of which the middle one is used.
 
     Parameters
     ----------
     expected
-        (M + 1, 3) m, expected joints, the last as the first.
+        (M + 1, 3) m, expected joints, the last equal to the first.
     placed
         the strands, with arc lengths from 0 to `length` along the ring.
     length
@@ -207,12 +220,12 @@ def bend_ring(expected: Floats, placed: Sequence[Placed], length: float) -> tupl
 
     Returns
     -------
-    joints : (M + 1, 3) m, neighbors exactly `length` / M apart, the last as the first.
-    seen, measured : (M + 1,) bool, as of `bend`.
+    joints : (M + 1, 3) m, neighbors exactly `length` / M apart, the last equal to the first.
+    seen, measured : (M + 1,) bool, as of `fit_joints`.
     """
     count = len(expected) - 1
     turns = np.concatenate((expected[:-1], expected[:-1], expected))
     around = [replace(item, arcs=item.arcs + turn * length) for item in placed for turn in range(3)]
-    joints, *known = bend(turns, around, 3 * length)
+    joints, *known = fit_joints(turns, around, 3 * length)
     seen, measured = (np.append(each[count : 2 * count], each[count]) for each in known)
     return close_ring(joints[count : 2 * count], length / count), seen, measured

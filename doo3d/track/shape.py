@@ -1,6 +1,4 @@
-"""The shape of an object in one frame, as the second pass finds it."""
-
-from __future__ import annotations
+"""The shape of an object in one frame, as the second pass determines it."""
 
 from dataclasses import dataclass
 
@@ -9,24 +7,24 @@ from ..types import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class Shape:
-    """The shape of an object in one frame.
+    """The shape of an object of M segments in one frame.
 
     Attributes
     ----------
     joints
-        (M + 1, 3) m, positions.
+        (M + 1, 3) m, positions of the joints.
     seen
-        (M + 1,) bool, True for joints seen in the frame.
+        (M + 1,) bool, True for joints that are visible in the frame.
     age
-        (M + 1,) int, frames since each joint was seen last.
+        (M + 1,) int, number of frames since each joint was last visible.
     cost
-        misfit of the frame's strands to the expected shape, in squared standard deviations; 0 for an anchor.
+        misfit between the strands of the frame and the expected shape, in squared standard deviations; 0 for an anchor.
     from_time
         (M + 1,) bool, True for joints whose positions come from other frames only.
     measured
-        (M + 1,) bool, True for seen joints whose depth was measured.
+        (M + 1,) bool, True for visible joints with measured depth.
     deviations
-        (M + 1, 2) m, as of `types.Chain`; None if unknown.
+        (M + 1, 2) m, standard deviations across and along the ray, as in `types.Chain`; None if unknown.
     """
 
     joints: Floats

@@ -1,6 +1,4 @@
-"""The open chains of a capture by the id that tracking gives them, and which of them show an object whole."""
-
-from __future__ import annotations
+"""Collect the open chains of a capture by object id, and select whole ones."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
@@ -10,31 +8,33 @@ import numpy as np
 from ..config import TrackingConfig
 from ..geometry.limits import FRAME_RATE, MAX_AGE
 from ..types import Chain, Floats
+from .chain_direction import reversed_chain
+from .chain_matching import pair_chains
+from .depth_readings import torn_share
+from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
-from .readings import torn_share
-from .tips import CUT_OFF
-from .topology import OPEN, ChainInFrame, Pattern, pattern_of
-from .tracking import paired, reversed_chain
+from .strand_ends import CUT_OFF
 
 JUNCTION_SLACK_RADII = 1.5
-"""Radii per junction at its ends by which a chain's length may differ further: so far junctions shift from frame to frame."""
+"""Difference allowed in the length of a chain for each junction at its ends, in radii: junctions shift by as much from frame
+to frame."""
 
 FILLED_ERROR = 0.05
-"""Share of what is filled in a chain, hidden or without depth, by which its length is uncertain, beside LENGTH_ERROR of the
-whole: in 24 sequences of moving cables the median of this error is 1 to 9 %, but where strands were joined wrongly."""
+"""Relative error of the filled length of a chain, hidden or without depth, in addition to LENGTH_ERROR of the whole: in 24
+sequences of moving cables the median of this error is 1 to 9 %, except where strands were joined wrongly."""
 
 MIN_FRAMES = 3
-"""Fewest frames in which an object is seen whole; all frames in a shorter capture."""
+"""Smallest number of frames in which an object is seen whole; all frames in a shorter capture."""
 
 LEAP_NODES = 20
-"""Points of a chain at which its place in one frame is compared with that in others."""
+"""Number of points of a chain at which its positions in two frames are compared."""
 
 WINDOW = 10 * FRAME_RATE
-"""Frames of a window, which are followed and whose depth is smoothed together: 10 s of video."""
+"""Number of frames that are followed, and whose depth is smoothed, together: 10 s of video."""
 
 CONTEXT = 3 * FRAME_RATE
-"""Frames over which an object is followed though it is not seen: up to so many frames after a chain was lost, one of its length
-is taken for it, wherever it lies, and so many are read before and after a window. 3 s of video."""
+"""Maximum gap in frames for re-identifying a lost object by its length, regardless of position, and number of frames that are
+read before and after a window: 3 s of video."""
 
 
 @dataclass
@@ -44,13 +44,13 @@ class Track:
     Attributes
     ----------
     items
-        in the order of their frames: the frame, the index of the chain in it, and the chain in the direction of tracking.
+        (frame, index of the chain in it, chain in the direction of tracking), in the order of frames.
     backwards
-        by frame, whether the chain in the frame runs the other way.
+        for each frame whether its chain runs in the opposite direction.
     patterns, pattern
-        which ends of the chain are at junctions: by frame, and as most frames say.
+        which ends of the chain are at junctions: for each frame, and by a vote of all frames.
     ending
-        the frames in which the chain ends at tips or junctions, as far as the image tells: no end is hidden or goes on.
+        the frames in which both ends are tips or junctions, as far as the image shows: neither is hidden or continues.
     """
 
     items: list[tuple[int, int, Chain]]
@@ -61,10 +61,10 @@ class Track:
 
     @property
     def lengths(self) -> tuple[Floats, Floats]:
-        """The lengths (K,) m of the chains that show both ends, of all if there are none, and how much of each was not measured.
+        """Lengths (K,) m of chains with both ends visible, and their unmeasured parts.
 
-        Chains that end at other junctions than most are left out. Where enough frames show both ends as tips, the others are
-        left out too: an end may be seen up to what hides the rest.
+        Chains at other junctions than the vote are left out. If enough frames have a tip at both ends, the other frames are
+        left out, too: a visible end may be where an occluder begins. Without such chains, all are taken.
         """
         items = [item for item in self.items if self.patterns[item[0]] == self.pattern]
         shown = [item for item in items if _shows_both_ends(item[2], self.pattern)]
@@ -72,10 +72,10 @@ class Track:
         return lengths_of([item[2] for item in (whole if len(whole) >= MIN_FRAMES else shown or items or self.items)])
 
     def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
-        """Tell whether one of its chains is the whole object, of a length in m.
+        """Return whether an item of the track is the whole object, of a length in m.
 
-        Where the image shows the chain, and its depth was not measured, its length may differ more. What is hidden may be joined
-        wrongly, which only the length tells.
+        A chain that is visible in the image but partly without depth may differ more in length. A hidden part may be joined
+        wrongly, which only its length reveals.
         """
         frame, _, chain = item
         if self.patterns[frame] != self.pattern or not _shows_both_ends(chain, self.pattern):
@@ -86,7 +86,7 @@ class Track:
 
     @property
     def tracked(self) -> list[ChainInFrame]:
-        """The chains that end at junctions as most do, by frame and index."""
+        """The chains with the voted pattern of junctions, by frame and index."""
         return [
             ChainInFrame(frame, chain, self.backwards[frame])
             for frame, chain, _ in self.items
@@ -95,7 +95,7 @@ class Track:
 
 
 def lengths_of(chains: Sequence[Chain]) -> tuple[Floats, Floats]:
-    """Return the lengths (K,) m of chains, and the lengths (K,) m of those of their parts whose depth was not measured."""
+    """Return the lengths (K,) m of chains, and of their unmeasured parts."""
     filled = [chain.depth_filled.sum() * chain.segment_length for chain in chains]
     return np.array([chain.length for chain in chains]), np.array(filled, dtype=float)
 
@@ -103,14 +103,14 @@ def lengths_of(chains: Sequence[Chain]) -> tuple[Floats, Floats]:
 def tracks_of(
     observations: Sequence[Observation], tracking: TrackingConfig, taken: Collection[tuple[int, int]] = ()
 ) -> dict[int, Track]:
-    """Return the open chains of all frames by the id that tracking gives them, all of one id in one direction.
+    """Return the open chains of all frames by id, those of one id in one direction.
 
-    taken : (frame, chain) of the chains to leave out.
+    observations : frames, in order. taken : (frame, chain) of the chains to leave out.
     """
     tracks: dict[int, Track] = {}
-    last: dict[int, tuple[int, Chain]] = {}  # by id, the frame that showed its chain last, counted without empty ones, and this
-    nodes: dict[int, Floats] = {}  # by id, points along its last chain
-    sure: dict[int, Floats] = {}  # and along its last sure chain: a doubtful one alone does not tell how the next one runs
+    last: dict[int, tuple[int, Chain]] = {}  # by id, frame of the last chain, without empty frames, and that chain
+    nodes: dict[int, Floats] = {}  # by id, points along the last chain
+    sure: dict[int, Floats] = {}  # and along the last certain chain, for the direction of the next one
     count = 0
     for frame, observation in enumerate(observations):
         all_chains = enumerate(observation.detection.chains)
@@ -121,7 +121,7 @@ def tracks_of(
         ids = sorted(id for id, (at, _) in last.items() if count - at <= MAX_AGE + 1)
         chains = [observation.detection.chains[number] for number in numbers]
         for number, chain, (known, match) in zip(
-            numbers, chains, paired([last[id][1] for id in ids], chains, tracking), strict=True
+            numbers, chains, pair_chains([last[id][1] for id in ids], chains, tracking), strict=True
         ):
             id = len(tracks) if known is None else ids[known]
             track = tracks.setdefault(id, Track([], {}, {}))
@@ -142,7 +142,7 @@ def tracks_of(
 
 
 def _runs_backwards(nodes: Floats, before: Sequence[Floats]) -> bool:
-    """Tell whether a chain runs against that of some earlier ones which it lies nearest to.
+    """Return whether a chain runs against the direction of the nearest earlier chain.
 
     nodes, before : (LEAP_NODES, 3) m, evenly spaced points along the chain, and along each of the earlier ones.
     """
@@ -151,10 +151,11 @@ def _runs_backwards(nodes: Floats, before: Sequence[Floats]) -> bool:
     return bool(backward < forward)
 
 
-def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
-    """Return whole chains without those that lie elsewhere than the ones before and after, the farthest first.
+def drop_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
+    """Remove whole chains whose position leaps between its neighbors in time.
 
-    One frame that joins the strands wrongly would bend the object in all frames in which a part of it is hidden.
+    The farthest is removed first. One frame that joins strands wrongly would bend the object in all frames in which a part of
+    it is hidden.
     """
     kept = list(items)
     nodes = [chain.nodes(LEAP_NODES) for _, _, chain in items]
@@ -168,21 +169,28 @@ def without_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig)
 
 
 def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> float:
-    """Return how far a chain lies from where those before and after say, mean over its nodes, in lengths of the chain."""
+    """Return the mean distance of a chain from its interpolated position.
+
+    The position is interpolated between the items before and after item k; the unit is the length of
+    the chain. nodes : (LEAP_NODES, 3) m, of each item.
+    """
     frame, _, chain = items[k]
     beside = [n for n in (k - 1, k + 1) if 0 <= n < len(items)]
     if len(beside) == 1:
-        return _apart(nodes[k], nodes[beside[0]]) / abs(items[beside[0]][0] - frame) / chain.length
+        return _mean_distance(nodes[k], nodes[beside[0]]) / abs(items[beside[0]][0] - frame) / chain.length
     first, last = (items[n][0] for n in beside)
     share = (frame - first) / (last - first)
-    return _apart(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1]) / chain.length
+    return _mean_distance(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1]) / chain.length
 
 
-def _apart(first: Floats, second: Floats) -> float:
-    """Return the mean distance of points (K, 3) from others of the same number."""
+def _mean_distance(first: Floats, second: Floats) -> float:
+    """Return the mean distance between corresponding points (K, 3)."""
     return float(np.linalg.norm(first - second, axis=1).mean())
 
 
 def _shows_both_ends(chain: Chain, pattern: Pattern) -> bool:
-    """Tell whether both ends are seen in the image; one at a junction is where the strands that meet there say."""
+    """Return whether both ends of a chain are visible or at a junction.
+
+    The position of an end at a junction is given by the other strands that meet there.
+    """
     return not (chain.occluded[0] and not pattern[0]) and not (chain.occluded[-1] and not pattern[1])

@@ -1,4 +1,4 @@
-"""Training of the network that marks thin deformable objects: drawn images with truth, the network, and its export.
+"""Train the network that segments thin deformable objects: drawn images with truth, network, and export.
 
-Drawing needs no torch; `network`, `learning` and `export` import torch.
+Drawing does not need torch; `network`, `learning` and `export` import it.
 """

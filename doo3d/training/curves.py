@@ -1,4 +1,4 @@
-"""Curves of strands in an image: single, in parallel, in coils, from a connector."""
+"""Draw curves of strands in an image: single, in parallel, in coils, from a connector."""
 
 from collections.abc import Callable
 
@@ -8,11 +8,11 @@ from ..types import Array
 from .noise import Rng
 
 STEP_PX = 1.5
-"""Distance of the samples of a curve, px."""
+"""Distance between the samples of a curve, px."""
 
 
 def wander(rng: Rng, size: int, radius: float, start: Array | None = None, heading: float | None = None) -> Array:
-    """Return a curve whose curvature is smooth noise, (N, 2) float64, px, from the border or from `start`."""
+    """Draw a curve whose curvature is smooth noise, from the image border or from `start`: (N, 2) float64, px."""
     length = size * np.exp(rng.uniform(-0.9, 1.4))
     count = max(8, int(length / STEP_PX))
     scale = size * np.exp(rng.uniform(-2, 0.7))
@@ -43,14 +43,14 @@ def normals(curve: Array) -> Array:
 
 
 def resampled(curve: Array) -> Array:
-    """Return the curve with samples of equal distance."""
+    """Resample a curve (N, 2) px to samples of equal distance."""
     steps = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
     places = np.arange(0, steps[-1], STEP_PX)
     return np.stack([np.interp(places, steps, curve[:, i]) for i in range(2)], 1)
 
 
 def smooth_noise(rng: Rng, count: int, knots: int) -> Array:
-    """Return smooth noise of deviation one along a curve, (count,)."""
+    """Draw smooth noise along a curve, with standard deviation 1: (count,)."""
     values = rng.normal(0, 1, knots)
     at = np.linspace(0, knots - 1, count)
     low = np.minimum(at.astype(int), knots - 2)
@@ -60,12 +60,12 @@ def smooth_noise(rng: Rng, count: int, knots: int) -> Array:
 
 
 def singles(rng: Rng, size: int, radius: float) -> list[Array]:
-    """Return independent curves."""
+    """Draw independent curves, (N, 2) px each."""
     return [wander(rng, size, radius) for _ in range(int(rng.choice([1, 2, 3, 4, 6, 9], p=[0.25, 0.25, 0.2, 0.15, 0.1, 0.05])))]
 
 
 def parallels(rng: Rng, size: int, radius: float) -> list[Array]:
-    """Return curves that run beside each other, touching, apart or crossing slowly."""
+    """Draw curves that run beside each other: touching, apart or crossing at small angles."""
     base = wander(rng, size, 6 * radius)
     normal = normals(base)
     count = int(rng.integers(2, 11))
@@ -79,7 +79,7 @@ def parallels(rng: Rng, size: int, radius: float) -> list[Array]:
 
 
 def fan(rng: Rng, size: int, radius: float) -> list[Array]:
-    """Return curves that leave a connector side by side and spread."""
+    """Draw curves that leave a connector side by side and spread."""
     start, heading = rng.uniform(0.05, 0.95, 2) * size, rng.random() * 6.28
     side = np.array([-np.sin(heading), np.cos(heading)])
     count = int(rng.integers(2, 11))
@@ -90,7 +90,7 @@ def fan(rng: Rng, size: int, radius: float) -> list[Array]:
 
 
 def coil(rng: Rng, size: int, radius: float) -> list[Array]:
-    """Return one curve wound in loops."""
+    """Draw one curve wound in loops."""
     turns = rng.uniform(1.2, 6)
     count = int(turns * 120)
     angle = np.linspace(0, turns * 6.28, count) * rng.choice([-1, 1]) + rng.random() * 6.28
@@ -105,7 +105,7 @@ def coil(rng: Rng, size: int, radius: float) -> list[Array]:
 
 
 def snake(rng: Rng, size: int, radius: float) -> list[Array]:
-    """Return one long curve that fills the image and crosses itself."""
+    """Draw one long curve that fills the image and crosses itself."""
     count = int(rng.integers(4, 14))
     knots = rng.uniform(0.05, 0.95, (count, 2)) * size
     knots = np.concatenate([knots[:1], knots, knots[-1:]])

@@ -1,4 +1,4 @@
-"""Objects that look like strands and are none: pens, tools, fingers, washers, connectors, cracks, profiles, blurred rooms."""
+"""Draw objects that only look like strands: pens, tools, fingers, washers, connectors, cracks, profiles, blurred rooms."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -7,25 +7,15 @@ import cv2
 import numpy as np
 
 from ..types import Array
-from .backgrounds import FONTS, HELD_OUT, KINDS, LETTERS, Background, grid, inked
+from .backgrounds import FONTS, HELD_OUT, KINDS, LETTERS, Background, inked
 from .curves import STEP_PX, parallels, resampled, wander
 from .noise import Rng, color, octaves, palette
-from .strands import (
-    Canvas,
-    Light,
-    Strand,
-    braided_look,
-    paint,
-    plain_look,
-    printed_look,
-    random_strand,
-    ribbed_look,
-    with_finish,
-)
+from .strands import Canvas, Light, Strand, braided_look, paint, plain_look, printed_look, random_strand, ribbed_look, with_finish
+from .textures import grid
 
 
 def rod(rng: Rng, size: int, light: Light) -> Strand:
-    """Return a straight rod with two ends, such as a pen or a tool's handle, at most twelve times as long as wide."""
+    """Draw a straight rod with two ends, such as a pen or a tool's handle, at most twelve times as long as wide."""
     radius = float(np.exp(rng.uniform(np.log(3), np.log(28))))
     length = 2 * radius * rng.uniform(3, 12)
     angle = rng.random() * 6.28
@@ -42,7 +32,7 @@ def rod(rng: Rng, size: int, light: Light) -> Strand:
 
 
 def pliers(rng: Rng, size: int, light: Light) -> list[Strand]:
-    """Return two bent handles, of one look, and two jaws that meet at a pivot, as pliers, tongs and grippers have."""
+    """Draw pliers, tongs or a gripper: two bent handles of one look, and two jaws that meet at a pivot."""
     radius = float(np.exp(rng.uniform(np.log(2.5), np.log(16))))
     length = 2 * radius * rng.uniform(4, 13)
     pivot, heading = rng.uniform(-0.1, 1.1, 2) * size, rng.random() * 6.28
@@ -63,7 +53,7 @@ def pliers(rng: Rng, size: int, light: Light) -> list[Strand]:
 
 
 def finger(rng: Rng, size: int, light: Light, center: Array) -> Strand:
-    """Return a finger with its end near `center`, px."""
+    """Draw a finger with its end near `center` (2,) px."""
     radius = float(np.exp(rng.uniform(np.log(9), np.log(38))))
     skin = np.array([rng.uniform(0.35, 0.95), 0, 0])
     skin[1] = skin[0] * rng.uniform(0.6, 0.82)
@@ -78,7 +68,7 @@ def finger(rng: Rng, size: int, light: Light, center: Array) -> Strand:
 
 
 def patch(rng: Rng, canvas: Canvas, points: Array, shade: Array) -> None:
-    """Fill a convex polygon, px, that hides what lies beneath, with an edge and a gradient."""
+    """Fill an opaque convex polygon with an edge and a gradient; points : (K, 2) px. shade : its color."""
     size = canvas.mask.shape[0]
     x0, y0 = np.clip(np.floor(points.min(0)) - 2, 0, size).astype(int)
     x1, y1 = np.clip(np.ceil(points.max(0)) + 3, 0, size).astype(int)
@@ -99,7 +89,7 @@ def patch(rng: Rng, canvas: Canvas, points: Array, shade: Array) -> None:
 
 
 def box(rng: Rng, center: Array, angle: float, extent: Array) -> Array:
-    """Return the corners (4, 2), px, of a box a little out of square."""
+    """Draw the corners (4, 2) px of a slightly distorted rectangle."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * extent / 2 * rng.uniform(0.85, 1.1, (4, 2))
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     return np.asarray(corners @ turn.T + center)
@@ -149,7 +139,7 @@ def small_parts(rng: Rng, canvas: Canvas, light: Light) -> None:
 
 
 def _crack(rng: Rng, image: Array, start: Array) -> None:
-    """Draw a crack or a joint: a line of uneven width, darker or lighter than its place, without the shade of a tube."""
+    """Draw a crack or a joint: a line of uneven width, darker or lighter than its surroundings, without a tube's shading."""
     size = image.shape[0]
     heading = np.cumsum(rng.normal(0, rng.choice([0.1, 0.6]), 60)) + rng.random() * 6.28
     line = start + np.cumsum(np.stack([np.cos(heading), np.sin(heading)], 1), 0) * rng.uniform(1, 8)
@@ -162,7 +152,7 @@ def _crack(rng: Rng, image: Array, start: Array) -> None:
 
 
 def groove(rng: Rng, image: Array, place: Array) -> Array:
-    """Return the image with a groove across it: a joint of a floor, with ragged borders and dirt inside."""
+    """Draw a groove across an image: a joint of a floor, with ragged borders and dirt inside."""
     size = image.shape[0]
     x, y = grid(size)
     angle = rng.random() * 6.28
@@ -197,7 +187,7 @@ def profile(rng: Rng, canvas: Canvas) -> None:
 
 
 def out_of_focus(rng: Rng, canvas: Canvas, light: Light, held_out: bool = False) -> None:
-    """Draw a room behind the objects, out of focus: surfaces, tools and strands that are too blurred to be told."""
+    """Draw an out-of-focus room behind the objects: surfaces, tools and strands too blurred to be recognized."""
     size = canvas.mask.shape[0]
     for _ in range(int(rng.integers(0, 12))):
         extent = size * np.exp(rng.uniform(-3.2, -0.3, 2))
@@ -224,7 +214,7 @@ def out_of_focus(rng: Rng, canvas: Canvas, light: Light, held_out: bool = False)
 
 
 def _piece_of_surface(rng: Rng, canvas: Canvas, kinds: dict[str, Background]) -> None:
-    """Draw a box with the texture of another background: a keyboard, a grille, a board, a heap of parts in a room."""
+    """Draw a box with the texture of another background, such as a keyboard, a grille, a board or a heap of parts."""
     size = canvas.mask.shape[0]
     corners = box(rng, rng.random(2) * size, rng.normal(0, 0.5), size * np.exp(rng.uniform(-2, 0, 2)))
     cover = np.zeros((size, size), np.float32)
@@ -234,7 +224,7 @@ def _piece_of_surface(rng: Rng, canvas: Canvas, kinds: dict[str, Background]) ->
 
 
 def tools(rng: Rng, canvas: Canvas, light: Light, count: int) -> None:
-    """Paint rods, pliers and rings."""
+    """Paint `count` tools into the image: rods, pliers and rings."""
     size = canvas.mask.shape[0]
     found = [rod(rng, size, light) for _ in range(count)]
     if rng.random() < 0.3:

@@ -1,4 +1,4 @@
-"""Draw images of thin deformable objects with their truth, to train on."""
+"""Draw training images of thin deformable objects, with their truth."""
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from .strands import Canvas, Light, Strand, paint, random_light, random_strand
 
 MIN_RADIUS_PX, MAX_RADIUS_PX = 1.2, 30.0
 EMPTY_SHARE = 0.08
-"""Share of images without an object."""
+"""Fraction of the images without an object."""
 
 
 def draw(seed: int, index: int, size: int = 320, held_out: bool = False) -> tuple[Array, Array]:
@@ -21,21 +21,21 @@ def draw(seed: int, index: int, size: int = 320, held_out: bool = False) -> tupl
     Parameters
     ----------
     seed
-        of the whole set.
+        seed of the set of images.
     index
-        of the image in the set.
+        number of the image in the set.
     size
         width and height, px.
     held_out
-        draw backgrounds and looks of the kinds that are never trained on.
+        True draws the kinds of backgrounds and looks that the training never uses.
 
     Returns
     -------
     image
         (size, size, 3) uint8 RGB.
     truth
-        (size, size, 2) uint8: how far a pixel is covered by an object, 0 to 255; 255 on the centerline to 0 at the border of
-        the strand.
+        (size, size, 2) uint8: coverage of the pixel by an object, 0 to 255; position across the strand, 255 on the centerline
+        to 0 at its border.
     """
     rng = np.random.default_rng([seed, index, int(held_out)])
     light = random_light(rng)
@@ -90,7 +90,7 @@ def _objects(rng: Rng, canvas: Canvas, light: Light, held_out: bool) -> None:
 
 
 def _object_color(rng: Rng, canvas: Canvas) -> Array:
-    """Return a random color, sometimes that of the background with a small difference."""
+    """Draw a random color, sometimes one that differs little from the background."""
     if rng.random() > 0.12:
         return color(rng)
     row, column = rng.integers(0, canvas.mask.shape[0], 2)
@@ -132,7 +132,7 @@ def _occluders(rng: Rng, canvas: Canvas, light: Light) -> None:
 
 
 def seen_by_camera(rng: Rng, image: Array) -> Array:
-    """Return the image (S, S, 3) uint8 as a camera gives it: uneven light, blur, colors, noise, compression."""
+    """Add the effects of a camera to an image (S, S, 3) uint8: uneven light, blur, colors, noise, compression."""
     size = image.shape[0]
     image = np.clip(image, 0, 1.3)
     if rng.random() < 0.6:

@@ -9,11 +9,11 @@ from ..types import Array
 from .network import Network, Residual
 
 OPSET = 12
-"""Version of ONNX's operators. Source: OpenCV 4.8, the oldest supported, reads it."""
+"""Version of the ONNX operators; OpenCV 4.8, the oldest supported version, reads it."""
 
 
 class _Graph:
-    """Nodes and weights of the ONNX graph as far as they are written. Weights are kept in 16 bits."""
+    """The nodes and the 16-bit weights of an ONNX graph that is being built."""
 
     def __init__(self) -> None:
         self.nodes: list[Any] = []
@@ -30,7 +30,11 @@ class _Graph:
         return name
 
     def layers(self, module: Any, x: str) -> str:
-        """Write a convolution with what follows, a residual block, or a sequence of them."""
+        """Add a module to the graph, and return the name of its output.
+
+        The module is a convolution with its normalization and activation, a residual block, or a sequence of them. x : name of
+        the input.
+        """
         if isinstance(module, Residual):
             return self.add("Relu", [self.add("Add", [x, self.layers(module.second, self.layers(module.first, x))])])
         if not hasattr(module[0], "kernel_size"):
@@ -59,11 +63,12 @@ class _Graph:
 
 
 def onnx_bytes(network: Network) -> bytes:
-    """Return the network as an ONNX file, its batch normalization folded and its weights in 16 bits.
+    """Return the content of an ONNX file of the network, with folded batch normalization and 16-bit weights.
 
     The input `image` is (1, 3, H, W) float32, RGB from 0 to 1, H and W multiples of 32. The output `scores` (1, 8, H / 2, W / 2)
-    from 0 to 1 has four pixels of two images in each place, channel 4 i + 2 (row % 2) + column % 2: the probability of the
-    object, and 1 on the centerline of a strand to 0 at its border. OpenCV 4.8 cannot put them side by side in images of any size.
+    from 0 to 1 holds two images, each with 2 x 2 pixels packed into channels: pixel (row, column) of image i is in channel 4 i +
+    2 (row % 2) + column % 2. Image 0 is the probability of the object; image 1 is 1 on the centerline of a strand and 0 at its
+    border. The caller unpacks them, since OpenCV 4.8 cannot do it for images of any size.
     """
     graph = _Graph()
     x2 = graph.layers(network.down2, "image")

@@ -1,4 +1,4 @@
-"""Train the network on drawn images, in pieces that resume from a checkpoint."""
+"""Train the network on drawn images; training can stop and resume from a checkpoint."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ from .network import Network
 from .own_data import cropped, own_images
 
 SIZE = 256
-"""Width and height of an image to train on, px."""
+"""Width and height of a training image, px."""
 
 CAPACITY = 12000
-"""Images kept to be used again."""
+"""Greatest number of drawn images kept for reuse."""
 
 FIRST = 480
-"""Images drawn before the first step."""
+"""Number of images drawn before the first step."""
 
 AHEAD = 64
-"""Images drawn before they are wanted."""
+"""Number of images drawn in advance."""
 
 CHECK_IMAGES = 96
-"""Images of each kind on which the curve is read."""
+"""Number of check images of each kind, for the learning curve."""
 
 WARM_UP_STEPS = 400
 AVERAGE_DECAY = 0.998
-"""Weight of the past in the average of the weights that is exported."""
+"""Decay per step of the exponential moving average of the network's weights, which is exported."""
 
 
 @dataclass(frozen=True)
@@ -54,25 +54,25 @@ class Settings:
     Attributes
     ----------
     folder
-        for the checkpoint, the images kept and the curve.
+        folder of the checkpoint, the kept images and the learning curve.
     steps
-        to train in all.
+        total number of steps.
     seed
-        of everything drawn at random.
+        seed of all random numbers.
     batch
-        images of a step.
+        number of images per step.
     fresh
-        of them, images that have not been used before.
+        number of these images that have not been used before.
     rate
         largest learning rate.
     threads
-        threads of torch; images are drawn by one more process.
+        number of threads of torch; images are drawn by an additional process.
     checkpoint_steps
-        steps from one checkpoint to the next.
+        number of steps from one checkpoint to the next.
     data
-        captures with masks, and results, of the user.
+        the user's captures with masks, and result folders.
     share
-        part of the images that comes from `data`; the others are drawn.
+        fraction, 0 to 1, of the images that come from `data`; the others are drawn.
     """
 
     folder: Path
@@ -92,20 +92,20 @@ def train(
     report: Callable[[int, float], None] = lambda step, loss: None,
     drawing: Callable[[int, int], None] = lambda count, total: None,
 ) -> Path:
-    """Train up to a number of steps, from the checkpoint in the folder if there is one, and return the checkpoint.
+    """Train up to a number of steps, and return the path of the checkpoint; resume from an existing one.
 
     Parameters
     ----------
     settings
-        of training.
+        settings of the training.
     report
         called after each step with its number and its loss.
     drawing
-        called after each of the images that are drawn before the first step, with their number so far and in all.
+        called after each image drawn before the first step, with the numbers of images drawn and of all.
 
     Raises
     ------
-    InputError : an image of the user's cannot be read or has no mask; the folder is of training with other data or seeds.
+    InputError : one of the user's images cannot be read or has no mask; the folder's training had other data or another seed.
     """
     own = [image for path in settings.data for image in own_images(path)]
     torch.set_num_threads(settings.threads)
@@ -162,14 +162,14 @@ def train(
 
 
 def exported(checkpoint: Path) -> bytes:
-    """Return the averaged network of a checkpoint as an ONNX file."""
+    """Return the content of an ONNX file of a checkpoint's averaged network."""
     network = Network()
     network.load_state_dict(torch.load(checkpoint, weights_only=True)["average"])
     return onnx_bytes(network.eval())
 
 
 def loss_of(output: Any, truth: Any) -> Any:
-    """Return the loss: cross-entropy and Dice of the object, and the absolute error of the centre within it."""
+    """Return the loss: cross-entropy and Dice loss of the object, and absolute error of the centre inside it."""
     logit, centre = output[:, 0], output[:, 1]
     mask, middle = truth[:, 0], truth[:, 1]
     entropy = functional.binary_cross_entropy_with_logits(logit, mask, pos_weight=torch.tensor(1.5))
@@ -197,7 +197,10 @@ def _update(average: dict[str, Any], network: Any, step: int) -> None:
 
 
 def _log(settings: Settings, step: int, seconds: float, loss: float, average: dict[str, Any]) -> None:
-    """Append a line to the curve: IoU of the averaged weights on images never trained on, of trained and of held-out kinds."""
+    """Append a line to the learning curve, with the IoU of the averaged weights on check images.
+
+    The check images are new images of trained kinds, and images of held-out kinds.
+    """
     network = Network().to(memory_format=torch.channels_last)
     network.load_state_dict(average)
     network.eval()
@@ -212,14 +215,14 @@ def _log(settings: Settings, step: int, seconds: float, loss: float, average: di
 
 
 def _logged(settings: Settings) -> set[int]:
-    """Return the steps that have a line in the curve."""
+    """Return the steps that have a line in the learning curve."""
     path = settings.folder / "curve.csv"
     lines = path.read_text().splitlines()[1:] if path.exists() else []
     return {int(line.partition(",")[0]) for line in lines}
 
 
 def check_images(settings: Settings) -> list[Array]:
-    """Return the images (N, S, S, 5) uint8 on which the curve is read: of kinds that are trained on, and of held-out kinds."""
+    """Return the check images (N, S, S, 5) uint8 for the learning curve, of trained and of held-out kinds."""
     found = []
     for held_out in (False, True):
         path = settings.folder / f"check_{int(held_out)}.npy"
@@ -230,7 +233,7 @@ def check_images(settings: Settings) -> list[Array]:
 
 
 def intersection_over_union(network: Any, images: Array) -> float:
-    """Return the IoU over all pixels of images (N, S, S, 5)."""
+    """Return the IoU of the network's mask and the truth over all pixels of images (N, S, S, 5)."""
     both = either = 0
     with torch.no_grad():
         for part in np.array_split(images, max(1, len(images) // 12)):
@@ -248,7 +251,7 @@ def _input(images: Array) -> Any:
 
 
 def _made(seed: int, index: int, share: float, size: int) -> Array:
-    """Return an image with its truth, (S, S, 5) uint8: a part of one of the user's, or a drawn one."""
+    """Return an image with its truth, (S, S, 5) uint8: a crop of one of the user's images, or a drawn one."""
     rng = np.random.default_rng([seed, 3, index])
     if _own and rng.random() < share:
         return cropped(rng, _own[int(rng.integers(len(_own)))], size)
@@ -263,11 +266,11 @@ def _drawn(seed: int, index: int, size: int, held_out: bool) -> Array:
 
 
 _own: list[Array] = []
-"""Images of the user in the process that draws."""
+"""The user's images, in the process that draws."""
 
 
 def _start_worker(parent: int, own: list[Array]) -> None:
-    """Keep the user's images, leave Ctrl-C to the parent, and end this process when its parent has been ended."""
+    """Prepare the drawing process: keep the user's images, ignore Ctrl-C, and exit when the parent has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _own[:] = own
 
@@ -280,7 +283,7 @@ def _start_worker(parent: int, own: list[Array]) -> None:
 
 
 class _Pool:
-    """Images drawn by another process, each used several times: after step n the first FIRST + n * fresh have been drawn."""
+    """Images drawn by another process, each used several times; until step n, FIRST + n * fresh images are drawn."""
 
     def __init__(self, settings: Settings, step: int, own: list[Array], drawing: Callable[[int, int], None]) -> None:
         self._settings, self._drawing = settings, drawing
@@ -300,7 +303,7 @@ class _Pool:
         self._executor.shutdown(cancel_futures=True)
 
     def _ahead(self) -> Iterator[Array]:
-        """Yield the images in order, drawn in the background a little ahead."""
+        """Yield the images in order, drawn in advance in the background."""
         index = self._drawn
         waiting: deque[Future[Array]] = deque()
         while True:
@@ -328,7 +331,7 @@ class _Pool:
 
 
 def varied(rng: np.random.Generator, image: Array) -> Array:
-    """Return an image with its truth turned, mirrored, enlarged and with its colors exchanged at random."""
+    """Augment an image with its truth: rotate, mirror and enlarge it, and permute its colors, at random."""
     if rng.random() < 0.35:
         side = int(rng.integers(SIZE * 5 // 8, SIZE))
         x, y = rng.integers(0, SIZE - side, 2)

@@ -1,4 +1,4 @@
-"""Noise from which backgrounds and textures are made."""
+"""Draw noise and random colors for backgrounds and textures."""
 
 import cv2
 import numpy as np
@@ -9,7 +9,7 @@ Rng = np.random.Generator
 
 
 def octaves(rng: Rng, size: int, coarsest: float, persistence: float = 0.5, stretch: float = 1.0) -> Array:
-    """Return a sum of octaves of smooth noise, (size, size) float32 from 0 to 1.
+    """Draw a sum of octaves of smooth noise, (size, size) float32 from 0 to 1.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def octaves(rng: Rng, size: int, coarsest: float, persistence: float = 0.5, stre
 
 
 def color(rng: Rng) -> Array:
-    """Return a random color, (3,) float32 from 0 to 1: gray, black and white as often as saturated."""
+    """Draw a random color, (3,) float32 from 0 to 1; gray, black and white are as frequent as saturated colors."""
     kind = rng.random()
     value = rng.random()
     if kind < 0.2:
@@ -52,7 +52,7 @@ def color(rng: Rng) -> Array:
 
 
 def palette(rng: Rng, values: Array, colors: int) -> Array:
-    """Return an image (H, W, 3) float32 in which `values`, (H, W) from 0 to 1, choose between random colors."""
+    """Map `values`, (H, W) from 0 to 1, to a scale of random colors: an image (H, W, 3) float32."""
     base = color(rng)
     spread = rng.choice([0.1, 0.25, 1.0], p=[0.35, 0.35, 0.3])
     stops = np.stack([(1 - spread) * base + spread * color(rng) for _ in range(colors)])

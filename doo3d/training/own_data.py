@@ -1,4 +1,4 @@
-"""Images of the user to train on: captures with masks, and runs whose results the user has accepted."""
+"""Read the user's training images: captures with masks, and runs whose results the user has accepted."""
 
 from pathlib import Path
 
@@ -12,20 +12,20 @@ from ..outputs.run_reader import Results, open_results
 from ..types import Array, Bools, Cloud, Detection, Frame, Image
 
 MAX_SIDE_PX = 1280
-"""Larger images are scaled down to this, as they are before the network looks for strands in them."""
+"""Greatest side of an image in px; larger images are scaled down, as they are before the network segments them."""
 
 
 def own_images(path: Path) -> list[Array]:
-    """Return the images of a capture with masks, or of a run, with their truth.
+    """Read the images of a capture with masks, or of a run, with their truth.
 
     Parameters
     ----------
     path
-        a capture with color images and masks, or a folder of results of `doo3d detect`, whose chains are taken for the truth.
+        a capture with color images and masks, or a folder of results of `doo3d detect`, whose chains are used as the truth.
 
     Returns
     -------
-    Each (H, W, 5) uint8: RGB, the object (255) and its centre, 255 on the centerline to 0 at the border of a strand.
+    (H, W, 5) uint8 for each image: RGB, the object (255), and its centre, 255 on the centerline to 0 at the border of a strand.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def drawn_chains(detection: Detection, shape: tuple[int, ...], data: Frame | Ima
     shape
         height and width, px.
     data
-        the Image or Frame, whose camera projects chains in 3-D.
+        the image or frame; the camera of a frame projects 3-D chains.
     """
     mask = np.zeros(shape[:2], np.uint8)
     for chain in detection.in_camera().chains:
@@ -94,7 +94,7 @@ def _with_truth(color: Array, mask: Bools) -> Array:
 
 
 def centre_of(mask: Bools) -> Array:
-    """Return the centre (H, W) uint8 of a mask: the distance to its border over the largest one near, times 255."""
+    """Return the centre image (H, W) uint8 of a mask: distance to the border, divided by the largest one nearby, times 255."""
     distance = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
     width = max(3, 2 * int(np.percentile(distance[mask], 90)) + 1) if mask.any() else 3
     largest = cv2.dilate(distance, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width)))
@@ -102,7 +102,7 @@ def centre_of(mask: Bools) -> Array:
 
 
 def cropped(rng: np.random.Generator, image: Array, size: int) -> Array:
-    """Return a part (size, size, 5) of an image with its truth, from a random place and at a random scale."""
+    """Crop an image with its truth to (size, size, 5), at a random place and scale."""
     height, width = image.shape[:2]
     shrink = np.exp(rng.uniform(np.log(0.4), np.log(1.3)))
     side = int(min(max(size / shrink, 16), height, width))

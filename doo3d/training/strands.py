@@ -1,4 +1,4 @@
-"""Strands painted into an image: round, shaded by a light, with texture, over and under each other."""
+"""Paint strands into an image: round, shaded by a light, with texture, over and under each other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,15 +11,15 @@ from .curves import STEP_PX, normals, smooth_noise
 from .noise import Rng, color
 
 PIECE_RADII = 14.0
-"""Length of the pieces in which a strand is painted, in radii: at most about half a loop, which may lie over another."""
+"""Length in radii of the pieces in which a strand is painted: at most about half a loop, so that loops can overlap."""
 
 
 @dataclass
 class Canvas:
-    """The image as far as it is painted, with its truth.
+    """The painted image with its truth.
 
-    image : (S, S, 3) float32, 0 to 1. mask : (S, S) float32, how far each pixel is covered by an object. centre : (S, S) float32,
-    1 on the centerline, 0 at the border of the strand.
+    image : (S, S, 3) float32, 0 to 1. mask : (S, S) float32, coverage of each pixel by an object, 0 to 1. centre : (S, S)
+    float32, 1 on the centerline, 0 at the border of the strand.
     """
 
     image: Array
@@ -33,7 +33,7 @@ class Canvas:
 
 @dataclass(frozen=True)
 class Light:
-    """Direction of the light (3,), toward it; ambient part; strength of highlights; exponent of highlights."""
+    """A light: direction (3,) towards it, ambient fraction, strength of highlights, exponent of highlights."""
 
     direction: Array
     ambient: float
@@ -43,7 +43,10 @@ class Light:
 
 @dataclass(frozen=True)
 class Strand:
-    """A strand to paint. curve : (N, 2) px. radii : (N,) px. look : color at (s, t). height : (N,), the higher lies above."""
+    """A strand to paint.
+
+    curve : (N, 2) px. radii : (N,) px. look : color at (s, t). height : (N,), higher parts cover lower ones.
+    """
 
     curve: Array
     radii: Array
@@ -56,14 +59,14 @@ class Strand:
 
 
 def random_light(rng: Rng) -> Light:
-    """Return a light from anywhere above the image."""
+    """Draw a light with a random direction above the image."""
     angle, slope = rng.random() * 6.28, rng.uniform(0, 1.3)
     direction = np.array([np.sin(slope) * np.cos(angle), np.sin(slope) * np.sin(angle), np.cos(slope)])
     return Light(direction, rng.uniform(0.15, 0.75), 0.0, 20.0)
 
 
 def with_finish(rng: Rng, light: Light) -> Light:
-    """Return the light as a surface shows it: matte or glossy."""
+    """Return the light with the highlights of a random finish: matte or glossy."""
     shine = 0.0 if rng.random() < 0.4 else rng.uniform(0.05, 0.9)
     return Light(
         light.direction, float(np.clip(light.ambient + rng.normal(0, 0.1), 0.1, 0.95)), shine, np.exp(rng.uniform(1, 4.2))
@@ -79,7 +82,7 @@ def plain_look(rng: Rng, base: Array) -> Look:
 
 
 def striped_look(rng: Rng, base: Array) -> Look:
-    """Return a look with one or two stripes along the strand, straight or wound round it."""
+    """Return a look with one or two stripes along the strand, straight or wound around it."""
     other = color(rng)
     turns = 0.0 if rng.random() < 0.6 else rng.uniform(0.02, 0.4)
     phase, width = rng.random() * 6.28, rng.uniform(-0.3, 0.8)
@@ -125,7 +128,7 @@ def ribbed_look(rng: Rng, base: Array) -> Look:
 
 
 def printed_look(rng: Rng, base: Array) -> Look:
-    """Return a look with small marks along the strand, as print."""
+    """Return a look with small printed marks along the strand."""
     other = np.full(3, 1.0 if base.mean() < 0.5 else 0.0, np.float32)
     pitch, place = rng.uniform(3, 9), rng.uniform(-0.4, 0.4)
     pattern = rng.random(512) < rng.uniform(0.2, 0.6)
@@ -139,13 +142,13 @@ def printed_look(rng: Rng, base: Array) -> Look:
 
 
 def ringed_look(rng: Rng, base: Array) -> Look:
-    """Return a look with stretches of another color: heat shrink, tape, markers. Never trained on."""
+    """Return a look with stretches of another color, like heat shrink or tape. Training never uses it."""
     other, pitch = color(rng), rng.uniform(4, 30)
     return lambda s, t: np.where((np.mod(s, pitch) < 0.3 * pitch)[..., None], other, base)
 
 
 def speckled_look(rng: Rng, base: Array) -> Look:
-    """Return a look with dots, as mottled cord. Never trained on."""
+    """Return a look with dots, like mottled cord. Training never uses it."""
     other, seed = color(rng), rng.random(1024) < rng.uniform(0.1, 0.5)
     return lambda s, t: np.where(
         seed[(np.floor(s * 2).astype(int) * 7 + np.floor(t * 3).astype(int) * 31) % 1024][..., None], other, base
@@ -245,7 +248,7 @@ def _shaded(strand: Strand, s: Array, t: Array, normal: Array) -> Array:
 
 
 def random_strand(rng: Rng, curve: Array, radius: float, light: Light, base: Array, held_out: bool = False) -> Strand:
-    """Return a strand with a random look, finish, height and shade of contact.
+    """Draw a strand with a random look, finish, height and contact shadow.
 
     Parameters
     ----------
@@ -258,9 +261,9 @@ def random_strand(rng: Rng, curve: Array, radius: float, light: Light, base: Arr
     light
         light of the image.
     base
-        color, (3,), 0 to 1.
+        main color, (3,), 0 to 1.
     held_out
-        give it one of the looks that are never trained on.
+        True chooses one of the looks that the training never uses.
     """
     looks, shares = (HELD_OUT_LOOKS, None) if held_out else (LOOKS, LOOK_SHARES)
     look = looks[int(rng.choice(len(looks), p=shares))](rng, base)

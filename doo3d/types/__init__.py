@@ -1,4 +1,4 @@
-"""The data that flows between the parts: checked on construction, read-only afterwards."""
+"""Define the data that flows between the stages: checked on construction, read-only afterwards."""
 
 from .arrays import Array, Bools, Floats, Ints, check_mask
 from .data import Camera, CameraView, Cloud, Frame, Image

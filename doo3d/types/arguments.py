@@ -1,4 +1,4 @@
-"""Checks of what a caller gives: each returns the value in the type that is worked with, or raises an error with a sentence."""
+"""Check arguments: each function returns the value in the type used by doo3d, or raises an error with a clear sentence."""
 
 import math
 import numbers as abstract
@@ -18,14 +18,14 @@ from .arrays import Array, Floats
 T = TypeVar("T")
 
 MAX_NAME_BYTES = 255
-"""Of the name of a file or folder, on every usual file system."""
+"""Greatest length in bytes of the name of a file or folder, on every usual file system."""
 
 LIMIT_VALUES = 3 * 2**40
-"""Values of an array that no memory holds: an array of more is a broadcast one."""
+"""Number of values that no memory can hold; a larger array must be a broadcast one."""
 
 
 def refused(value: object, what: str, expected: str) -> ArgumentError:
-    """Return the error for an argument of another type; what : its name, expected : what it should be."""
+    """Return the error for an argument of the wrong type; what : name of the argument, expected : the accepted types."""
     return ArgumentError(f"{what} is a {type(value).__name__}, expected {expected}", code="argument-type")
 
 
@@ -54,7 +54,7 @@ def number(value: Any, what: str, code: str = "value-invalid") -> float:
 
 
 def probability(value: Any, what: str) -> float:
-    """Return a number from 0 to 1."""
+    """Check a number from 0 to 1, and return it as a float."""
     checked = number(value, what)
     if not 0 <= checked <= 1:
         raise InputError(f"{what} is {checked:g}, expected 0 to 1", code="value-out-of-bounds")
@@ -62,7 +62,7 @@ def probability(value: Any, what: str) -> float:
 
 
 def whole(value: Any, what: str) -> int:
-    """Return a whole number as an int; a float without fraction counts as one."""
+    """Check a whole number, and return it as an int; a float without a fraction is accepted."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     if isinstance(value, float | np.floating) and math.isfinite(value) and value == int(value):
@@ -76,21 +76,21 @@ def whole(value: Any, what: str) -> int:
 
 
 def text(value: Any, what: str) -> str:
-    """Return a text."""
+    """Check a string, and return it."""
     if not isinstance(value, str):
         raise refused(value, what, "a text")
     return value
 
 
 def flag(value: Any, what: str) -> bool:
-    """Return True or False."""
+    """Check a boolean, and return it as a bool."""
     if not isinstance(value, bool | np.bool_ | int):
         raise refused(value, what, "True or False")
     return bool(value)
 
 
 def file_path(value: Any, what: str) -> Path:
-    """Return a path, which need not exist."""
+    """Check a path, which need not exist, and return it as a Path."""
     if not isinstance(value, str | PathLike) or isinstance(value, bytes):
         raise refused(value, what, "a path")
     if "\0" in str(value):
@@ -102,7 +102,7 @@ def file_path(value: Any, what: str) -> Path:
 
 
 def timestamp(value: Any) -> float | None:
-    """Return the time of a frame in s, or None."""
+    """Check the time of a frame in s, and return it as a float; None stays None."""
     if value is None:
         return None
     if isinstance(value, np.datetime64 | np.timedelta64):
@@ -114,7 +114,7 @@ def timestamp(value: Any) -> float | None:
 
 
 def each(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
-    """Return values that are all of one type as a tuple.
+    """Check that all values are of one type, and return them as a tuple.
 
     values : an iterable. kind : the type. what : name of the argument, for errors.
     """
@@ -128,9 +128,9 @@ def each(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
 
 
 def array(value: Any, what: str, code: str) -> Array:
-    """Return an argument as an array of any type, which shares its memory if it is one already.
+    """Convert an argument to an array of any type; an array is returned without a copy.
 
-    what : name of the argument, for errors. code : code of the error for what is no array.
+    what : name of the argument, for errors. code : code of the error if it cannot be converted.
     """
     try:
         found = np.asarray(value)
@@ -142,7 +142,7 @@ def array(value: Any, what: str, code: str) -> Array:
 
 
 def numbers(value: Any, what: str, shape: tuple[int | None, ...], code: str = "array-shape") -> Floats:
-    """Return an argument as an array of float64.
+    """Convert an argument to a float64 array of a given shape.
 
     Parameters
     ----------
@@ -160,8 +160,7 @@ def numbers(value: Any, what: str, shape: tuple[int | None, ...], code: str = "a
     if not fits or found.dtype.kind not in "biuf":
         wanted = ", ".join("N" if size is None else str(size) for size in shape)
         raise InputError(
-            f"{what} has shape {found.shape} and type {found.dtype}, expected numbers of shape ({wanted})",
-            code=code,
+            f"{what} has shape {found.shape} and type {found.dtype}, expected numbers of shape ({wanted})", code=code
         )
     check_count(found.shape[0], current_limits().max_points, what, "rows")
     return found.astype(float, copy=False)
@@ -173,6 +172,9 @@ def check_image_size(image: Array, what: str) -> None:
 
 
 def check_count(count: int, limit: int, what: str, of: str) -> None:
-    """Raise an InputError if there are more than `limit`."""
+    """Raise an InputError if `count` is above `limit`.
+
+    what : name of the argument. of : noun of the counted items, such as "points".
+    """
     if count > limit:
         raise InputError(f"{what} has {count} {of}, and at most {limit} are allowed", code="size-too-large")

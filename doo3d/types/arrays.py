@@ -1,9 +1,9 @@
-"""Array aliases, read-only arrays, and the check of masks.
+"""Define array types, make arrays read-only, and check masks.
 
-Letters used in shapes everywhere: H, W image height and width; N points (or segments of a chain, whose
-joints are N + 1); M voxels; K skeleton voxels; P points of a path; S samples or segments; D the dimension, 2 or 3.
-Three-dimensional data is float64 metres in the camera's optical frame (x right, y down, z forward), or in
-the frame of the cloud that was given; two-dimensional data is pixels (x right, y down).
+Letters used in shapes everywhere: H, W image height and width; N points (or segments of a chain, whose joints are N + 1); M
+voxels; K skeleton voxels; P points of a path; S samples or segments; D the dimension, 2 or 3. Three-dimensional data is float64
+metres in the camera's optical frame (x right, y down, z forward), or in the frame of the cloud that was given; two-dimensional
+data is pixels (x right, y down).
 """
 
 from typing import Any
@@ -36,7 +36,7 @@ def set_sealed(instance: object, **values: Any) -> None:
 
 
 MAX_MASK_DIFFERENCE_PX = 1
-"""px per side by which a mask may differ from its image: models that scale an image and its mask round to another size."""
+"""Greatest difference in px between the sides of a mask and of its image, from networks that round the size when they scale."""
 
 
 def fit_mask(mask: Array, shape: tuple[int, ...]) -> tuple[Array, str]:
@@ -45,14 +45,14 @@ def fit_mask(mask: Array, shape: tuple[int, ...]) -> tuple[Array, str]:
     Parameters
     ----------
     mask
-        any array; only those that differ from `shape` by MAX_MASK_DIFFERENCE_PX at most are changed.
+        any array; it is changed only if its size differs from `shape` by at most MAX_MASK_DIFFERENCE_PX per side.
     shape
         (H, W) of the image.
 
     Returns
     -------
-    mask : of `shape` if it is almost of that size, otherwise unchanged. Padding is no object.
-    note : a sentence for the user about the change; empty without one.
+    mask : of size `shape` if it was almost of that size, otherwise unchanged. Padded pixels are False.
+    note : a sentence for the user about the change; empty if unchanged.
     """
     if mask.ndim != 2 or len(shape) != 2 or mask.shape == shape:
         return mask, ""
@@ -66,7 +66,7 @@ def fit_mask(mask: Array, shape: tuple[int, ...]) -> tuple[Array, str]:
 
 
 def check_mask(mask: Array, shape: tuple[int, ...]) -> Bools:
-    """Return a mask as a new bool array, after checking its shape and type; one that is a pixel off is cropped or padded.
+    """Check the shape and type of a mask, and return it as a new bool array, cropped or padded if a pixel off.
 
     Parameters
     ----------

@@ -1,7 +1,5 @@
 """What the user may give as data, converted to what the mode of the settings needs."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable

@@ -1,4 +1,4 @@
-"""What goes in: a camera, an RGB-D frame, an image, a point cloud. Checked on construction, read-only afterwards."""
+"""Define the input data: camera, RGB-D frame, image, point cloud. Checked on construction, read-only afterwards."""
 
 from dataclasses import dataclass, field
 
@@ -11,13 +11,13 @@ from .arrays import Array, Bools, Floats, set_sealed
 from .display import Displayed
 
 MAX_LENGTH_M = 1e8
-"""m; a coordinate or a depth beyond is no measurement but damage: coordinates from the Earth's center have 6.4e6."""
+"""Greatest coordinate or depth in m; larger values are damaged data. Coordinates relative to the Earth's center reach 6.4e6."""
 
 MIN_DEPTH_M = 1e-6
-"""m; a depth below is none: no camera measures so near."""
+"""Least depth in m; smaller values count as no reading, since no camera measures so near."""
 
 MIN_FOCAL_PX, MAX_INTRINSIC_PX = 1e-2, 1e8
-"""px; focal lengths and principal points beyond belong to no camera."""
+"""Least focal length, and greatest focal length or principal point, in px; no camera is outside."""
 
 CLOUD_COORDINATES = ("camera", "cloud", "world")
 
@@ -75,7 +75,7 @@ class Camera:
         """Return the pixels (u, v) at which points are seen.
 
         points : (N, 3) m in the camera's optical frame. Returns (N, 2) px; NaN for points with z <= 0. Pixels outside the image
-        are not cut off.
+        are kept.
         """
         points = arguments.numbers(points, "points", (None, 3), "points-shape")
         z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
@@ -192,7 +192,7 @@ class Image(Displayed):
     Attributes
     ----------
     color
-        (H, W, 3) uint8 RGB. A grey image (H, W) uint8 is accepted and stored with three equal channels.
+        (H, W, 3) uint8 RGB. A gray image (H, W) uint8 is accepted and stored with three equal channels.
     name
         name of the image in its capture (the file or folder it was read from).
     timestamp
@@ -227,7 +227,7 @@ class Image(Displayed):
 
 @dataclass(frozen=True, repr=False)
 class CameraView(Displayed):
-    """One of the camera views that a point cloud was fused from: where the camera was, and what it saw of the object.
+    """One of the camera views that a point cloud was fused from: camera pose, object mask and depth.
 
     Attributes
     ----------
@@ -251,7 +251,7 @@ class CameraView(Displayed):
         set_sealed(self, pose=np.asarray(self.pose, dtype=float), mask=self.mask, depth=self.depth)
 
     def summary(self) -> str:
-        """Return size of the view, object's share of its pixels and place of the camera in one short line."""
+        """Return in one short line the size of the view, the fraction of its pixels on the object, and the camera's position."""
         x, y, z = self.pose[:3, 3]
         size = f"{self.camera.width}x{self.camera.height}"
         return f"{size}, object {self.mask.mean():.1%} of the pixels, camera at ({x:.2f}, {y:.2f}, {z:.2f}) m"
@@ -299,7 +299,7 @@ class Cloud(Displayed):
     coordinates: str = "cloud"
     notes: tuple[str, ...] = ()
     finite: Bools = field(init=False, repr=False)
-    """(N given,) bool: whether each given row was finite and became a point."""
+    """(N given,) bool: whether each given row was finite and was kept as a point."""
 
     def __post_init__(self) -> None:
         points = arguments.array(self.points, "points", "points-shape")
@@ -347,6 +347,6 @@ class Cloud(Displayed):
 
 
 def _check_labels(data: Frame | Image | Cloud) -> None:
-    """Check the name, and set the time of a frame as a float or None."""
+    """Check the name of the data, and convert its timestamp to a float or None."""
     arguments.text(data.name, "name")
     object.__setattr__(data, "timestamp", arguments.timestamp(data.timestamp))

@@ -1,15 +1,15 @@
-"""How data shows itself: one short line in a prompt, a table and a drawing in a notebook, a figure on request.
+"""Display data: one short line in a prompt, a table and a drawing in a notebook, a figure on request.
 
-Figures are drawn by `viz`, which stands above this package: its modules are imported by name, when a figure is asked for. No
-other import goes against the order of the packages; `tests/test_imports.py` names these two.
+Figures are drawn by `viz`, which depends on this package: it registers its functions in `plugins.DRAWING`.
 """
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
+
+from ..plugins import DRAWING
 
 if TYPE_CHECKING:
     from .tree import LinearObject
@@ -17,15 +17,14 @@ if TYPE_CHECKING:
 Rows = Literal["chains", "doubtful", "joints", "crossings", "junctions"]
 
 DOUBTFUL_CONFIDENCE = 0.5
-"""Confidence below which a chain is drawn as doubtful: confidences are fitted to the share of right
-chains, so it is more likely wrong."""
+"""Confidence below which a chain is drawn as doubtful: it is then more likely wrong than right."""
 
 MAX_LISTED_OBJECTS = 3
-"""Branched objects, and doubtful chains, that are described one by one."""
+"""Greatest number of branched objects, and of doubtful chains, that are described one by one."""
 
 
 class Displayed:
-    """Mix-in of data that shows itself in a prompt as one short line, `summary`."""
+    """Mix-in of data that is displayed in a prompt as one short line, its `summary`."""
 
     def summary(self) -> str:
         """Return the facts of the data in one short line."""
@@ -50,11 +49,11 @@ class Drawn(Displayed):
         -------
         A plotly.graph_objects.Figure, which can be changed, combined and saved like any other.
         """
-        return importlib.import_module("doo3d.viz.figure").figure(self, data)
+        return DRAWING["figure"](self, data)
 
     def _repr_html_(self) -> str:
         """Return a table and a small drawing of the chains, for notebooks."""
-        return str(importlib.import_module("doo3d.viz.notebook").html_of(self))
+        return str(DRAWING["html"](self))
 
 
 def length_text(length: float, planar: bool) -> str:
@@ -75,7 +74,7 @@ def tree_text(objects: int, chains: int, junctions: int) -> str:
 
 
 def objects_text(objects: Sequence[LinearObject]) -> str:
-    """Return what branched objects there are, such as "2 objects: one with 5 chains and 2 junctions, one without junctions"."""
+    """Return branched objects as text, such as "2 objects: one with 5 chains and 2 junctions, one without junctions"."""
     if len(objects) == 1:
         return f"1 object with {counted(len(objects[0].chains), 'chain')} and {counted(len(objects[0].junctions), 'junction')}"
     branched = [each for each in objects if each.junctions]
@@ -90,12 +89,12 @@ def objects_text(objects: Sequence[LinearObject]) -> str:
 
 
 def doubt_text(confidence: float) -> str:
-    """Return what pictures and tables say of a chain in doubt, such as "doubtful (confidence 0.12)"."""
+    """Return the label of a doubtful chain in pictures and tables, such as "doubtful (confidence 0.12)"."""
     return f"doubtful (confidence {math.floor(100 * confidence) / 100:.2f})"
 
 
 def doubtful_text(chains: Sequence[tuple[float, float]], planar: bool) -> str:
-    """Return what a frame shows besides its chains, such as "2 doubtful (0.82 m, 0.13; 0.41 m, 0.05)"; empty without any.
+    """Return the doubtful chains of a frame as text, such as "2 doubtful (0.82 m, 0.13; 0.41 m, 0.05)"; empty if none.
 
     chains : length, m (px if planar), and confidence of each doubtful chain.
     """

@@ -1,4 +1,4 @@
-"""Rigid motions as 4x4 matrices, and planes."""
+"""Define planes, and handle rigid motions as 4x4 matrices."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from ..errors import InputError
 from .arrays import Array, Floats, set_sealed
 
 TOLERANCE = 1e-3
-"""Deviation from a rigid motion that counts as rounding; the rotation is made orthonormal, so that segments keep their length."""
+"""Greatest deviation from a rigid motion that counts as rounding; rotations are made orthonormal, so that segments keep their
+length."""
 
 POSE_FORMS = "4x4 or x,y,z,qx,qy,qz,qw"
 MAX_POSE_NUMBERS = 1000
-"""Values that are still counted in the error: a pose has 16 at most."""
+"""Greatest number of values that the error counts; a pose has at most 16."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,8 @@ class Plane:
     normal
         (3,) unit, towards the side on which the sensor and the object are.
     height
-        m, of the plane above the origin of the coordinates, along `normal`. In a camera's coordinates it is negative: minus the
-        distance of the camera from the plane.
+        height of the plane above the origin of the coordinates along `normal`, m. In a camera's coordinates it is negative: minus
+        the distance of the camera from the plane.
     """
 
     normal: Floats
@@ -50,12 +51,12 @@ class Plane:
 
 
 def in_frame_of(pose: Floats, points: Floats) -> Floats:
-    """Return points (N, 3) m after a rigid motion, a pose (4, 4): in the frame that it leads to."""
+    """Transform points (N, 3) m by a pose (4, 4): p_new = pose @ p."""
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
 
 
 def as_pose(numbers: ArrayLike | str, name: str = "pose") -> Floats:
-    """Return a pose, given by its numbers, as a 4x4 matrix.
+    """Convert the numbers of a pose to a 4x4 matrix.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What comes out: chains with their connections, crossings, and the detection that holds them."""
+"""Define the results: chains with their connections, crossings, and the detection that contains them."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ COORDINATES = {
 
 
 DOUBTFUL_LENGTH_RADII = 60.0
-"""Length of an object in radii from which on it is doubtful, and not left out, where its confidence is below the threshold: what
-is as long as 30 of its widths is more often a cable than an edge, a finger or a tool, whatever else speaks against it."""
+"""Length in radii from which on an object below the threshold of confidence is kept as doubtful. An object 30 times as long as
+wide is more often a cable than an edge, a finger or a tool, whatever other evidence says."""
 
 MIN_DOUBTFUL_CONFIDENCE = 0.01
-"""Confidence from which on an object is doubtful: below, four of five frames without a cable would hold one."""
+"""Least confidence of a doubtful object; with lower ones, four of five frames without a cable would have a doubtful object."""
 
 MODES = ("3d", "2d")
 MAX_ID = 2**63
-"""Ids are below: those of other programs are of 64 bits."""
+"""Upper bound of ids, exclusive: those of other programs have 64 bits."""
 
 
 class Connection(NamedTuple):
@@ -50,8 +50,8 @@ class Connection(NamedTuple):
     segment
         index of the chain's segment at that place.
     confidence
-        0 to 1, that the two pieces belong together: by how much the total cost of all connections would rise without this one,
-        divided by the largest cost allowed for a connection (`merge.max_cost`). 0 if a solution without it would cost no more.
+        0 to 1, that the two pieces belong together: the increase of the total cost of all connections without this one, divided
+        by the largest cost allowed for a connection (`merge.max_cost`). 0 if a solution without it would cost no more.
     """
 
     segment: int
@@ -68,28 +68,28 @@ class Chain(Drawn):
         (N + 1, D) float64, m (px in 2-D), in the frame that `Detection.coordinates` names; neighbors are exactly `segment_length`
         apart.
     segment_length
-        m (px in 2-D).
+        length of each segment, m (px in 2-D).
     radius
-        m (px in 2-D), one for the whole chain; NaN if unknown.
+        radius of the whole chain, m (px in 2-D); NaN if unknown.
     radii
         (N + 1,) m (px in 2-D), radius at each joint, interpolated where it could not be measured. The value of `radius` if not
         given.
     occluded
         (N,) bool, True for a segment that was filled in, not seen. All False if not given.
     depth_filled
-        (N,) bool, True for a segment whose depth no reading supports, so that it was interpolated along the strand or over a gap.
-        An occluded segment always counts as filled. The values of `occluded` if not given; without meaning in 2-D.
+        (N,) bool, True for a segment without depth readings, whose depth was interpolated along the strand or over a gap. An
+        occluded segment always counts as filled. The values of `occluded` if not given; meaningless in 2-D.
     from_time
         (N,) bool, True for an occluded segment that was filled in from other frames of a sequence. All False if not given.
     closed
         True for a ring, whose last joint repeats the first.
     connections
-        where pieces were joined to make this chain, in order along it.
+        the places where pieces were joined to this chain, in order along it.
     id
-        identity of the object in a capture, the same from frame to frame; None if frames were not tracked.
+        number that identifies the object in all frames of a capture; None if frames were not tracked.
     confidence
-        0 to 1, that the chain is right: one whole object and nothing else, in the right order and at the right place. If not
-        given, the lowest of the connections' confidences; 1 without connections.
+        probability, 0 to 1, that the chain is right: one whole object and nothing else, in the right order and at the right
+        place. If not given, the lowest of the connections' confidences; 1 without connections.
     deviations
         (N + 1, 2) m, standard deviation of each joint's distance from the true axis, across and along the ray from the sensor to
         the joint; the position along the chain is not part of it. If the chain is right, 90 % of the errors are within 1.645 of
@@ -162,7 +162,7 @@ class Chain(Drawn):
         arguments.probability(self.confidence, "confidence")
 
     def _values(self, name: str, default: Floats | Bools) -> Any:
-        """Return an array of the chain in the type of its default, which stands for an empty one."""
+        """Return an array attribute in the type of its default, or the default if it is empty."""
         given = arguments.array(getattr(self, name), name, "chain-shape")
         if given.size == 0:
             return default
@@ -245,7 +245,7 @@ class Chain(Drawn):
 
 
 def _left_out_note(chains: Sequence[Chain], min_confidence: float) -> str:
-    """Return the note on chains that are neither given nor doubtful, for their low confidence."""
+    """Return the note about chains left out for their low confidence, which are not even doubtful."""
     planar = chains[0].joints.shape[1] == 2
     longest = max(chains, key=lambda chain: chain.length)
     size = f"{'the longest is ' if len(chains) > 1 else ''}{length_text(longest.length, planar)} long"
@@ -283,7 +283,7 @@ class Crossing:
     point
         (D,) m (px in 2-D), the point on the upper strand's axis where the strands cross in the view.
     confidence
-        0 to 1, that `upper` really is the upper one; 0 if neither depth nor color tells.
+        0 to 1, that `upper` really is the upper one; 0 if neither depth nor color gives evidence.
     """
 
     upper: SegmentRef
@@ -350,9 +350,9 @@ class Detection(Drawn):
         the connected bodies, the one with the greatest length of chains first: trees of chains and junctions. Empty without
         `merge.branches`, where each chain is an object.
     doubtful
-        chains that are probably clutter, but may be cables, longest first: below the threshold of confidence
-        (`output.min_confidence`), and at least 60 times as long as their radius, or the most probable ones of a frame without
-        chains. Crossings, junctions and objects do not refer to them.
+        chains that are probably clutter, but may be cables, longest first. Their confidence is below `output.min_confidence`, and
+        they are at least 60 times as long as their radius, or the most probable ones of a frame without chains. Crossings,
+        junctions and objects do not refer to them.
     """
 
     chains: tuple[Chain, ...]
@@ -396,8 +396,8 @@ class Detection(Drawn):
     def summary(self) -> str:
         """Return the facts of the detection in one short line: frame, number of chains and crossings, length, confidence.
 
-        Doubtful chains are listed with their lengths and confidences. With branched objects looked for, also their number and
-        that of the junctions.
+        Doubtful chains are listed with their lengths and confidences. With `merge.branches`, the line also has the numbers of
+        objects and junctions.
         """
         sizes = tree_text(len(self.objects), len(self.chains), len(self.junctions))
         planar, facts = self.mode == "2d", [repr(self.frame), sizes if self.objects else counted(len(self.chains), "chain")]
@@ -419,7 +419,8 @@ class Detection(Drawn):
         Parameters
         ----------
         rows
-            what a row is. "chains": chain (index), id, closed, segments (number), segment_length, length, radius, occluded and
+            the content of a row. "chains": chain
+            (index), id, closed, segments (number), segment_length, length, radius, occluded and
             depth_filled (shares of the segments), confidence; with branched objects looked for, also object (index). "doubtful":
             the same of `doubtful`, whose object is None. "joints":
             chain, id, closed, segment_length, chain_radius, joint (index), x, y, z, radius (at the joint), occluded (bool, of
@@ -444,10 +445,10 @@ class Detection(Drawn):
     def confident(self, min_confidence: float) -> Detection:
         """Return the detection without the objects whose confidence is below a threshold.
 
-        An object is as confident as its most confident chain: of a branched one all chains are kept, or none. Crossings and
-        junctions of the other objects are removed. Of these objects, those at least 60 times as long as their radius become
-        `doubtful`, and the most confident one if no chain is left, unless its confidence is below 0.01. The rest is left out, and
-        a note counts it.
+        The confidence of an object is that of its most confident chain, so that either all or no chains of a branched object are
+        kept. Crossings and junctions of removed objects are removed, too. Removed objects at least 60 times as long as their
+        radius become `doubtful`, and so does the most confident one if no chain is left, unless its confidence is below 0.01. A
+        note gives the number of the others.
 
         min_confidence : 0 to 1; 0 keeps all.
 
@@ -482,7 +483,7 @@ class Detection(Drawn):
         )
 
     def _is_long(self, body: tuple[int, ...]) -> bool:
-        """Tell whether the chains of an object, together, are long for the radius of the longest."""
+        """Return whether an object is at least DOUBTFUL_LENGTH_RADII long, in radii of its longest chain."""
         chains = [self.chains[k] for k in body]
         radius = max(chains, key=lambda chain: chain.length).radius
         return sum(chain.length for chain in chains) >= DOUBTFUL_LENGTH_RADII * radius
@@ -490,8 +491,8 @@ class Detection(Drawn):
     def transformed(self, pose: Floats) -> Detection:
         """Return a copy of a 3-D detection after a rigid motion, such as from the camera's coordinates to a robot's base frame.
 
-        Joints, junctions, points of crossings and the plane are moved, `coordinates` is "world", and `pose` says where the camera
-        is. Lengths, radii and everything else stay.
+        Joints, junctions, points of crossings and the plane are transformed, `coordinates` becomes "world", and `pose` is the
+        camera's pose there. Lengths, radii and all other values stay.
 
         pose : (4, 4) m, (p_new, 1) = pose @ (p, 1), with an orthonormal rotation, as `as_pose` makes it.
 
@@ -519,7 +520,7 @@ class Detection(Drawn):
         )
 
     def in_camera(self) -> Detection:
-        """Return the detection in the coordinates of its data, a camera's or a cloud's: itself if `pose` is None."""
+        """Return the detection in the coordinates of its camera or cloud; unchanged if `pose` is None."""
         if self.pose is None:
             return self
         return replace(self.transformed(np.linalg.inv(self.pose)), coordinates="camera", pose=None)

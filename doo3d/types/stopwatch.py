@@ -1,7 +1,5 @@
 """The time that each stage of a frame takes."""
 
-from __future__ import annotations
-
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator

@@ -1,6 +1,6 @@
-"""Results as tables: name of the column -> list of values, as pandas.DataFrame takes them.
+"""Convert results to tables: name of the column -> list of values, an input of pandas.DataFrame.
 
-Tables are functions of any detection-like object with chains and crossings, so that `results` can import this module.
+The functions accept any object with the attributes of a detection, so that `results` can import this module.
 """
 
 from collections.abc import Sequence
@@ -111,7 +111,7 @@ TABLES = {
     "crossings": crossings_table,
     "junctions": junctions_table,
 }
-"""What a row is -> the function that makes the table."""
+"""Content of a row, as for `Detection.table` -> the function that makes the table."""
 
 
 def _deviations(chain: Any, k: int) -> list[float | None]:
@@ -128,12 +128,12 @@ def _axes(detection: Any) -> str:
 
 
 def _framed(detection: Any, columns: Table) -> Table:
-    """Return the columns after those of the frame, so that tables of several frames can be put below each other."""
+    """Return a table with the frame's name and time as first columns, so that tables of several frames can be concatenated."""
     count = len(next(iter(columns.values())))
     stamp = None if detection.timestamp is None else float(detection.timestamp)
     return {"frame": [detection.frame] * count, "timestamp": [stamp] * count, **columns}
 
 
 def cell(value: Any) -> Any:
-    """Return a value of a table; a text that a spreadsheet would run as a formula gets an apostrophe, which shows it as text."""
+    """Return a value for a table file; a text that a spreadsheet would run as a formula gets an apostrophe in front."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_OF_FORMULAS) else value

@@ -1,4 +1,4 @@
-"""Branched objects: junctions where chain ends meet, and the trees of chains that they make."""
+"""Define branched objects: junctions where chain ends meet, and the trees of chains that they form."""
 
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -30,9 +30,9 @@ class Junction:
     Attributes
     ----------
     position
-        (D,) m (px in 2-D), in the coordinates of the joints: where the axes meet.
+        (D,) m (px in 2-D), point where the axes meet, in the coordinates of the joints.
     ends
-        the chain ends that meet there. The end joints lie within half a segment of `position`.
+        the chain ends that meet there. Their joints are within half a segment of `position`.
     radii
         (E,) m (px in 2-D), radius of each of these E chains beside the junction.
     confidence
@@ -71,7 +71,7 @@ class LinearObject:
     junctions
         indices in `Detection.junctions`.
     trunk
-        how many of `chains`, from the first, make the trunk: the thickest path through the object from tip to tip.
+        number of the first `chains` that form the trunk, the longest and thickest path through the object from tip to tip.
     """
 
     chains: tuple[int, ...]
@@ -91,7 +91,7 @@ def kept_trees(
     Parameters
     ----------
     junctions, objects
-        those of a detection; of an object all chains are kept, or none.
+        those of a detection; either all or no chains of an object are kept.
     place
         index of a kept chain in the detection -> its new index.
     """

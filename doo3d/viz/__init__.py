@@ -1,4 +1,4 @@
-"""Pictures, videos and reports of detections."""
+"""Draw pictures, videos and reports of detections."""
 
 from .overlay import draw
 

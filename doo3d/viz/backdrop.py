@@ -1,4 +1,4 @@
-"""The image that chains are drawn upon, and the projection of points to its pixels."""
+"""Make the image that chains are drawn on, and the projection of points to its pixels."""
 
 from dataclasses import dataclass
 
@@ -54,7 +54,7 @@ def backdrop_of(data: Frame | Cloud | Image | Array) -> Backdrop:
 
 
 def depth_picture(depth: Array) -> Array:
-    """Return a depth image (H, W), m, as a picture in gray, (H, W, 3) uint8 RGB: near is bright, far is dark.
+    """Convert a depth image (H, W) m to a gray picture (H, W, 3) uint8 RGB: near is bright, far is dark.
 
     Pixels without depth (0) are nearly black. The shades span the 2nd to the 98th percentile of the depths.
     """
@@ -69,7 +69,7 @@ def depth_picture(depth: Array) -> Array:
 
 
 def planar_backdrop(image: Array) -> Backdrop:
-    """Return an image (H, W, 3) uint8 RGB as the backdrop for 2-D chains, whose points (x, y) px are drawn where they are."""
+    """Return an image (H, W, 3) uint8 RGB as the backdrop for 2-D chains; points (x, y) px are not changed."""
     return Backdrop(image, Projection.planar())
 
 
@@ -106,7 +106,7 @@ def _fitted(positions: Floats, min_extent: float = 1e-9) -> tuple[float, Floats]
 
 
 def _points_picture(cloud: Cloud, projection: Projection) -> Array:
-    """Return the points as small squares on a dark background, far ones first: (H, W, 3) uint8 RGB."""
+    """Draw the points as small squares on a dark background, far ones first: (H, W, 3) uint8 RGB."""
     width, height = SIZE
     background = np.linspace(46, 22, height)[:, None, None]
     picture: Array = np.rint(background * np.ones(3)).repeat(width, axis=1).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""A transparent layer to draw on, blended over an image at the end.
+"""Draw shapes on a transparent layer, which is blended over an image at the end.
 
 A shape replaces what is below it on the layer, so a half-transparent ribbon that overlaps itself does not darken. The layer is
 premultiplied RGBA, in which antialiasing blends color and transparency correctly. Bands, lines and discs are drawn together, by
@@ -20,10 +20,11 @@ _MAX_COORDINATE_PX = 2**14  # OpenCV's coordinates are 32-bit, fraction included
 
 
 class _Stroke(NamedTuple):
-    """A stroke that is not yet on the layer, or discs of one color.
+    """A stroke, or discs of one color, not yet drawn on the layer.
 
-    points: (N, 3) px, x, y and half-width of each point. color: premultiplied RGBA. apart: whether each point is a disc of its
-    own. blunt: whether the stroke is cut off at its ends.
+    points : (N, 3) px, x, y and half-width of each point. color : premultiplied RGBA. apart : whether each point is a separate
+    disc.
+    blunt : whether the stroke is cut off at its ends.
     """
 
     points: Floats
@@ -54,7 +55,7 @@ class Canvas:
 
     @property
     def layer(self) -> Array:
-        """The layer with all that was drawn."""
+        """The layer with all shapes drawn."""
         if self._strokes:
             strokes, self._strokes = self._strokes, []
             lengths = [np.ones(len(points), np.int64) if apart else np.array([len(points)]) for points, _, apart, _ in strokes]
@@ -129,7 +130,7 @@ class Canvas:
         self.discs(center[None], radius, color, alpha)
 
     def discs(self, centers: Floats, radius: float, color: Rgb, alpha: float) -> None:
-        """Draw filled circles of one size around (N, 2) px; the others as for `disc`."""
+        """Draw filled circles of one size around centers (N, 2) px; the other arguments are as for `disc`."""
         self._strokes.append(_Stroke(np.insert(centers, 2, radius, axis=1), _rgba(color, alpha), apart=True))
 
     def box(self, low: Sequence[int], high: Sequence[int], color: Rgb, alpha: float) -> None:

@@ -1,4 +1,4 @@
-"""A chain as it is drawn: a ribbon of the object's width, the center line with the joints, and marks at both ends."""
+"""Draw a chain: a ribbon of the object's width, the center line with the joints, and marks at both ends."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ChainRibbon:
     closed
         whether the chain is a ring, whose last joint meets the first.
     unit
-        factor of all line widths, which are given for a small image: 1, or more in a large image.
+        factor of all line widths: 1 in a small image, more in a large one.
     """
 
     points: Floats
@@ -89,7 +89,7 @@ class ChainRibbon:
         return np.asarray((self.points[1:] + self.points[:-1]) / 2)
 
     def runs(self, chosen: Bools) -> Iterator[slice]:
-        """Yield runs of consecutive chosen segments that are alike: all of one kind.
+        """Yield runs of consecutive chosen segments of the same kind.
 
         Parameters
         ----------
@@ -154,7 +154,7 @@ class ChainRibbon:
             canvas.line(piece, self.color, 1.0, 2.0 * self.unit)
 
     def _with_neighbors(self, run: slice) -> Floats:
-        """Return the points of a run and half a segment more on both sides, so that no dark cap shows between runs."""
+        """Return the points of a run, extended by half a segment on both sides to avoid dark caps between runs."""
         points = [self.points[run]]
         for joint, neighbor in ((run.start, run.start - 1), (run.stop - 1, run.stop)):
             if 0 <= neighbor < len(self.points) and self.kinds[min(joint, neighbor)] == SEEN:
@@ -172,7 +172,7 @@ class ChainRibbon:
         canvas.discs(points, radius, LIGHT, 1.0)
 
     def paint_bridge_edges(self, canvas: Canvas, chosen: Bools) -> None:
-        """Draw a white line along both sides of the chosen segments, as of a bridge on a map: they pass over another chain.
+        """Draw a white line along both sides of segments that pass over another chain, like a bridge on a map.
 
         Parameters
         ----------
@@ -238,8 +238,8 @@ def upper_pieces(strands: list[ChainRibbon], crossings: Sequence[Crossing]) -> l
     Returns
     -------
     list of (int, (N,) bool, bool)
-        for each piece: the index of its chain; which of the N segments of this chain belong to the piece; and True if a crossing
-        of the detection says, with a confidence above 0, that the piece passes over.
+        for each piece: the index of its chain; which of the N segments of this chain belong to the piece; and whether the piece
+        is the upper one at a crossing of the detection with a confidence above 0.
     """
     if not crossings:
         return [(index, chosen, False) for index, chosen, _ in _nearer_pieces(strands)]
@@ -262,7 +262,7 @@ def upper_pieces(strands: list[ChainRibbon], crossings: Sequence[Crossing]) -> l
 
 
 def _nearer_pieces(strands: list[ChainRibbon]) -> list[tuple[int, Bools, float]]:
-    """Return the pieces of strands nearer than a touching strand: index, (N,) bool, distance; far ones first."""
+    """Return the pieces nearer than a strand that overlaps them: chain index, (N,) bool, distance; far ones first."""
     middles = [strand.middles for strand in strands]
     distance = [(strand.distance[1:] + strand.distance[:-1]) / 2 for strand in strands]
     reach = [

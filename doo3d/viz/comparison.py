@@ -1,4 +1,4 @@
-"""The picture of a comparison: the chains of both modes over the image, with circles where they differ."""
+"""Draw the comparison of the 3-D and the 2-D mode: the chains of both over the image, circled where they differ."""
 
 from collections.abc import Sequence
 

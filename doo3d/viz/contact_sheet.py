@@ -1,4 +1,4 @@
-"""A contact sheet: frames of a capture side by side, color beside depth, clouds along the axis of least spread."""
+"""Draw a contact sheet: frames of a capture side by side, each with color and depth, or a picture of its cloud."""
 
 import textwrap
 from collections.abc import Sequence

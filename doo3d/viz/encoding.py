@@ -1,4 +1,4 @@
-"""A detection as a picture file: its chains drawn over the input."""
+"""Encode a detection as a picture file: its chains drawn over the input."""
 
 import cv2
 import numpy as np
@@ -7,7 +7,7 @@ from ..types import Array, Cloud, Detection, Frame, Image
 from . import draw
 
 JPEG_QUALITY = 90
-"""Of 100: the edges of the lines stay sharp, and 1280x720 has 140 kB, where PNG has 670 kB and takes ten times as long."""
+"""JPEG quality, of 100: lines stay sharp, and 1280x720 px has 140 kB; PNG has 670 kB and takes ten times as long."""
 
 _PARAMETERS = {".jpg": [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY], ".png": list[int]()}
 

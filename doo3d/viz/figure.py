@@ -1,4 +1,4 @@
-"""Chains as an interactive figure of plotly: tubes in space, as in the report, or lines over the image in 2-D."""
+"""Draw chains as an interactive plotly figure: tubes in space, as in the report, or lines over the image in 2-D."""
 
 import base64
 from collections.abc import Iterator
@@ -62,7 +62,7 @@ def figure(result: Detection | Chain, data: Frame | Cloud | Image | Array | None
 
 
 def _junctions(go: Any, detection: Detection) -> list[Any]:
-    """Return the trace of the junctions, white diamonds; none without junctions."""
+    """Return the plotly trace of the junctions, white diamonds; empty without junctions."""
     if not detection.junctions:
         return []
     numbers = chain_numbers(detection)
@@ -79,7 +79,7 @@ def _junctions(go: Any, detection: Detection) -> list[Any]:
 
 
 def _sides(drawn: Any) -> dict[str, float]:
-    """Return the sides of the box around all traces; the longest is 1."""
+    """Return the relative sides of the box around all traces; the longest is 1."""
     extents = {}
     for axis in "xyz":
         values = [np.asarray(trace[axis], dtype=float) for trace in drawn.data if len(trace[axis])]
@@ -108,7 +108,7 @@ def _runs(chain: Chain) -> Iterator[tuple[int, int, int]]:
 
 
 def _tube(go: Any, chain: Chain, name: str, style: ChainStyle, number: str, at_junction: bool) -> list[Any]:
-    """Return the traces of a chain in space: tubes, center line, a disc at the first joint and a ring at the last.
+    """Return the plotly traces of a 3-D chain: tubes, center line, a disc at the first joint and a ring at the last.
 
     Parameters
     ----------
@@ -117,13 +117,13 @@ def _tube(go: Any, chain: Chain, name: str, style: ChainStyle, number: str, at_j
     chain
         the chain.
     name
-        of the chain, such as "chain 0".
+        name of the chain, such as "chain 0".
     style
         color of the chain, and the factor of its radius.
     number
-        of the chain as text; empty for a doubtful one.
+        number of the chain as text; empty for a doubtful chain.
     at_junction
-        whether the first joint is at a junction: then the number stands beside the middle.
+        whether the first joint is at a junction; the number is then beside the middle of the chain.
     """
     radius = chain.radius if np.isfinite(chain.radius) else 0.0
     radii = np.where(np.isfinite(chain.radii), chain.radii, radius)
@@ -159,7 +159,7 @@ def _tube(go: Any, chain: Chain, name: str, style: ChainStyle, number: str, at_j
 
 
 def _rings(joints: Floats, radii: Floats) -> Floats:
-    """Return the circles around the joints, (N + 1, TUBE_SIDES, 3) m; the cross-section is parallel-transported: no twist."""
+    """Return the circles around the joints, (N + 1, TUBE_SIDES, 3) m, parallel-transported along the chain without twist."""
     tangents = np.gradient(joints, axis=0)
     tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-12)
     side = np.eye(3)[0 if abs(tangents[0, 0]) < 0.8 else 1]
@@ -174,14 +174,14 @@ def _rings(joints: Floats, radii: Floats) -> Floats:
 
 
 def _triangles(joints: int) -> tuple[Array, Array, Array]:
-    """Return the corners i, j, k of the triangles between consecutive circles."""
+    """Return the corner indices i, j, k of the triangles between consecutive circles."""
     a = np.arange((joints - 1) * TUBE_SIDES)
     b = a - a % TUBE_SIDES + (a + 1) % TUBE_SIDES
     return np.concatenate((a, b)), np.concatenate((b, b + TUBE_SIDES)), np.concatenate((a + TUBE_SIDES, a + TUBE_SIDES))
 
 
 def _points(go: Any, detection: Detection, data: Frame | Cloud | Image | Array | None) -> list[Any]:
-    """Return the traces of the points around the chains; none without data in space."""
+    """Return the plotly traces of the points around the chains; empty without 3-D data."""
     if not isinstance(data, Frame | Cloud):
         return []
     pose = np.eye(4) if isinstance(data, Cloud) and data.coordinates == detection.coordinates else None
@@ -204,7 +204,7 @@ def _points(go: Any, detection: Detection, data: Frame | Cloud | Image | Array |
 
 
 def _flat(go: Any, chain: Chain, name: str, style: ChainStyle) -> list[Any]:
-    """Return the traces of a 2-D chain, px."""
+    """Return the plotly traces of a 2-D chain, px."""
     traces, color = [], _css(style)
     for piece, (first, last, kind) in enumerate(_runs(replace(chain, depth_filled=np.zeros(0, dtype=bool)))):
         x, y = chain.joints[first : last + 1].T
@@ -215,7 +215,7 @@ def _flat(go: Any, chain: Chain, name: str, style: ChainStyle) -> list[Any]:
 
 
 def _place_on_image(drawn: Any, data: Frame | Cloud | Image | Array | None) -> None:
-    """Show y down, with one scale for both axes, and the image below the chains if there is one."""
+    """Set up a 2-D figure: y down, one scale for both axes, and the image, if any, behind the chains."""
     drawn.update_yaxes(scaleanchor="x", autorange="reversed")
     image = data.color if isinstance(data, Frame | Image) else data if isinstance(data, np.ndarray) else None
     if image is None:

@@ -1,4 +1,4 @@
-"""Chains as HTML for notebooks: a small drawing and a table, without scripts and without a network."""
+"""Draw chains as HTML for notebooks: a small drawing and a table, without scripts or network access."""
 
 import html
 from itertools import pairwise
@@ -17,7 +17,8 @@ HEADER = ("chain", "segments", "length", "radius", "occluded", "confidence")
 def html_of(result: Detection | Chain) -> str:
     """Return a detection, or one chain, as an element of HTML: a drawing of the chains with their numbers, and a table.
 
-    The drawing is the camera's view, without the camera's frame the view in which the chains are most spread out.
+    The drawing is the camera's view. If the chains are not in the camera's frame, it is the view in which they are most spread
+    out.
     """
     if isinstance(result, Chain):
         result = Detection((result,), mode=f"{result.joints.shape[1]}d", frame="chain")
@@ -53,8 +54,8 @@ def _table(detection: Detection) -> str:
 def _drawing(detection: Detection) -> str:
     """Return the chains as SVG: a disc marks the first joint of each, the number stands beside it.
 
-    Occluded segments are dashed, with dots between the dashes where other frames filled them in. A white square that stands on a
-    corner marks a junction.
+    Occluded segments are dashed, with dots between the dashes where other frames filled them in. A white diamond marks a
+    junction.
     """
     if not detection.chains and not detection.doubtful:
         return ""

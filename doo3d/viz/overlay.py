@@ -1,4 +1,4 @@
-"""The picture of a frame: its chains drawn over the image."""
+"""Draw the picture of a frame: its chains over the image."""
 
 import cv2
 import numpy as np
@@ -75,7 +75,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
 
 
 def _label(picture: Array, text: str, joint: Floats, unit: float) -> None:
-    """Write the number of a chain beside one of its joints, (2,) px, white with a dark rim; nothing if that is out of view."""
+    """Write the number of a chain beside one of its joints (2,) px, in white with a dark rim; skip a joint out of view."""
     if not ((joint >= 0) & (joint < picture.shape[1::-1])).all():
         return
     size = LABEL_SIZE * unit
@@ -87,7 +87,7 @@ def _label(picture: Array, text: str, joint: Floats, unit: float) -> None:
 
 
 def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, unit: float) -> None:
-    """Mark each junction with a white square that stands on a corner."""
+    """Mark each junction with a white diamond."""
     if not detection.junctions:
         return
     corners = np.array(((-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)))
@@ -100,7 +100,7 @@ def _paint_junctions(canvas: Canvas, detection: Detection, backdrop: Backdrop, u
 def caption_lines(detection: Detection) -> list[str]:
     """Return a line of text for each chain, doubtful ones last, such as "1.204 m   r 5.0 mm   12% occluded   5% depth filled".
 
-    The line tells length and radius, the share of the segments that is occluded, the share that other frames filled in (which is
+    The line gives length and radius, the share of the segments that is occluded, the share that other frames filled in (which is
     part of the occluded share), and the share that is seen but whose depth was filled in. Lengths are in px in 2-D. A share of 0
     is left out. A doubtful chain has "doubtful (confidence 0.12)" at the end.
     """
@@ -155,7 +155,7 @@ def _caption(picture: Array, drawn: Canvas, detection: Detection) -> None:
 
 
 def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int, int]:
-    """Return (left, top) px of a panel in the corner with the fewest drawn pixels; ties: the top left.
+    """Return (left, top) px of a panel in the corner with the fewest drawn pixels; the top left wins ties.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def _free_corner(drawn: Array, panel: tuple[int, int], margin: int) -> tuple[int
     panel
         (width, height) px.
     margin
-        to the border of the picture, px.
+        distance from the border of the picture, px.
     """
     height, width = drawn.shape
     right, bottom = max(width - panel[0] - margin, 0), max(height - panel[1] - margin, 0)

@@ -1,4 +1,4 @@
-"""The colors and numbers of chains: colors are distinct, also for color-blind readers, and bright on any image."""
+"""Define the colors and numbers of chains; colors are bright and distinct, also for color-blind readers."""
 
 import colorsys
 from typing import NamedTuple
@@ -22,18 +22,18 @@ CHAINS: tuple[Rgb, ...] = (
     (0, 119, 204),
     (187, 68, 68),
 )
-"""Any two are at least 30 apart in CIELAB, with normal vision and without red, green or blue cones."""
+"""Colors of chains, RGB. Any two are at least 30 apart in CIELAB, with normal vision and with each type of color blindness."""
 DOUBTFUL: Rgb = (176, 176, 176)
-"""The color of doubtful chains: gray as no other chain is."""
+"""Color of doubtful chains, RGB: gray, unlike all other chains."""
 DOUBTFUL_WIDTH = 0.55
-"""Width of the lines and tubes of a doubtful chain as a share of those of others: thinner at a glance, and still a line."""
+"""Width of a doubtful chain's lines and tubes, as a fraction of that of other chains: visibly thinner, but still a line."""
 _HUE_STEP = 0.618034  # golden ratio, in turns of hue between consecutive chains: never close to a recent one
 
 UNIT_PX = 700.0  # square root of the area, px, of a picture with lines of unit width; larger pictures have wider lines
 
 
 def line_unit(picture: Array) -> float:
-    """Return the unit of the widths of lines in a picture (H, W, 3), px: 1 or more."""
+    """Return the factor of all line widths for a picture (H, W, 3): 1 in small pictures, more in large ones."""
     return max(1.0, float(np.sqrt(picture.shape[0] * picture.shape[1])) / UNIT_PX)
 
 
@@ -52,7 +52,7 @@ def chain_color(index: int) -> Rgb:
 
 
 class ChainStyle(NamedTuple):
-    """How a chain is drawn in pictures, figures, notebooks and the report.
+    """The color and line width of a chain in pictures, figures, notebooks and the report.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class ChainStyle(NamedTuple):
     width
         factor of the width of lines and tubes.
     doubt
-        words for the legend, such as "doubtful (confidence 0.12)"; empty without doubt.
+        words for the legend, such as "doubtful (confidence 0.12)"; empty for a chain that is not doubtful.
     """
 
     color: Rgb
@@ -75,22 +75,22 @@ class ChainStyle(NamedTuple):
 
 
 def chain_style(chain: Chain, number: int) -> ChainStyle:
-    """Return how a chain is drawn: in the color of its number, or thin and gray if its confidence is below 0.5."""
+    """Return the style of a chain: the color of its number, or thin and gray if its confidence is below 0.5."""
     return doubtful_style(chain) if chain.is_doubtful else ChainStyle(chain_color(number), 1.0, "")
 
 
 def doubtful_style(chain: Chain) -> ChainStyle:
-    """Return how a chain of `detection.doubtful` is drawn: thin and gray, whatever its confidence."""
+    """Return the style of a chain of `detection.doubtful`: thin and gray, whatever its confidence."""
     return ChainStyle(DOUBTFUL, DOUBTFUL_WIDTH, doubt_text(chain.confidence))
 
 
 def chain_styles(detection: Detection) -> list[ChainStyle]:
-    """Return how each chain of a detection is drawn, in the order of `detection.chains`."""
+    """Return the style of each chain of a detection, in the order of `detection.chains`."""
     return [chain_style(chain, number) for chain, number in zip(detection.chains, chain_numbers(detection), strict=True)]
 
 
 def all_chains(detection: Detection) -> list[tuple[Chain, ChainStyle, str]]:
-    """Return each chain of a detection with how it is drawn and its number; then the doubtful ones, without numbers."""
+    """Return each chain of a detection with its style and number, then the doubtful chains without numbers."""
     numbers = map(str, chain_numbers(detection))
     chains = list(zip(detection.chains, chain_styles(detection), numbers, strict=True))
     return [*chains, *((chain, doubtful_style(chain), "") for chain in detection.doubtful)]

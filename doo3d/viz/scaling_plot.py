@@ -1,4 +1,4 @@
-"""A plot of how the time of a detection grows."""
+"""Plot the time of a detection against the size of its input."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,7 +14,7 @@ TEXT, GRID, LINE, REFERENCE = (60, 60, 60), (222, 222, 222), (0, 92, 175), (200,
 
 
 def draw_scaling(series: Mapping[str, Sequence[tuple[float, float]]], unit: str) -> Array:
-    """Draw one panel per series with both axes logarithmic, two panels in a row, each with n log n for comparison.
+    """Draw time against size, one log-log panel per series, two panels in a row, each with a curve of n log n.
 
     Parameters
     ----------

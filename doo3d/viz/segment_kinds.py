@@ -1,4 +1,4 @@
-"""Where each segment of a chain comes from: four kinds, each drawn in its own way in all pictures."""
+"""Classify the segments of a chain by their origin: four kinds, which look the same in all pictures."""
 
 import numpy as np
 
@@ -11,8 +11,8 @@ KIND_WORDS = ("seen", "depth filled in", "occluded", "from other frames")
 
 
 def segment_kinds(chain: Chain) -> Array:
-    """Return the kind of each segment, (N,) int: seen, with filled depth, occluded (filled in from its frame), or from time.
+    """Return the kind of each segment, (N,) int, an index of KIND_WORDS.
 
-    A segment from time is occluded, too, but other frames of the sequence filled it in.
+    Segments of the last kind are occluded, too, but were filled in from other frames of the sequence, not from their own frame.
     """
     return np.asarray(chain.occluded.astype(int) + chain.depth_filled + (chain.occluded & chain.from_time))

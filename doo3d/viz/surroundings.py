@@ -1,4 +1,4 @@
-"""The points of a frame around its chains, sampled for figures and reports."""
+"""Sample the points of a frame around its chains, for figures and reports."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ class Surroundings:
     on_object
         number of points on the object: within 1.3 radii of a chain.
     viewpoint
-        (3,) m, where a cloud was seen from, in the coordinates of the chains; None if unknown, and for a Frame.
+        (3,) m, position of the sensor of a cloud, in the coordinates of the chains; None if unknown, and for a frame.
     """
 
     points: Floats
@@ -104,12 +104,12 @@ def _sample_points(frame: FrameData, pose: Floats, rng: np.random.Generator) -> 
 
 
 def _random_choice(rng: np.random.Generator, count: int) -> Bools:
-    """Choose about MAX_READ_POINTS of `count` points, or all: (count,) bool."""
+    """Choose about MAX_READ_POINTS of `count` points at random, or all if there are fewer: (count,) bool."""
     return np.asarray(rng.random(count) < MAX_READ_POINTS / count) if count > MAX_READ_POINTS else np.ones(count, dtype=bool)
 
 
 def _near_chains(points: Floats, detection: Detection) -> Bools:
-    """Choose the points in the box of the chains with a margin; without chains, in the box of 96 % of the points."""
+    """Choose the points in the box around the chains with a margin; without chains, in the box of 96 % of the points."""
     if not len(points):
         return np.zeros(0, dtype=bool)
     chains = (*detection.chains, *detection.doubtful)

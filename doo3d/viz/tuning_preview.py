@@ -1,4 +1,4 @@
-"""The picture of a segmentation that tuning proposes: segmented, missed and wrongly segmented pixels in colors."""
+"""Draw the segmentation that tuning proposes: segmented, missed and wrongly segmented pixels in colors."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""The pictures of a run as a video."""
+"""Write the pictures of a run as a video."""
 
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
@@ -39,7 +39,7 @@ class Video:
     failed
         number of failed frames of the run, whether the video shows or skips them.
     undrawn
-        number of frames of which no picture was drawn, which the video skips.
+        number of frames without a picture, which the video skips.
     fps
         frames per second.
     size

@@ -1,4 +1,4 @@
-"""Words in pictures."""
+"""Write text and legends into pictures."""
 
 from collections.abc import Sequence
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import doo3d
 from doo3d.camera.background import VIEW_PIXELS, BackgroundView, background_view
-from doo3d.camera.camera_motion import MOVES, UNTRUSTED, CameraMotion, estimate_motion
+from doo3d.camera.camera_motion import MOTION_NOTE, UNTRUSTED_NOTE, CameraMotion, estimate_motion
 
 HEIGHT, WIDTH, FOCAL = 72, 96, 90.0
 FAR, NEAR = 0.7, 0.62
@@ -66,7 +66,7 @@ def errors(found, true):
 def test_a_camera_that_moves_is_followed():
     true = path()
     motion = estimated([view(each, k) for k, each in enumerate(true)])
-    assert motion.note == MOVES
+    assert motion.notes == (MOTION_NOTE,)
     assert errors(motion.poses, true).max() < 0.001
 
 
@@ -84,7 +84,7 @@ def test_few_pixels_of_one_color_do_not_tell_that_a_camera_moves():
 def test_a_camera_that_leaves_its_first_view_is_followed_over_key_views():
     true = [pose(0.02 * k, 0.02 * k) for k in range(30)]
     motion = estimated([view(each, k) for k, each in enumerate(true)])
-    assert motion.note == MOVES
+    assert motion.notes == (MOTION_NOTE,)
     assert errors(motion.poses, true).max() < 0.004
 
 
@@ -101,7 +101,7 @@ def test_a_camera_that_stands_still_has_no_motion_however_the_light_changes():
 
     motion = estimated([dimmed(k) for k in range(24)])
     assert motion.poses is None
-    assert motion.note is None
+    assert motion.notes == ()
 
 
 @pytest.mark.parametrize("contrast", [0.0, 40.0])
@@ -111,21 +111,21 @@ def test_frames_without_anything_in_common_and_without_any_are_no_motion(contras
     noise = [BackgroundView(rng.integers(1, 255, flat.gray.shape, np.uint8), flat.inverse, INTRINSICS) for _ in range(9)]
     for views in ([], [None] * 9, [flat] * 9, noise):
         assert estimated(views).poses is None
-        assert estimated(views).note is None
+        assert estimated(views).notes == ()
 
 
 def test_a_table_of_one_color_does_not_tell_how_the_camera_moves_along_it():
     motion = estimated([view(each, k, contrast=0.0) for k, each in enumerate(path())])
     assert motion.poses is None
-    assert motion.note == UNTRUSTED
+    assert motion.notes == (UNTRUSTED_NOTE,)
 
 
-@pytest.mark.parametrize(("lost", "note"), [(range(9, 13), MOVES), (range(9, 16), UNTRUSTED)])
+@pytest.mark.parametrize(("lost", "note"), [(range(9, 13), MOTION_NOTE), (range(9, 16), UNTRUSTED_NOTE)])
 def test_a_short_loss_is_interpolated_and_a_long_one_is_no_motion(lost, note):
     true = path()
     motion = estimated([None if k in lost else view(each, k) for k, each in enumerate(true)])
-    assert motion.note == note
-    if note == MOVES:
+    assert motion.notes == (note,)
+    if note == MOTION_NOTE:
         assert errors(motion.poses, true).max() < 0.005
     else:
         assert motion.poses is None

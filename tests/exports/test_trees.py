@@ -8,12 +8,11 @@ import xml.etree.ElementTree as ElementTree
 import mujoco
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.drawn_masks import line
+from builders.scenes import empty_scene
 from builders.simulation import joints_of, mujoco_state
 
 import doo3d
-from doo3d.config import MergeConfig
 from doo3d.exports.overlaps import CONTACT_FREE_RADII, overlapping_bodies
 from doo3d.exports.trees import grown
 from doo3d.geometry.equal_segments import equal_segments
@@ -36,7 +35,7 @@ def harness():
         chain([0.04, -0.12, 0.5], [0.05, -0.012, 0.5], 0.003),
         chain([-0.1, 0.3, 0.5], [0.1, 0.3, 0.5]),
     ]
-    found = find_branches(strands, context_of(segment_length=STEP, radius=0.005), MergeConfig(branches=True))
+    found = find_branches(strands, empty_scene(segment_length=STEP, radius=0.005, merge__branches=True))
     assert [len(each.chains) for each in found.objects] == [5, 1]
     return Detection(tuple(found.chains), coordinates="world", junctions=found.junctions, objects=found.objects)
 
@@ -49,7 +48,7 @@ def acute():
 
 def found_in(start, end, *branches):
     strands = [chain(start, end), *(chain(*branch, 0.004) for branch in branches)]
-    found = find_branches(strands, context_of(segment_length=STEP, radius=0.005), MergeConfig(branches=True))
+    found = find_branches(strands, empty_scene(segment_length=STEP, radius=0.005, merge__branches=True))
     assert found.junctions
     return Detection(tuple(found.chains), coordinates="world", junctions=found.junctions, objects=found.objects)
 

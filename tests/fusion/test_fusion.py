@@ -19,11 +19,12 @@ from doo3d.evaluation.benchmark.fused_views import RenderedView, circle_views, f
 from doo3d.evaluation.scenes.model import Scene
 from doo3d.evaluation.scenes.registry import make_scene
 from doo3d.fusion import fuse as fusion
-from doo3d.fusion.fuse import check_camera_moved, fuse
+from doo3d.fusion.camera_at_rest import check_camera_moved
+from doo3d.fusion.fuse import fuse
 from doo3d.fusion.fused_capture import fused_capture
 from doo3d.inputs import Capture, FrameData, FrameRef
 from doo3d.pipeline import detect
-from doo3d.scene.depth_model import MultiViewDepthModel, PointVisibility
+from doo3d.scene.multiview_model import MultiViewDepthModel, PointVisibility
 from doo3d.types import Cloud, Image
 
 CONFIG = load_config("default")

@@ -11,7 +11,7 @@ from doo3d.scene.frame_facts import FrameFacts
 
 
 def of_facts(mask, depth=None, focal=1.0):
-    return FrameFacts(mask, None if depth is None else depth.astype(np.float32)).radius(focal)
+    return (FrameFacts(mask) if depth is None else FrameFacts(mask, depth.astype(np.float32))).radius(focal)
 
 
 @pytest.mark.parametrize("pixels", [[(0, 0)], [(29, 39)], [(3, 7), (10, 5)], [(0, 39), (29, 0)]])

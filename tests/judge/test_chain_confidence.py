@@ -10,12 +10,15 @@ import pytest
 from builders.drawn_masks import CAMERA, frame_of, line, wave
 
 import doo3d
-from doo3d.judge import Evidence, with_confidence
-from doo3d.judge.evidence import AUTO, GIVEN
-from doo3d.judge.looks import CABLE_WIDTHS, CLEAR_CONTRAST
-from doo3d.pipeline import _Clock, run_from_segmentation, run_stages
+from doo3d.judge import Evidence
+from doo3d.judge.clutter import CABLE_WIDTHS, CLEAR_CONTRAST
+from doo3d.judge.confidence import with_confidence
+from doo3d.judge.evidence import WEIGHTS_AUTO, WEIGHTS_GIVEN
+from doo3d.judge.interpretations import USUAL
+from doo3d.pipeline import _walk, run_stages
 from doo3d.scene.frame_facts import FrameFacts
 from doo3d.segment import segment
+from doo3d.segment.observe import Observed
 from doo3d.types import Connection
 
 STRAIGHT = line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5])
@@ -37,7 +40,7 @@ def evidence_of(stages, chains=None, dropped=0.0, joined=(), mask=None, depth=No
     if mask is not None or depth is not None:
         changes["facts"] = FrameFacts(scene.mask if mask is None else mask, scene.depth if depth is None else depth)
     scene = replace(scene, **changes)
-    return with_confidence(stages.chains if chains is None else chains, dropped, scene, None, joined)[1][0]
+    return with_confidence(stages.chains if chains is None else chains, dropped, scene, (), joined)[1][0]
 
 
 def test_nothing_speaks_against_a_plain_cable(plain):
@@ -48,17 +51,22 @@ def test_nothing_speaks_against_a_plain_cable(plain):
     assert evidence.residual < 0.4
 
 
-KINDS = [(name, is_told) for weights, is_told in ((GIVEN, True), (AUTO, False)) for name in weights if name != "base"]
+KINDS = [
+    (name, object_given)
+    for weights, object_given in ((WEIGHTS_GIVEN, True), (WEIGHTS_AUTO, False))
+    for name in weights
+    if name != "base"
+]
 
 
 def test_there_are_few_weights_and_each_lowers_the_confidence():
-    assert len(GIVEN) + len(AUTO) <= 30
-    assert min((*GIVEN.values(), *AUTO.values())) > 0
+    assert len(WEIGHTS_GIVEN) + len(WEIGHTS_AUTO) <= 30
+    assert min((*WEIGHTS_GIVEN.values(), *WEIGHTS_AUTO.values())) > 0
 
 
-@pytest.mark.parametrize(("name", "is_told"), KINDS)
-def test_each_kind_of_evidence_lowers_the_confidence(name, is_told):
-    values = [Evidence(**{name: amount}, is_told=is_told).confidence for amount in (0.0, 0.2, 0.5, 1.0)]
+@pytest.mark.parametrize(("name", "object_given"), KINDS)
+def test_each_kind_of_evidence_lowers_the_confidence(name, object_given):
+    values = [Evidence(**{name: amount}, object_given=object_given).confidence for amount in (0.0, 0.2, 0.5, 1.0)]
     assert all(more > less for more, less in itertools.pairwise(values))
 
 
@@ -151,7 +159,7 @@ def untold(stages):
 
 def test_what_looks_like_a_cable_is_not_doubted_for_its_looks(plain):
     (evidence,) = untold(plain)
-    assert (evidence.flat, evidence.faint, evidence.doubted) == (0.0, 0.0, 0.0)
+    assert (evidence.flat, evidence.faint, evidence.network_doubt) == (0.0, 0.0, 0.0)
     assert evidence.uneven < 0.1
     assert evidence.stubby == pytest.approx(np.log(CABLE_WIDTHS * 2 * plain.chains[0].radius / plain.chains[0].length))
 
@@ -203,23 +211,23 @@ def judged(probability, ends=(-50, 400)):
     config = doo3d.load_config("image", {"segment.method": "strands"})
     segmentation = segment(doo3d.Image(image), config.segment)
     known = replace(segmentation.scene, probability=np.where(on, probability, 0.02).astype(np.float32))
-    return run_from_segmentation(replace(segmentation, scene=known), config, _Clock()).evidence
+    return _walk(Observed(replace(segmentation, scene=known), doo3d.Image(image), config), USUAL).evidence
 
 
 def test_a_network_that_doubts_a_cable_lowers_its_confidence():
     ((sure,), (doubtful,)) = judged(0.99), judged(0.6)
-    assert sure.doubted == 0.0
-    assert doubtful.doubted > 1.9
+    assert sure.network_doubt == 0.0
+    assert doubtful.network_doubt > 1.9
     assert doubtful.log_odds < sure.log_odds - 1
 
 
 def test_the_surest_chain_of_a_photograph_counts_for_all():
     (evidence,) = judged(0.6, (60, 250))
-    assert evidence.unsure == pytest.approx(sum(replace(evidence, unsure=0.0).losses().values()))
+    assert evidence.frame_doubt == pytest.approx(sum(replace(evidence, frame_doubt=0.0).losses().values()))
 
 
 def test_in_a_frame_the_surest_chain_counts_for_all_and_a_short_straight_cable_is_believed(plain):
     (evidence,) = untold(plain)
-    assert plain.evidence[0].unsure == 0.0
-    assert evidence.unsure == pytest.approx(sum(replace(evidence, unsure=0.0).losses().values()))
+    assert plain.evidence[0].frame_doubt == 0.0
+    assert evidence.frame_doubt == pytest.approx(sum(replace(evidence, frame_doubt=0.0).losses().values()))
     assert evidence.confidence > 0.8

@@ -11,11 +11,12 @@ from builders.scenes import cloud_scene
 from scipy.special import expit, logit
 
 import doo3d
-from doo3d import pipeline
 from doo3d.errors import InputError
-from doo3d.judge import Evidence, interpretations, most_probable, other_interpretations
+from doo3d.judge import Evidence, interpretations
+from doo3d.judge.interpretations import most_probable, other_interpretations
 from doo3d.pipeline import run_stages
 from doo3d.scene.frame import FrameScene
+from doo3d.skeleton import graph
 from doo3d.types import Chain
 
 CONFIG = doo3d.load_config("default")
@@ -59,9 +60,9 @@ def test_strands_found_by_shape_and_clouds_need_no_other_interpretation(scene):
 
 
 def test_clutter_that_is_left_out_makes_no_frame_uncertain(scene):
-    stray = Evidence(stray=1.0, stubby=4.0, residual=3.0)
-    assert stray.confidence < CONFIG.output.min_confidence
-    assert other_interpretations(*chains_of(Evidence(), stray), scene) == ()
+    small_fragment = Evidence(small_fragment=1.0, stubby=4.0, residual=3.0)
+    assert small_fragment.confidence < CONFIG.output.min_confidence
+    assert other_interpretations(*chains_of(Evidence(), small_fragment), scene) == ()
 
 
 def test_the_interpretation_with_the_least_doubt_is_kept_and_the_mean_is_its_confidence():
@@ -99,21 +100,21 @@ def test_the_chains_of_the_best_interpretation_are_returned_with_its_confidence(
 
 def test_an_interpretation_in_finer_voxels_halves_their_edge(uncertain, monkeypatch):
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.008)
-    monkeypatch.setattr("doo3d.pipeline.most_probable", lambda found, config: (0, found[0]))
+    monkeypatch.setattr(interpretations, "most_probable", lambda found, config: (0, found[0]))
     usual = run_stages(frame, CONFIG, mask).scene.voxel
-    monkeypatch.setattr("doo3d.pipeline.most_probable", lambda found, config: (1, found[1]))
+    monkeypatch.setattr(interpretations, "most_probable", lambda found, config: (1, found[1]))
     assert run_stages(frame, CONFIG, mask).scene.voxel == pytest.approx(usual / 2)
 
 
 def test_an_interpretation_with_too_many_voxels_is_passed_over(uncertain, monkeypatch):
-    usual = pipeline.voxelize
+    usual = graph.voxelize
 
     def limited(scene):
         if scene.voxel_factor < 1:
             raise InputError("too many", code="voxels-too-many")
         return usual(scene)
 
-    monkeypatch.setattr(pipeline, "voxelize", limited)
+    monkeypatch.setattr(graph, "voxelize", limited)
     frame, mask = frame_of(line([-0.12, 0.0, 0.5], [0.12, 0.02, 0.5]), radius=0.004)
     assert len(run_stages(frame, CONFIG, mask).chains) == 1
 
@@ -121,7 +122,7 @@ def test_an_interpretation_with_too_many_voxels_is_passed_over(uncertain, monkey
 def test_a_frame_of_many_pieces_is_interpreted_in_one_way_and_says_so(uncertain, monkeypatch):
     frame, mask = frame_of(wave(), radius=0.004)
     assert not run_stages(frame, CONFIG, mask).limit_notes
-    monkeypatch.setattr(pipeline, "MAX_UNCERTAIN_PIECES", 0)
+    monkeypatch.setattr(interpretations, "MAX_UNCERTAIN_PIECES", 0)
     monkeypatch.setattr(interpretations, "OTHERS", (None,))
     (note,) = run_stages(frame, CONFIG, mask).limit_notes
     assert "in one way only" in note

@@ -17,7 +17,7 @@ from builders.paths import ROOT
 
 from doo3d import kernels
 
-NEEDED = ("__init__.py", "errors.py", "kernels/__init__.py", "kernels/_loading.py")
+NEEDED = ("__init__.py", "errors.py", "plugins.py", "kernels/__init__.py", "kernels/_loading.py")
 CALL = "from doo3d import kernels; kernels.visits(); print(kernels._native.__name__, kernels._native.__file__)"
 
 

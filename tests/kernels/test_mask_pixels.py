@@ -14,7 +14,7 @@ def test_random_masks(shape, share):
     for seed in range(20):
         mask = np.random.default_rng(seed).random(shape) < share
         v, u = np.nonzero(mask)
-        assert FrameFacts(mask, None, 0).pixel_list().tolist() == sorted(map(list, zip(u.tolist(), v.tolist(), strict=True)))
+        assert FrameFacts(mask).pixel_list().tolist() == sorted(map(list, zip(u.tolist(), v.tolist(), strict=True)))
         expected = (v.min(), v.max() + 1, u.min(), u.max() + 1) if len(u) else (0, 0, 0, 0)
         assert bounding_box(mask) == expected
 
@@ -31,9 +31,9 @@ def test_one_pixel_anywhere(size):
 def test_any_byte_but_zero_is_true():
     mask = np.array([[0, 255], [0, 2]], np.uint8).view(bool)
     assert bounding_box(mask) == (0, 2, 1, 2)
-    assert FrameFacts(mask, None, 0).pixel_list().tolist() == [[1, 0], [1, 1]]
+    assert FrameFacts(mask).pixel_list().tolist() == [[1, 0], [1, 1]]
 
 
 def test_no_rows():
     assert bounding_box(np.zeros((0, 5), bool)) == (0, 0, 0, 0)
-    assert FrameFacts(np.zeros((0, 0), bool), None, 0).pixel_list().shape == (0, 2)
+    assert FrameFacts(np.zeros((0, 0), bool)).pixel_list().shape == (0, 2)

@@ -11,9 +11,9 @@ from doo3d.errors import InputError
 from doo3d.outputs import STRANDS
 from doo3d.outputs.detection_json import encode
 from doo3d.outputs.sequence_files import encode_strands, read_background, read_observation
+from doo3d.track.depth_readings import NODES, PER_NODE
 from doo3d.track.observations import Observation, ObservedStrand
-from doo3d.track.readings import NODES, PER_NODE
-from doo3d.track.tips import CUT_OFF, TIP
+from doo3d.track.strand_ends import CUT_OFF, TIP
 from doo3d.types import Chain, Cloud, Detection
 
 CHAIN = Chain(np.array([[0, 0, 0.6], [0.01, 0, 0.6], [0.02, 0, 0.6]]) + 1 / 3, 0.01, 0.0042)

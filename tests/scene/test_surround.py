@@ -42,7 +42,7 @@ def test_the_deviation_follows_the_noise():
 
 
 @pytest.mark.parametrize(("color", "sign"), [(RED, 1), ((30, 160, 60), -1)])
-def test_the_hue_tells_red_from_green_in_any_light(color, sign):
+def test_the_hue_distinguishes_red_from_green_in_any_light(color, sign):
     bright, dark = (np.full((4, 4, 3), np.multiply(color, light), np.uint8) for light in (1.0, 0.8))
     hues = [median_hues(image, np.arange(16), np.array([16]))[0] for image in (bright, dark)]
     assert sign * (hues[0][0] - 128) > 10

@@ -7,7 +7,7 @@ import pytest
 from doo3d.config import SegmentConfig
 from doo3d.scene.frame_facts import FrameFacts
 from doo3d.segment import segment
-from doo3d.segment.end_plugs import remove_plugs
+from doo3d.segment.mask_cleanup import remove_plugs
 from doo3d.types import Camera, Frame
 
 BLUE, WHITE = (30, 60, 160), (225, 225, 220)

@@ -8,7 +8,7 @@ import pytest
 from builders.scenes import frame_scene, image_scene
 
 import doo3d
-from doo3d.pipeline import run_with_stages
+from doo3d.pipeline import run_stages
 from doo3d.segment.extend_mask import extend_mask
 from doo3d.types import Camera, Chain, Frame
 
@@ -110,11 +110,11 @@ def test_in_the_preset_image_remnants_become_one_strand():
     mask = whole & ((u < 80) | (u > 265))
     config = doo3d.load_config("image")
     assert config.merge.gap < 265 - 80
-    _, stages = run_with_stages(photograph(whole), config, mask)
+    stages = run_stages(photograph(whole), config, mask)
     (found,) = stages.chains
     assert np.abs(np.interp(found.joints[:, 0], *LINE.T) - found.joints[:, 1]).max() < 2
     assert np.ptp(found.joints[:, 0]) > WIDTH - 12
-    assert (stages.segmentation.method, stages.segmentation.base.method) == ("extended", "mask")
-    assert stages.segmentation.selected > stages.segmentation.base.selected == mask.sum()
+    assert (stages.observed.segmentation.method, stages.observed.segmentation.base.method) == ("extended", "mask")
+    assert stages.observed.segmentation.selected > stages.observed.segmentation.base.selected == mask.sum()
     short = doo3d.detect(photograph(whole), doo3d.load_config("image", {"extend_mask.max_length": 0}), mask)
     assert all(np.ptp(chain.joints[:, 0]) < 100 for chain in short.chains)

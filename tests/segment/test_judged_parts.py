@@ -9,7 +9,7 @@ import pytest
 from doo3d import load_config
 from doo3d.segment.judged_parts import BESIDE_PX, judged_mask, set_apart
 from doo3d.segment.methods import network, strands
-from doo3d.segment.methods.selected import Selected
+from doo3d.segment.methods.result import MethodResult
 from doo3d.types import Camera, Frame
 
 SHAPE = (240, 320)
@@ -36,41 +36,41 @@ CABLE, NOISE = band(60), band(150, 3, 100, 130)
 @pytest.mark.parametrize(("share", "is_kept"), [(0.1, False), (0.3, True)])
 def test_a_part_needs_color_or_a_share_that_the_network_finds(share, is_kept):
     found = NOISE & (np.arange(320) < 100 + 30 * share)
-    kept = judged_mask(Selected(CABLE | NOISE, told=np.flatnonzero(CABLE)), found, picture((CABLE, (30, 60, 200))))
+    kept = judged_mask(MethodResult(CABLE | NOISE, by_color=np.flatnonzero(CABLE)), found, picture((CABLE, (30, 60, 200))))
     np.testing.assert_array_equal(kept, CABLE | NOISE if is_kept else CABLE)
 
 
 def test_what_nobody_knows_better_is_kept():
-    kept = judged_mask(Selected(CABLE | NOISE), np.zeros(SHAPE, dtype=bool), picture())
+    kept = judged_mask(MethodResult(CABLE | NOISE), np.zeros(SHAPE, dtype=bool), picture())
     np.testing.assert_array_equal(kept, CABLE | NOISE)
 
 
 def test_what_only_the_network_finds_is_added_away_from_the_rest():
-    rules = Selected(CABLE, told=np.flatnonzero(CABLE))
+    rules = MethodResult(CABLE, by_color=np.flatnonzero(CABLE))
     lost = band(120)
     color = picture((CABLE, (30, 60, 200)), (lost, (20, 150, 40)))
     np.testing.assert_array_equal(judged_mask(rules, CABLE | lost, color), CABLE | lost)
     wide = band(60, 3 + BESIDE_PX)
     np.testing.assert_array_equal(judged_mask(rules, wide, color), CABLE)
-    flat = rules._replace(left_out=(np.flatnonzero(lost),))
+    flat = rules._replace(rejected=(np.flatnonzero(lost),))
     np.testing.assert_array_equal(judged_mask(flat, CABLE | lost, color), CABLE)
 
 
 @pytest.mark.parametrize("shape", [(1, 9), (4, 4), (5, 5), (9, 7)])
 def test_images_of_a_few_pixels(shape):
     found, color = np.ones(shape, dtype=bool), np.full((*shape, 3), 90, np.uint8)
-    assert not judged_mask(Selected(~found), found, color).any()
+    assert not judged_mask(MethodResult(~found), found, color).any()
 
 
 def test_a_part_of_a_larger_image():
     cable, lost = (np.ascontiguousarray(mask[:, ::2]) for mask in (CABLE, band(120)))
-    rules = Selected(cable, told=np.flatnonzero(cable))
+    rules = MethodResult(cable, by_color=np.flatnonzero(cable))
     color = picture((CABLE, (30, 60, 200)), (band(120), (20, 150, 40)))[:, ::2]
     np.testing.assert_array_equal(judged_mask(rules, lost, color), cable | lost)
 
 
 def test_shadows_are_not_added():
-    rules, shadow = Selected(CABLE, told=np.flatnonzero(CABLE)), band(120, 5)
+    rules, shadow = MethodResult(CABLE, by_color=np.flatnonzero(CABLE)), band(120, 5)
     shade = 1 - 0.4 * cv2.GaussianBlur(shadow.astype(np.float32), (0, 0), 1.5)[..., None]
     color = (picture((CABLE, (30, 60, 200))) * shade).astype(np.uint8)
     np.testing.assert_array_equal(judged_mask(rules, CABLE | shadow, color), CABLE)

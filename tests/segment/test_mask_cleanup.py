@@ -41,7 +41,7 @@ def test_small_components_and_holes_against_labels(seed, least):
     noise = gaussian_filter(np.random.default_rng(seed).normal(size=(60, 80)), 0.8)
     mask = noise > np.quantile(noise, 0.8 - 0.12 * seed)
     expected = slow_removal(mask, least)
-    facts = FrameFacts(mask, None, least)
+    facts = FrameFacts(mask, min_pixels=least)
     np.testing.assert_array_equal(facts.image(), expected)
     assert (facts.selected, facts.removed, facts.filled) == (mask.sum(), (mask & ~expected).sum(), (expected & ~mask).sum())
     assert facts.count == expected.sum()

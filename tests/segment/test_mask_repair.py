@@ -76,7 +76,7 @@ def test_a_strand_too_thin_for_its_color_stays_as_depth_shows_it():
 
 
 @pytest.mark.parametrize("color", [(150, 150, 145), (148, 152, 143)])
-def test_colors_that_do_not_tell_change_nothing(color):
+def test_colors_of_the_background_change_nothing(color):
     spoiled = ragged()
     assert repair_mask(spoiled, photographed(color=color)) is spoiled
 

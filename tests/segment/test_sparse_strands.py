@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 
 import doo3d
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.segment.sparse_strands import find_sparse_strands, is_sparse
+from doo3d.segment.point_lines import is_sparse
+from doo3d.segment.sparse_strands import find_sparse_strands
 
 
 def wires(count, spacing, apart=0.5, noise=0.03, gap=0.0, length=30.0, seed=0):

@@ -8,7 +8,7 @@ import pytest
 from builders.paths import SAMPLES
 
 import doo3d
-from doo3d.pipeline import run_with_stages
+from doo3d.pipeline import run_stages
 from doo3d.segment.working_picture import LENGTHS, enlarged_chain, segment_picture
 from doo3d.tools.explain import explain_stages
 from doo3d.tools.stage_products import products
@@ -83,9 +83,9 @@ def test_a_photograph_is_not_reduced_below_the_width(settings):
 
 def test_the_paper_is_followed_to_the_letter_at_any_size():
     image, mask = photo("tangle", 4.5)
-    data, stages = run_with_stages(image, doo3d.load_config("paper_2d"), mask)
-    assert stages.scale == 1
-    assert stages.segmentation.scene.mask.shape == data.color.shape[:2]
+    stages = run_stages(image, doo3d.load_config("paper_2d"), mask)
+    assert stages.observed.scale == 1
+    assert stages.observed.segmentation.scene.mask.shape == mask.shape
     assert all(chain.segment_length == 10 for chain in stages.chains)
 
 
@@ -119,7 +119,7 @@ def test_a_pixel_of_the_reduced_picture_is_in_the_middle_of_its_pixels():
 def test_stage_products_are_in_px_of_the_photograph():
     image, mask = photo("tangle", 4.5)
     config = doo3d.load_config("image")
-    _, stages = run_with_stages(image, config, mask)
+    stages = run_stages(image, config, mask)
     explanation = explain_stages(stages, config)
     made = {product.name: product for product in products(stages, explanation)}
     outside = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5)

@@ -14,7 +14,7 @@ import doo3d
 from doo3d.config import load_config
 from doo3d.inputs import open_capture
 from doo3d.links.terms.gap_path import GapCost, GapPaths
-from doo3d.pipeline import run_with_stages
+from doo3d.pipeline import run_stages
 from doo3d.tools.explain import explain_stages
 
 
@@ -23,7 +23,7 @@ def explained(request):
     name, preset = request.param
     config = load_config(preset)
     shot = open_capture(SAMPLES / name).frames[0].load()
-    _, stages = run_with_stages(shot.data, config, shot.mask)
+    stages = run_stages(shot.data, config, shot.mask)
     return explain_stages(stages, config), stages
 
 
@@ -48,7 +48,7 @@ def test_terms_add_up_and_merges_are_in_order(explained):
 
 def test_the_distance_term_is_the_distance(explained):
     found, stages = explained
-    unit = 1000 if stages.grid.coords.shape[1] == 3 else 1
+    unit = 1000 if stages.graph.grid.coords.shape[1] == 3 else 1
     for merge in found.merges:
         gap = np.linalg.norm(np.subtract(*merge.chosen.points))
         assert merge.chosen.terms["distance"] == pytest.approx(unit * gap)
@@ -71,7 +71,7 @@ def test_every_stage_has_an_account(explained):
 
 def test_the_account_of_segmentation_is_that_of_its_record(explained):
     found, stages = explained
-    segmentation = stages.segmentation
+    segmentation = stages.observed.segmentation
     removed = segmentation.removed_small, segmentation.removed_wide, segmentation.split
     counts = *removed, segmentation.repaired, segmentation.without_depth, segmentation.outliers
     account = found.accounts[0]
@@ -88,7 +88,7 @@ def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):
     """Only those of runner-ups that joining ends never considered are left to explain."""
     config = load_config("default")
     loaded = open_capture(SAMPLES / "crossing").frames[0].load()
-    _, stages = run_with_stages(loaded.data, config, loaded.mask)
+    stages = run_stages(loaded.data, config, loaded.mask)
     known = {decision.chosen.ends for decision in stages.merged.decisions}
     measured = []
     monkeypatch.setattr(GapPaths, "_measure", lambda self, pairs: measured.extend(pairs) or [GapCost(0.0, 0.0)] * len(pairs))
@@ -100,7 +100,7 @@ def test_explaining_measures_no_gap_path_that_merging_measured(monkeypatch):
 def test_chains_that_merging_drops_are_named():
     config = load_config("default", {"merge.chains": 1})
     shot = open_capture(SAMPLES / "two_cables").frames[0].load()
-    _, stages = run_with_stages(shot.data, config, shot.mask)
+    stages = run_stages(shot.data, config, shot.mask)
     found = explain_stages(stages, config)
     (merging,) = [account for account in found.accounts if account.stage == "merge"]
     assert any("merge.chains" in sentence for sentence in merging.dropped)

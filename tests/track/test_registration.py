@@ -8,8 +8,8 @@ from scipy.optimize import minimize
 
 from doo3d.geometry.polyline import arc_length, resample
 from doo3d.track.observations import ObservedStrand
-from doo3d.track.registration import PLACE_WEIGHT, TURN_WEIGHT, Placed, bend, exact_lengths, place_strands, to_lengths
-from doo3d.track.tips import CUT_OFF, TIP
+from doo3d.track.registration import PLACE_WEIGHT, TURN_WEIGHT, Placed, exact_lengths, fit_joints, place_strands, relax_lengths
+from doo3d.track.strand_ends import CUT_OFF, TIP
 
 SEGMENT = 0.01
 
@@ -42,7 +42,7 @@ def test_a_tip_in_plain_view_is_the_tip_of_the_object():
     seen = strand(joints, 0, 25, tips=(TIP, CUT_OFF), moved=(0.03, 0.0, 0.0))
     (placed,) = place_strands([seen], joints, 0.5, 0.05)
     assert placed.span == pytest.approx((0.0, 0.25), abs=0.004)
-    bent, covered, _ = bend(joints, [placed], 0.5)
+    bent, covered, _ = fit_joints(joints, [placed], 0.5)
     assert bent[0] == pytest.approx(joints[0] + (0.03, 0, 0), abs=2e-3)
     assert bent[-1] == pytest.approx(joints[-1] + (0.03, 0, 0), abs=5e-3)
     assert covered.tolist() == [True] * 26 + [False] * 25
@@ -58,7 +58,7 @@ def test_a_stretch_without_depth_keeps_its_place_in_the_image():
     sight = np.where((np.arange(51)[:, None] >= 15) & (np.arange(51)[:, None] < 35), rays, 0.0)
     seen = ObservedStrand(shown, np.arange(51) * SEGMENT, 0.5, (TIP, TIP), 0, sight)
     (placed,) = place_strands([seen], joints, 0.5, 0.05)
-    bent, covered, _ = bend(joints, [placed], 0.5)
+    bent, covered, _ = fit_joints(joints, [placed], 0.5)
     assert covered.all()
     pixels = 600 * bent[:, :2] / bent[:, 2:]
     assert np.abs(pixels - 600 * true[:, :2] / true[:, 2:])[:, 1].max() < 0.5
@@ -87,7 +87,7 @@ def test_what_lies_between_strands_moves_with_them():
     moved = (0.02, 0.01, -0.01)
     ends = [strand(joints, 0, 15, (TIP, CUT_OFF), moved), strand(joints, 36, 50, (CUT_OFF, TIP), moved)]
     placed = place_strands(ends, joints, 0.5, 0.05)
-    bent, seen, _ = bend(joints, placed, 0.5)
+    bent, seen, _ = fit_joints(joints, placed, 0.5)
     np.testing.assert_allclose(bent, joints + moved, atol=2.5e-3)
     assert seen[:16].all()
     assert seen[36:].all()
@@ -96,7 +96,7 @@ def test_what_lies_between_strands_moves_with_them():
 
 def test_without_strands_the_expected_shape_stays():
     joints = curve()
-    bent, seen, _ = bend(joints, [], 0.5)
+    bent, seen, _ = fit_joints(joints, [], 0.5)
     np.testing.assert_allclose(bent, joints, atol=1e-4)
     assert not seen.any()
 
@@ -105,7 +105,7 @@ def test_segments_get_one_length():
     rng = np.random.default_rng(0)
     rough = curve() + rng.normal(0, 0.0015, (51, 3))
     fixed = np.zeros(51, dtype=bool)
-    even = to_lengths(rough, SEGMENT, fixed)
+    even = relax_lengths(rough, SEGMENT, fixed)
     assert np.linalg.norm(np.diff(even, axis=0), axis=1) == pytest.approx(SEGMENT, rel=0.05)
     exact = exact_lengths(even, SEGMENT)
     assert np.linalg.norm(np.diff(exact, axis=0), axis=1) == pytest.approx(SEGMENT, rel=1e-9)
@@ -193,5 +193,5 @@ def test_joints_are_fitted_as_by_dense_equations(seed):
     true = by_equations(expected, points[known], arcs[known], sights[known], 0.01)
     if not known.all():
         true = by_equations(true, points, arcs, sights, 0.01)
-    bent, seen, _ = bend(expected, [Placed(arcs, points, (0.0, length), 0.0, sights)], length)
-    np.testing.assert_allclose(bent, to_lengths(spaced(true, arcs, 0.01), 0.01, seen), rtol=0, atol=1e-7)
+    bent, seen, _ = fit_joints(expected, [Placed(arcs, points, (0.0, length), 0.0, sights)], length)
+    np.testing.assert_allclose(bent, relax_lengths(spaced(true, arcs, 0.01), 0.01, seen), rtol=0, atol=1e-7)

@@ -15,10 +15,10 @@ from doo3d.geometry.equal_segments import close_ring
 from doo3d.outputs.run_reader import open_results
 from doo3d.outputs.sequence_files import SequenceFile, read_objects, write_objects
 from doo3d.track.detect_sequence import combine, detect_sequence
-from doo3d.track.objects import steady_objects
+from doo3d.track.objects import find_smoothed_objects
 from doo3d.track.observations import Observation, ObservedStrand
-from doo3d.track.rings import bend_ring, place_on_ring
-from doo3d.track.tips import CUT_OFF, TIP
+from doo3d.track.rings import fit_ring, place_on_ring
+from doo3d.track.strand_ends import CUT_OFF, TIP
 from doo3d.types import Chain, Detection
 
 COUNT, SEGMENT, RADIUS = 60, 0.01, 0.003
@@ -104,7 +104,7 @@ def test_what_is_hidden_comes_from_other_frames():
 
 def test_a_ring_that_a_hand_parts_in_two_is_one_object():
     seen = [open_in(time, [(3, 25), (32, 56)]) if 8 <= k < 15 else closed_in(time) for k, time in enumerate(times())]
-    items = steady_objects(seen, load_config("default"))[1]
+    items = find_smoothed_objects(seen, load_config("default"))[1]
     assert [(item.closed, item.segments) for item in items] == [(True, COUNT)]
     found = list(combine(seen, load_config("default")))
     check_rings(found)
@@ -123,7 +123,7 @@ def test_a_cable_whose_ends_touch_for_a_while_is_no_ring():
         detection = replace(observation.detection, chains=(replace(chain, joints=line),))
         apart[k] = Observation(detection, (replace(strand, points=line, tips=(TIP, TIP)),))
     touching = [closed_in(time) for time in times(24)[20:]]
-    assert not any(item.closed for item in steady_objects([*apart, *touching], CONFIG)[1])
+    assert not any(item.closed for item in find_smoothed_objects([*apart, *touching], CONFIG)[1])
 
 
 def test_two_rings_and_a_limit_to_their_number():
@@ -135,11 +135,11 @@ def test_two_rings_and_a_limit_to_their_number():
     seen = [both(time) for time in times(10)]
     assert [len(detection.chains) for detection in combine(seen, load_config("default"))] == [2] * 10
     assert {chain.id for detection in combine(seen, load_config("default")) for chain in detection.chains} == {0, 1}
-    assert len(steady_objects(seen, CONFIG)[1]) == 1
+    assert len(find_smoothed_objects(seen, CONFIG)[1]) == 1
 
 
 def test_objects_are_read_back_as_they_were(tmp_path):
-    items = steady_objects([closed_in(time, 7 * k % COUNT) for k, time in enumerate(times(8))], CONFIG)[1]
+    items = find_smoothed_objects([closed_in(time, 7 * k % COUNT) for k, time in enumerate(times(8))], CONFIG)[1]
     known = SequenceFile(tuple(map(str, range(8))), 15, 0.1, tuple(items))
     write_objects(tmp_path, known)
     assert read_objects(tmp_path) == known
@@ -155,7 +155,7 @@ def test_a_strand_is_placed_on_a_ring_wherever_it_begins(part):
     true = (np.arange(part[0], part[1] + 1) * SEGMENT) % LENGTH
     off = (placed.arcs - true + LENGTH / 2) % LENGTH - LENGTH / 2
     assert np.abs(off).max() < 0.003
-    joints, seen, _ = bend_ring(expected, [replace(placed, arcs=true)], LENGTH)
+    joints, seen, _ = fit_ring(expected, [replace(placed, arcs=true)], LENGTH)
     np.testing.assert_array_equal(joints[0], joints[-1])
     assert seen.sum() >= part[1] - part[0]
     at = np.flatnonzero(seen[:-1])

@@ -9,13 +9,13 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample, unit
-from doo3d.track.depth_in_time import smooth_in_time
+from doo3d.track.chain_direction import reversed_chain
+from doo3d.track.depth_readings import NODES, PER_NODE
+from doo3d.track.depth_smoothing import smooth_depth_over_time
+from doo3d.track.inverse_range_smoother import smooth_inverse_range
 from doo3d.track.observations import Observation
-from doo3d.track.readings import NODES, PER_NODE
 from doo3d.track.registration import exact_lengths
-from doo3d.track.steady_depth import steadied
 from doo3d.track.torn_depth import correct_torn_depth
-from doo3d.track.tracking import reversed_chain
 from doo3d.types import Chain, Detection
 
 FRAMES, RADIUS, BEHIND = 24, 0.003, 1.4
@@ -105,7 +105,7 @@ def test_an_object_is_not_drawn_longer_than_it_is() -> None:
     read[:, -6:] += np.linspace(0.03, 0.2, 6)
 
     def lengths(longest: float) -> np.ndarray:
-        smooth = smooth_in_time(1 / read, np.ones(read.shape), rays, longest)
+        smooth = smooth_inverse_range(1 / read, np.ones(read.shape), rays, longest)
         return np.linalg.norm(np.diff(rays / smooth[:, :, None], axis=1), axis=2).sum(axis=1)
 
     assert np.median(lengths(np.inf)) > 1.15 * length
@@ -133,7 +133,10 @@ def test_a_given_length_counts_for_torn_depth() -> None:
     length = float(np.linalg.norm(np.diff(points[0], axis=0), axis=1).sum())
     found = [
         np.median(
-            [each.detection.chains[0].length for each in steadied(torn_observations(points), TrackingConfig(), given)][8:15]
+            [
+                each.detection.chains[0].length
+                for each in smooth_depth_over_time(torn_observations(points), TrackingConfig(), given)
+            ][8:15]
         )
         for given in (length, 0.95 * length)
     ]
@@ -157,5 +160,5 @@ def test_chains_of_a_capture_are_put_right_whichever_way_they_run(backwards: boo
         return result
 
     without = [replace(each, readings=()) for each in observations]
-    assert max(errors(steadied(without, TrackingConfig()))[8:15]) > 0.05
-    assert max(errors(steadied(observations, TrackingConfig()))[8:15]) < 0.02
+    assert max(errors(smooth_depth_over_time(without, TrackingConfig()))[8:15]) > 0.05
+    assert max(errors(smooth_depth_over_time(observations, TrackingConfig()))[8:15]) < 0.02

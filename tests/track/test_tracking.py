@@ -14,7 +14,9 @@ from doo3d.geometry.equal_segments import equal_ring, equal_segments
 from doo3d.geometry.polyline import densify
 from doo3d.outputs.detection_json import dumps
 from doo3d.track import tracking
-from doo3d.track.tracking import NO_MATCH, Tracker, TrackingState, assign_ids, match_chains, reversed_chain
+from doo3d.track.chain_direction import reversed_chain
+from doo3d.track.chain_matching import NO_MATCH, match_chains
+from doo3d.track.tracking import Tracker, TrackingState, assign_ids
 from doo3d.types import Chain, Connection, Crossing, Detection, SegmentRef
 from doo3d.viz import draw
 from doo3d.viz.palette import chain_color

@@ -7,7 +7,7 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.track.lengths import vote_length
+from doo3d.track.object_length import vote_length
 from doo3d.track.observations import Observation
 from doo3d.track.registration import exact_lengths
 from doo3d.track.tracks import Track, tracks_of

@@ -4,11 +4,10 @@ import json
 
 import numpy as np
 import pytest
-from builders.contexts import context_of
 from builders.drawn_masks import line
+from builders.scenes import empty_scene
 
 from doo3d.commands.messages import frame_line
-from doo3d.config import MergeConfig
 from doo3d.geometry.equal_segments import equal_segments
 from doo3d.links.branches import find_branches
 from doo3d.outputs.detection_json import dumps
@@ -25,7 +24,7 @@ CAMERA = Camera(800.0, 800.0, 400.0, 300.0, 800, 600)
 
 def found_in(*strands, step, radius):
     chains = [Chain(equal_segments(line(*strand), step), step, radius) for strand in strands]
-    found = find_branches(chains, context_of(segment_length=step, radius=radius), MergeConfig(branches=True))
+    found = find_branches(chains, empty_scene(segment_length=step, radius=radius, merge__branches=True))
     assert found.junctions
     return Detection(tuple(found.chains), junctions=found.junctions, objects=found.objects, frame="f")
 

@@ -1,11 +1,9 @@
-"""The bill of the method: what each step gives, and what it costs.
+"""Measure the benefit and the cost of each step of the method, by detecting without it (an ablation study).
 
-Each step is taken out alone, by a setting or by putting something that does nothing in its place, on the same frames. A row tells
-how many frames become right and wrong by the step, whether that may be chance, and how long the step takes in ms, lines and
-numbers. Frames in which the step is not called are not run again.
+Each step is removed alone, by a setting or by a replacement that does nothing, on the same frames. A row of the table gives the
+numbers of frames that the step makes right and wrong, the probability that this difference is chance, and the cost of the step:
+ms, lines of code and typed numbers. Frames in which the step is not called are not run again.
 """
-
-from __future__ import annotations
 
 import importlib
 import math
@@ -23,7 +21,7 @@ from .trials import Outcome, Run, Trial
 
 
 def sign_test(gained: int, lost: int) -> float:
-    """Return the chance that of so many changes at least as many go one way, if both are equally likely: two-sided, 0 to 1."""
+    """Return the p-value, 0 to 1, of a two-sided sign test on numbers of frames gained and lost."""
     changes = gained + lost
     tail: float = sum(math.comb(changes, k) for k in range(max(gained, lost), changes + 1)) / 2**changes
     return min(1.0, 2 * tail)
@@ -31,12 +29,12 @@ def sign_test(gained: int, lost: int) -> float:
 
 @contextmanager
 def replaced(places: Mapping[str, Any]) -> Iterator[None]:
-    """Put functions or constants in the source code's places inside a `with` block, and the former ones back at its end.
+    """Replace functions or constants of modules inside a `with` block, and restore them at its end.
 
     Parameters
     ----------
     places
-        "module:NAME" -> value.
+        "module:NAME" -> the function or value to use instead.
 
     Raises
     ------
@@ -55,7 +53,7 @@ def replaced(places: Mapping[str, Any]) -> Iterator[None]:
 
 
 Result = tuple[Trial, Outcome, dict[str, Outcome]]
-"""A frame, what the whole method came to, and for each step what it came to without it."""
+"""A frame; the outcome with all steps; name of each step -> the outcome without this step."""
 
 
 def run_ablations(trial: Trial, steps: Sequence[str]) -> Result:
@@ -81,7 +79,7 @@ def run_ablations(trial: Trial, steps: Sequence[str]) -> Result:
 
 
 def _without(ablation: Ablation, run: Run, complete: Outcome, called: set[str]) -> Outcome:
-    """Return the outcome without a step: that with it, if the frame does not call the functions of the step."""
+    """Return the outcome without a step; without a new run if this frame did not call the functions of the step."""
     if ablation.places and not ablation.settings and not called.intersection(ablation.places):
         return complete
     with replaced(ablation.places):
@@ -89,7 +87,10 @@ def _without(ablation: Ablation, run: Run, complete: Outcome, called: set[str]) 
 
 
 def _listening(steps: Sequence[str], called: set[str]) -> dict[str, Any]:
-    """Return for each function that a step replaces one that calls it and notes that it was called; constants always are."""
+    """Return a wrapper for each function that a step replaces, which records in `called` that the step was used.
+
+    Steps that replace a constant always count as used.
+    """
 
     def noting(place: str, function: Any) -> Any:
         def call(*args: Any, **kwargs: Any) -> Any:
@@ -110,26 +111,27 @@ def _listening(steps: Sequence[str], called: set[str]) -> dict[str, Any]:
 
 
 def changed(complete: Iterable[Any], without: Iterable[Any], name: str) -> tuple[int, int]:
-    """Return the numbers of frames that have a value by a step, and that have lost it by the step.
+    """Return the numbers of frames in which a step turns a boolean value true, and false.
 
-    complete, without : outcomes with and without the step, frame by frame. name : of a true or false value.
+    complete, without : outcomes with and without the step, frame by frame. name : attribute of the outcomes, such as "right".
     """
     pairs = [(bool(getattr(a, name)), bool(getattr(b, name))) for a, b in zip(complete, without, strict=True)]
     return sum(a > b for a, b in pairs), sum(b > a for a, b in pairs)
 
 
 def bill_of(results: Sequence[Result], step: str, kinds: Sequence[str] = ()) -> Record:
-    """Return what a step gives on the frames of some kinds of data; of all without any.
+    """Return the benefit and the time of a step on the frames of some kinds of data; on all frames if none is named.
 
-    Changes are by the step: with it against without it.
+    A change is the outcome with the step compared with that without it.
 
     Returns
     -------
     Record
-        frames: those tried. gained, lost: frames that the step makes right, and wrong, by the strict rule; gained_in_image,
-        lost_in_image: the same in the image. crossings_gained: crossings whose upper strand is right by the step, less those that
-        are wrong by it. brier: change of the mean squared difference of confidence and rightness in the image; less is better.
-        ms: mean time of the step. chance: of so uneven a change, strict and in the image together, if the step did nothing.
+        frames: number of frames. gained, lost: frames that the step makes right, and wrong, by the strict rule; gained_in_image,
+        lost_in_image: the same in the image. crossings_gained: crossings whose upper strand the step makes right, minus those
+        that it makes wrong. brier: change of the Brier score, the mean squared difference between the confidence and 1 (right in
+        the image) or 0; negative is better. ms: mean time of the step. chance: p-value of the sign test over the strict changes
+        and those in the image together.
     """
     pairs = [(complete, without[step]) for trial, complete, without in results if not kinds or trial.kind in kinds]
     first, second = [a for a, _ in pairs], [b for _, b in pairs]
@@ -149,7 +151,7 @@ def bill_of(results: Sequence[Result], step: str, kinds: Sequence[str] = ()) -> 
 
 
 def rows_of(results: Sequence[Result], steps: Sequence[str]) -> list[Record]:
-    """Return two flat rows for each step, on the data that it was made for and on all, ready for a table, CSV and JSON."""
+    """Return two records for each step, one on the data that it was made for and one on all data."""
     rows = []
     for step in steps:
         ablation = ABLATIONS[step]
@@ -170,11 +172,11 @@ CELLS = {
     "lines": "{lines}",
     "numbers": "{numbers}",
 }
-"""Title of a column of the bill -> text of its cells, from the values of a row."""
+"""Title of each column of the table -> format of its cells, filled with the values of a row."""
 
 
 def format_ablations(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return the bill as a text table: a line for each step on its own data, and one on all."""
+    """Return the rows of `rows_of` as a text table: two lines for each step."""
     width = max(len(row["step"]) for row in rows)
     lines = [f"{'step':{width}s} data " + " ".join(f"{title:>9s}" for title in CELLS)]
     for row in rows:

@@ -1,7 +1,5 @@
 """Frames with known truth: rendered scenes, and captures on disk with a truth file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -24,7 +22,7 @@ from ..truth_file import read_truth
 
 TRUTH = "truth.json"
 MIN_PIECE = 0.010
-"""m; a shorter piece of a cable inside the image is no object."""
+"""Least length in m of a piece of a cable inside the image that counts as an object."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class KnownFrame:
     mask
         (H, W) bool, the pixels of the cables; None if unknown.
     ragged
-        (H, W) bool, the mask spoiled by another hand; None if there is none.
+        (H, W) bool, an imperfect mask that comes with the frame; None if there is none.
     scene
         the scene that was rendered; None if the frame was not.
     """
@@ -54,22 +52,23 @@ class KnownFrame:
 
 @dataclass(frozen=True)
 class Case:
-    """One frame, or one sequence of frames, with known truth that is to be scored. It is rendered or read by `load` only.
+    """A frame or sequence with known truth, to be scored. It is rendered or read only when `load` is called.
 
     Attributes
     ----------
     name
         name of the frame or sequence.
     family
-        name of the group that it is counted in.
+        name of the group of cases in whose line of the table it counts.
     load
-        called without arguments, returns it with its truth; can be pickled if other processes have to measure the case.
+        function without arguments that returns the frame or sequence with its truth; it must be picklable for measuring in other
+        processes.
     truths
-        the true cables of a frame on disk, which count as missed if the frame cannot be read; empty for a rendered frame.
+        the true cables of a frame on disk, which count as not detected if the frame cannot be read; empty for a rendered frame.
     seed, sensor
-        the seed that a scene is made from, and its simulated depth camera; None and "" for what is read from disk.
+        the seed of a rendered scene, and its simulated depth camera; None and "" for a frame read from disk.
     records
-        number of records that the case gives.
+        number of records that measuring the case returns.
     """
 
     name: str
@@ -122,8 +121,8 @@ def _render_scene(family: str, seed: int, sensor: str, size: tuple[int, int]) ->
 def known_frame(rendered: Rendered, scene: Scene | None = None) -> KnownFrame:
     """Return a rendered scene as a frame with known truth: its image data, its true cables and its true mask.
 
-    A cable that leaves the image becomes one cable for each of its pieces inside, since nothing in the image tells that they
-    belong together. `scene` is the scene that was rendered.
+    A cable that leaves the image and returns becomes one cable for each piece inside the image, since the image does not show
+    that the pieces belong together. `scene` is the scene that was rendered.
     """
     camera = rendered.frame.camera
     pieces = [piece for truth in rendered.truths for piece in pieces_in_view(truth, camera)]
@@ -131,7 +130,7 @@ def known_frame(rendered: Rendered, scene: Scene | None = None) -> KnownFrame:
 
 
 def pieces_in_view(truth: Truth, camera: Camera) -> list[Truth]:
-    """Return the pieces of a cable that are inside the image, of 10 mm or more; the cable itself if all of it is inside.
+    """Return the pieces of a cable inside the image that are at least 10 mm long; the cable itself if all of it is inside.
 
     Parameters
     ----------
@@ -180,7 +179,8 @@ def capture_cases(
     options
         values that the capture lacks, such as its intrinsics.
     depth
-        depth image to use instead of that of a capture with truth.npz: a path in its folder; None for its own.
+        path, within the folder of a capture with truth.npz, of a depth image to use instead of the capture's own; None for its
+        own.
 
     Raises
     ------
@@ -207,7 +207,7 @@ def _read(ref: FrameRef, truths: tuple[Truth, ...]) -> KnownFrame:
 
 
 def _array_cases(capture: Path, truth: Path, family: str, refs: Mapping[str, FrameRef], depth: str | None) -> list[Case]:
-    """Return a case for each frame of a capture with truth in arrays, of its family without the number at its end."""
+    """Return a case for each frame of a capture with truth.npz; a number at the end of the family's name is removed."""
     arrays, family, single = read_truth_arrays(truth, list(refs)), re.sub(r"_\d+$", "", family), len(refs) == 1
     names = [capture.name if single else f"{capture.name}/{name}" for name in refs]
     frames = zip(names, refs.values(), arrays.frames.values(), strict=True)
@@ -220,7 +220,7 @@ def _array_cases(capture: Path, truth: Path, family: str, refs: Mapping[str, Fra
 def _read_with_arrays(
     ref: FrameRef, truths: tuple[Truth, ...], labels: Array | None, folder: Path, depth: str | None
 ) -> KnownFrame:
-    """Read a frame, and find what is seen of its cables; `folder` may hold a spoiled mask and other depth of the frame."""
+    """Read a frame, with the visible parts of its cables, and an imperfect mask and another depth image if `folder` has them."""
     loaded = ref.load()
     data, mask = loaded.data, loaded.mask
     if not isinstance(data, Frame):
@@ -235,9 +235,9 @@ def _read_with_arrays(
 def folder_cases(folder: str | Path, depth: str | None = None) -> list[Case]:
     """Return a case for each frame with known truth, of all captures and clouds at any depth below a folder.
 
-    A capture has known truth if its folder holds truth.json or truth.npz; a cloud has, if <name>.truth.json is beside it. The
-    family of a case is the path of its capture or cloud, relative to the folder; with truth.npz, without the number at its end.
-    `depth` is as for `capture_cases`; of captures with truth.npz, those without such an image are left out.
+    A capture has known truth if its folder holds truth.json or truth.npz; a cloud, if <name>.truth.json is in the same folder.
+    The family of a case is the path of its capture or cloud, relative to the folder; with truth.npz, a number at its end is
+    removed. `depth` is as for `capture_cases`; captures with truth.npz that lack this depth image are skipped.
 
     Raises
     ------
@@ -261,7 +261,7 @@ def _truth_path(capture: Path) -> Path:
 
 
 def _cloud_path(truth: Path) -> Path:
-    """Return the cloud that a truth file lies beside."""
+    """Return the path of the cloud that a truth file belongs to."""
     stem = truth.name.removesuffix(f".{TRUTH}")
     paths = [file for file in sorted(truth.parent.glob(f"{stem}.*")) if not file.name.endswith(".json")]
     if not paths:

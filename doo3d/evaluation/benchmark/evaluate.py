@@ -1,7 +1,5 @@
 """Run the detection over frames with known truth, and score it; or score the results that `doo3d detect` wrote."""
 
-from __future__ import annotations
-
 import math
 import time
 from functools import partial
@@ -28,7 +26,7 @@ from .run import Benchmark
 Masking = Literal["mask", "ragged", "hsv", "auto"]
 
 HUE_HALF_WIDTH, MIN_SATURATION, MIN_VALUE = 10, 90, 25
-"""The box of a cable's color, in OpenCV's 8-bit HSV."""
+"""HSV box around a cable's color, in OpenCV's 8-bit units: half its width in hue, least saturation, least value."""
 
 
 def frame_benchmark(config: Config, known_count: bool = True, method: Masking = "mask") -> Benchmark:
@@ -39,20 +37,20 @@ def frame_benchmark(config: Config, known_count: bool = True, method: Masking = 
     Parameters
     ----------
     config
-        the configuration of the detection, of a 3-D mode; for frames without cables, it may be of a 2-D mode.
+        the configuration of the detection, with a 3-D mode; for frames without cables, 2-D modes are allowed.
     known_count
         True gives the detection the true number of cables; False lets it decide from the data.
     method
         how the cables are segmented. "mask": by the case's true mask, unless the config names another method than auto or mask.
-        "ragged": the same, by the true mask spoiled as by `ragged_mask`, the same for every call.
-        "hsv": by HSV boxes round the cables' true colors. "auto": as the config says, without the true mask.
+        "ragged": the same, by the true mask with ragged edges from `ragged_mask`, which are equal in every call.
+        "hsv": by HSV boxes around the cables' true colors. "auto": by the method of the config, without the true mask.
     """
     measure = partial(measure_frame, config=config, known_count=known_count, method=method)
     return Benchmark(measure, COLUMNS, frame_panels, frame_caption, frame_badness)
 
 
 def measure_frame(case: Case, config: Config, known_count: bool, method: Masking) -> list[Record]:
-    """Read a case, and detect in it; see `frame_benchmark`."""
+    """Read a case, run the detection in it, and return its record; arguments are as for `frame_benchmark`."""
     try:
         known = case.load()
     except InputError as error:
@@ -66,7 +64,7 @@ def unreadable(case: Case, error: DooError) -> Record:
     Parameters
     ----------
     case
-        the case; its `truths` count as missed.
+        the case; its `truths` count as not detected.
     error
         the reason; its message and its code are stored in the record.
     """
@@ -78,14 +76,14 @@ def unreadable(case: Case, error: DooError) -> Record:
 def detect_safely(
     data: Any, config: Config, mask: Bools | None, failures: type[Exception] = DooError
 ) -> tuple[Detection, dict[str, Any]]:
-    """Detect in one frame, and return the detection with the last values of its record: confidence, ms, error and code.
+    """Run the detection in one frame; return it and the values confidence, ms, error and code of its record.
 
     Parameters
     ----------
     data, config, mask
         as for `doo3d.detect`.
     failures
-        errors after which the detection is one without chains.
+        exceptions that are caught; a detection without chains is returned in their place.
     """
     from ...pipeline import detect
 
@@ -101,10 +99,10 @@ def detect_safely(
 
 
 def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool = True, method: Masking = "mask") -> Record:
-    """Detect in one frame with known truth, and return its record.
+    """Run the detection in one frame with known truth, and return its record.
 
-    If the detection fails, the frame is scored without chains and the record holds the error. Of a frame without cables, neither
-    the number nor a mask is given, and the config may be for 2-D.
+    If the detection fails, the frame is scored without chains and the record holds the error. In a frame without cables, the
+    detection is given neither the number of cables nor a mask, and the config may be for 2-D.
 
     Parameters
     ----------
@@ -131,7 +129,7 @@ def detect_case(case: Case, known: KnownFrame, config: Config, known_count: bool
 
 
 def given_mask(name: str, known: KnownFrame, method: Masking) -> Bools | None:
-    """Return the mask that the detection is given in a frame of this name: the true one, the spoiled one, or none."""
+    """Return the mask (H, W) to give to the detection: the true one, a ragged one, or None; `name` seeds the ragged edges."""
     if method == "mask":
         return known.mask
     if method != "ragged" or known.mask is None:
@@ -140,7 +138,7 @@ def given_mask(name: str, known: KnownFrame, method: Masking) -> Bools | None:
 
 
 def frame_badness(row: Record) -> tuple[bool, int, float, float]:
-    """Return a value by which frames are ordered, greatest for the worst.
+    """Return a key that sorts records by how bad their frames are: the worst frame has the greatest key.
 
     Wrong frames come before correct ones; then frames with more faults (wrong connections, occlusions, crossings, number of
     chains), then those with less of the cables covered and more of the chains off the cables, then those with the greater RMS
@@ -153,7 +151,7 @@ def frame_badness(row: Record) -> tuple[bool, int, float, float]:
 
 
 def case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, method: Masking) -> Config:
-    """Return the settings for one frame: with the number of its cables if it is given, and for "hsv" with their colors.
+    """Return the settings for one frame: with the number of cables if it is known, and for "hsv" with the cables' colors.
 
     Parameters
     ----------
@@ -173,12 +171,12 @@ def case_config(config: Config, truths: tuple[Truth, ...], known_count: bool, me
 
 
 def _colors(truths: tuple[Truth, ...]) -> set[Color]:
-    """Return the colors of cables, with those of their stripes."""
+    """Return the colors of the cables and of their stripes."""
     return {truth.color for truth in truths} | {truth.stripe.color for truth in truths if truth.stripe is not None}
 
 
 def _hsv_range(color: Color) -> HsvRange:
-    """Return a box round an RGB color that holds it from shadow to highlight."""
+    """Return the HSV box of an RGB color, wide enough for its shadows and highlights."""
     hue = int(cv2.cvtColor(np.array([[color]], dtype=np.uint8), cv2.COLOR_RGB2HSV)[0, 0, 0])
     return HsvRange(low=((hue - HUE_HALF_WIDTH) % 180, MIN_SATURATION, MIN_VALUE), high=((hue + HUE_HALF_WIDTH) % 180, 255, 255))
 
@@ -186,7 +184,7 @@ def _hsv_range(color: Color) -> HsvRange:
 def result_rows(folder: str | Path, truth: str | Path) -> list[Record]:
     """Return a record for each frame of a truth file, scored from the results that `doo3d detect` wrote.
 
-    A frame without a result counts as one without chains, with the error "no result".
+    A frame without a result file is scored without chains, and its record has the error "no result".
 
     Parameters
     ----------

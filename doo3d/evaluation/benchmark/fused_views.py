@@ -1,7 +1,5 @@
 """Measure coverage and accuracy against the number of fused views: `python -m doo3d.evaluation.benchmark.fused_views`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,13 +25,13 @@ SCENES = (("open", 1), ("crossing", 3), ("crossings", 2), ("several", 6), ("occl
 VIEW_COUNTS = (1, 2, 4, 8, 16)
 
 TILT_DEGREES = 30.0
-"""Degrees by which the cameras are tilted from the scene's own."""
+"""Angle in degrees between the optical axis of each camera and that of the scene's own camera."""
 
 SIZE = (640, 480)
-"""px, width and height of the images."""
+"""Width and height of the images, px."""
 
 BLOCK_SIZE, BLOCK_HEIGHT = (0.06, 0.05, 0.02), 0.05
-"""m; edges of the block that hides a part of the cable from each view (along it, across it, up), and its height above it."""
+"""Block that hides a part of the cable from each view: edges in m (along the cable, across it, up), height above it in m."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +43,8 @@ class RenderedView:
     rendered
         the frame with its truth, in the optical frame of this view's camera.
     pose
-        (4, 4), from this view's camera to the scene: p_scene = pose @ p_camera, m. The frame of the scene is the optical frame of
-        its own camera.
+        (4, 4) transform from this view's camera to the scene, m: p_scene = pose @ p_camera. The scene's coordinate frame is the
+        optical frame of its own camera.
     """
 
     rendered: Rendered
@@ -78,7 +76,7 @@ def with_block(scene: Scene) -> Scene:
 
 
 def scene_in_view(scene: Scene, pose: Floats, name: str) -> Scene:
-    """Return the scene in the optical frame of another camera.
+    """Return the scene, transformed to the optical frame of another camera.
 
     Parameters
     ----------
@@ -117,7 +115,7 @@ def circle_views(scene: Scene, count: int, tilt_degrees: float = TILT_DEGREES, s
 
 
 def rendered_views(scene: Scene, poses: Sequence[Floats], name: str, sensor: str = "d435") -> list[RenderedView]:
-    """Render a scene from cameras at poses (4, 4), from each to the scene; a view's name begins with `name`."""
+    """Render a scene from cameras at poses (4, 4), each from the camera to the scene, m; view names begin with `name`."""
     return [RenderedView(render(scene_in_view(scene, pose, f"{name}{k}"), sensor), pose) for k, pose in enumerate(poses)]
 
 
@@ -155,7 +153,7 @@ def fused_score(scene: Scene, views: list[RenderedView], config: Config) -> Reco
 
 
 def seen_by_any(views: Sequence[RenderedView]) -> list[Bools]:
-    """Return per cable where at least one view shows it, (P,) bool."""
+    """Return for each cable a (P,) bool array: which of its P axis samples at least one view shows."""
     per_cable = zip(*([truth.seen for truth in view.rendered.truths] for view in views), strict=True)
     return [np.asarray(np.any(np.array(seen), axis=0)) for seen in per_cable]
 
@@ -179,14 +177,16 @@ COLUMNS = (
     number(("RMS hidden,", "mm"), 0, "rms_hidden", 2, np.mean),
     number(("radius,", "detected/true"), 0, "radius_ratio", 3, np.mean),
 )
-"""The columns of the table: the part of the cables' length that a view shows; scenes that are correct; the part of a cable that
-its chain covers, least over the scenes; distance from the true axis where it is seen and hidden; detected over true radius."""
+"""Columns of the table: percentage of the cables' length that a view shows; correct scenes; least coverage of a cable by its
+chain over the scenes; distance from the true axis where it is seen and where it is hidden; detected radius divided by the true
+radius."""
 
 
 def table(sensor: str = "d435") -> Iterator[str]:
     """Yield the lines of a Markdown table of coverage and accuracy for 1, 2, 4, 8 and 16 fused views.
 
-    Each line sums up five rendered scenes with a block above a cable. `sensor` is a depth camera, "none" for exact depth.
+    Each line summarizes five rendered scenes with a block above a cable. `sensor` is a simulated depth camera, or "none" for
+    exact depth.
     """
     config, rows = load_config("default"), list[Record]()
     for count in VIEW_COUNTS:

@@ -1,4 +1,4 @@
-"""Draw the detection in a frame beside the truth."""
+"""Draw pictures of frames: the detection on the left, the truth on the right."""
 
 from __future__ import annotations
 
@@ -26,28 +26,29 @@ if TYPE_CHECKING:
     from .run import Benchmark
 
 TRUTH_SEGMENT_LENGTH = 0.005
-"""m, of the truth as it is drawn."""
+"""Segment length in m of the true cables, which are drawn as chains."""
 
 CROP_MARGIN_PX = 60
-"""px shown round cables and chains."""
+"""Margin in px around cables and chains when a picture is cropped."""
 
 FAILURES, MAX_FAILURES = "failures.png", 60
-"""The sheet of wrong frames, and the number of them that it shows."""
+"""File name of the contact sheet of wrong frames, and the greatest number of frames on it."""
 
 MAX_TILE_TEXT = 105
-"""Characters of the caption of two pictures of a sheet."""
+"""Greatest number of characters in the caption of a pair of pictures on the sheet."""
 
 UNREADABLE = "cannot be read"
-"""The reason of a frame that is wrong since its file is damaged."""
+"""Reason that the record of a frame gives if its file cannot be read."""
 
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 _CAPTION_HEIGHT_PX = 36
 
 
 def frame_panels(row: Record) -> tuple[Array, Array]:
-    """Draw the detection of a record over its frame, and the truth over the same frame: (H, W, 3) uint8 RGB each.
+    """Draw the detection of a record over its frame, and the truth over the same frame.
 
-    A frame is cropped to its cables and chains with a margin of 60 px; a cloud is drawn whole.
+    Both pictures are (H, W, 3) uint8 RGB. A frame is cropped to its cables and chains with a margin of 60 px; a cloud is drawn
+    whole.
     """
     known = row.case.load()
     cables = [truth_chain(cable) for cable in known.truths if cable.length > TRUTH_SEGMENT_LENGTH]
@@ -65,8 +66,8 @@ def panels(data: Frame | Cloud | Image, detection: Detection, truth: Detection) 
 def frame_caption(row: Record) -> str:
     """Return a caption for the picture of a record, in one line.
 
-    It holds the frame's name; the error, the reasons why the frame is wrong or, if it is correct, the RMS distances in mm; and
-    the numbers of occlusions and crossings that are wrong.
+    The caption holds the frame's name; the error, the reasons why the frame is wrong or, if it is correct, the RMS distances in
+    mm; and the numbers of wrong occlusions and crossings.
     """
     distances = f"correct, RMS seen {row.rms_seen:.2f} mm"
     if row.rms_hidden > 0:
@@ -105,25 +106,25 @@ def worst(rows: Records, count: int, badness: Callable[[Record], Any]) -> list[R
 
 
 def write_pictures(folder: Path, rows: Records, benchmark: Benchmark, count: int) -> list[Path]:
-    """Write a PNG for each of the worst records of each group into a folder, and a sheet of all that are wrong among them.
+    """Write a PNG for each of the worst records of each group, and a contact sheet of the wrong ones among them.
 
     A picture is named after its record and the record's family. The folder is made if necessary. The sheet, failures.png, shows
-    up to MAX_FAILURES wrong records. Records that are only counted are not drawn.
+    up to MAX_FAILURES wrong records. Records of cases marked as counted only are not drawn.
 
     Parameters
     ----------
     folder
-        the folder.
+        output folder.
     rows
         the records; one without a detection is measured again.
     benchmark
-        that measured them.
+        the benchmark that measured them.
     count
         number of pictures of each group.
 
     Returns
     -------
-    The path of each picture, the sheet first if anything is wrong.
+    The path of each picture; the sheet comes first if any record is wrong.
     """
     folder.mkdir(parents=True, exist_ok=True)
     shown = [row for row in rows if not row.counted and UNREADABLE not in row.get("reasons", ())]
@@ -145,7 +146,7 @@ def write_pictures(folder: Path, rows: Records, benchmark: Benchmark, count: int
 
 
 def with_detection(row: Record, benchmark: Benchmark) -> Record:
-    """Return a record with its detection; its case is measured again if it is not at hand."""
+    """Return a record with its detection; if it has none, as after reading it from disk, its case is measured again."""
     if row.detection is None:
         again = benchmark.measure(row.case)
         row.detection = next(each.detection for each in again if _file_name(each) == _file_name(row))
@@ -168,7 +169,7 @@ def write_png(path: Path, image: Array) -> None:
 
 
 def truth_chain(truth: Truth) -> Chain:
-    """Return a cable as a chain, to be drawn."""
+    """Convert a true cable to a chain, for drawing."""
     axis = truth.line
     joints = lay_equal_chords(axis, TRUTH_SEGMENT_LENGTH)[0]
     seen = np.ones(len(axis), dtype=bool) if truth.seen is None else truth.seen[np.arange(len(axis)) % len(truth.axis)]
@@ -177,7 +178,7 @@ def truth_chain(truth: Truth) -> Chain:
 
 
 def matching_order(cables: list[Chain], detection: Detection) -> tuple[Chain, ...]:
-    """Return the cables in the order of the chains that lie on them, so that colors agree; those without a chain last."""
+    """Return the cables in the order of their matching chains, so that both have equal colors; unmatched cables come last."""
     distances = np.array(
         [[cKDTree(cable.joints).query(chain.joints)[0].mean() for chain in detection.chains] for cable in cables]
     )

@@ -1,6 +1,7 @@
-"""Measure rigs of cameras: `python -m doo3d.evaluation.benchmark.rigs`; real stereo pairs by `--pairs FOLDER --cameras FILE`."""
+"""Measure the detection with camera rigs: `python -m doo3d.evaluation.benchmark.rigs`.
 
-from __future__ import annotations
+With `--pairs FOLDER --cameras FILE` it measures real stereo pairs instead of rendered ones.
+"""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -11,8 +12,8 @@ import cv2
 import numpy as np
 
 from ...camera.depth_cameras import load_best
-from ...camera.opening import PairLoader, open_rig
-from ...camera.pair_frame import triangulate
+from ...camera.open_rig import PairLoader, open_rig
+from ...camera.stereo_depth import triangulate
 from ...config import Config, load_config
 from ...inputs import FrameData
 from ...inputs.bag.undistortion import Lens
@@ -31,26 +32,29 @@ from .run import print_lines
 from .tables import markdown_table
 
 FAMILIES = ("open", "crossing", "crossings", "several", "air", "occluded", "hairpin", "knots", "tangle")
-"""Families of the scenes."""
+"""Families of the rendered scenes."""
 
 PAIR_SIZE, RIG_SIZE = (1280, 720), (640, 480)
-"""px, width and height of the images of a stereo pair without depth, and of a depth camera."""
+"""Width and height of the images in px: of a stereo pair without depth, and of a depth camera."""
 
 BASELINE = 0.06
-"""m, from the left to the right camera of a pair."""
+"""Distance in m from the left to the right camera of a pair."""
 
 TILT_DEGREES = 20.0
-"""Degrees by which the two depth cameras are tilted from the scene's own, to either side."""
+"""Angle in degrees between the scene's own camera and each of the two depth cameras, one to each side."""
 
 BLOCK_SIZE, BLOCK_PLACE = (0.05, 0.05, 0.02), 0.35
-"""m, edges of the block that hides the middle of the first cable from one camera; share of the way from there to that camera."""
+"""Block that hides the first cable's middle from one camera: edges in m, position as a fraction of the line to the camera."""
 
 NEAR_PX = 5.0
-"""px from the middle line of a drawn chain within which it covers a pixel of the mask, however wide the mask is drawn."""
+"""Distance in px from the center line of a drawn chain within which a mask pixel is covered, whatever the chain's width."""
 
 
 def pair_score(scene: Scene, config: Config, masks: int) -> Record:
-    """Detect in a rendered stereo pair without depth and return the score; `masks`: 1 of the left view only, or 2."""
+    """Run the detection in a rendered stereo pair without depth, and return the score.
+
+    masks : 1 for a mask of the left view only, 2 for masks of both.
+    """
     shift, camera = np.array([BASELINE, 0.0, 0.0]), scene.camera
     aside = moved_scene(scene, lambda points: points - shift, lambda vector: vector, f"{scene.name}/right")
     left, right = (render(each, "none") for each in (scene, aside))
@@ -71,7 +75,10 @@ def hidden_views(scene: Scene, hidden: int) -> tuple[Scene, list[RenderedView]]:
 
 
 def rig_score(scene: Scene, views: Sequence[RenderedView], config: Config) -> Record:
-    """Detect in the views of a rig of depth cameras and return the score; what any camera sees counts as seen."""
+    """Run the detection in the views of a rig of depth cameras, and return the score.
+
+    A part of a cable counts as seen if any camera sees it.
+    """
     loaded = load_best(views[0].ref(), [(view.ref(), view.pose) for view in views], config, None)
     truths = [replace(cable, seen=seen) for cable, seen in zip(scene.cables, seen_by_any(views), strict=True)]
     return score(_detected(loaded, config).chains, truths)
@@ -86,8 +93,8 @@ def drawn_into(chains: Sequence[Chain], pair: RectifiedPair, side: int, mask: Bo
 
     Returns
     -------
-    Share of the mask that the chains cover as wide as they are, share within 5 px of their middle lines, and median distance of
-    the drawn middle lines from the middle line of the mask, px.
+    Fraction of the mask that the chains cover at their own width; fraction within 5 px of their center lines; median distance in
+    px of the drawn center lines from the center line of the mask.
     """
     line, wide = (np.zeros(mask.shape, dtype=np.uint8) for _ in range(2))
     for chain in chains:
@@ -105,7 +112,10 @@ def drawn_into(chains: Sequence[Chain], pair: RectifiedPair, side: int, mask: Bo
 
 
 def real_pairs(folder: Path, cameras: Path, masks: Path | None, left_only: bool) -> Iterator[str]:
-    """Yield the lines of a Markdown table: the chains of each pair, from the left view and its depth, drawn into both views."""
+    """Yield the lines of a Markdown table: agreement of each pair's chains with the masks of both views.
+
+    The chains come from the left view and its stereo depth.
+    """
     config = load_config("default")
     yield "| frame | chains | left: covered | within 5 px | distance, px | right: covered | within 5 px | distance, px |"
     yield "|---|---|---|---|---|---|---|---|"
@@ -131,11 +141,11 @@ PAIR_COLUMNS = (
     amount(("right in", "the image"), 0, "image_correct", added("image_correct")),
     number(("RMS seen,", "mm, median"), 0, "rms_seen", 1),
 )
-"""The columns of the tables of rendered rigs; that of depth cameras has the first two."""
+"""Columns of the table of rendered stereo pairs; the table of depth cameras has only the first two."""
 
 
 def rendered(seeds: int) -> Iterator[str]:
-    """Yield the lines of two Markdown tables: rendered pairs without depth, and two depth cameras, each hidden in turn."""
+    """Yield the lines of two Markdown tables: rendered stereo pairs, and two depth cameras, each blocked in turn."""
     config, pairs, rigs = load_config("default"), list[Record](), list[Record]()
     for family, seed in itertools.product(FAMILIES, range(1, seeds + 1)):
         for masks, name in ((2, "masks of both views"), (1, "mask of the left view")):
@@ -151,16 +161,13 @@ def rendered(seeds: int) -> Iterator[str]:
 
 
 def main(
-    seeds: int = 3,
-    pairs: Path | None = None,
-    cameras: Path | None = None,
-    masks: Path | None = None,
-    left_only: bool = False,
+    seeds: int = 3, pairs: Path | None = None, cameras: Path | None = None, masks: Path | None = None, left_only: bool = False
 ) -> Iterator[str]:
     """Measure rigs of cameras, and yield the lines of tables.
 
-    seeds : rendered scenes of each family. pairs : folder of real stereo pairs with masks, which are measured instead; cameras :
-    their rig file or calibration; masks : their masks, if these are elsewhere; left_only : give the masks of the left view only.
+    seeds : number of rendered scenes of each family. pairs : folder of real stereo pairs with masks, which are measured instead;
+    cameras : their rig file or calibration; masks : folder of their masks, if these are elsewhere; left_only : use the masks of
+    the left view only.
     """
     if pairs is None or cameras is None:
         return rendered(seeds)

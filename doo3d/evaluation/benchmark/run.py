@@ -1,6 +1,4 @@
-"""Measure cases: one after the other or in several processes, and go on where an earlier run ended."""
-
-from __future__ import annotations
+"""Measure cases in one or several processes, and resume a run that was interrupted."""
 
 import json
 import multiprocessing
@@ -23,17 +21,17 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 JOURNAL = "rows.jsonl"
-"""File of an output folder: a line with the settings, then one for each case that was measured, with its records."""
+"""File in the output folder: the first line holds the settings, each further line the records of a measured case."""
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """One way of measuring: from a case to its records, their table, and their pictures.
+    """A kind of evaluation: how a case is measured, and how its records become a table and pictures.
 
     Attributes
     ----------
     measure
-        returns the records of a case, with their detections; can be pickled if other processes have to measure.
+        returns the records of a case, with their detections; must be picklable for measuring in other processes.
     columns
         the columns of the table.
     panels
@@ -41,7 +39,7 @@ class Benchmark:
     caption
         returns a line of text for a record's picture.
     badness
-        returns a value by which records are ordered; the greatest is that of the worst.
+        returns a sort key of a record; the worst record has the greatest.
     """
 
     measure: Callable[[Case], list[Record]]
@@ -60,7 +58,7 @@ def run_cases(
 ) -> list[Record]:
     """Return the records of all cases, in the order of the cases.
 
-    The first case is measured once more before, so that no time is that of loading the program.
+    The first case is measured twice and its first records are discarded, so that measured times exclude the loading of libraries.
 
     Parameters
     ----------
@@ -73,7 +71,8 @@ def run_cases(
     workers
         number of processes.
     journal
-        folder where cases are noted as they are done, and the settings. Cases that the folder has already are not measured again.
+        output folder and settings; each measured case is stored there in JOURNAL. Cases that are stored already are not measured
+        again.
 
     Raises
     ------
@@ -101,7 +100,10 @@ def _measured(measure: Callable[[Case], list[Record]], cases: Sequence[Case], wo
 
 
 def in_processes(function: Callable[[T], R], items: Sequence[T], workers: int) -> Iterator[R]:
-    """Yield the result of a function for each item, in order, computed in so many processes of one thread; in this one for 1."""
+    """Yield the result of a function for each item, in order, computed by `workers` single-threaded processes.
+
+    With one worker, this process computes them.
+    """
     if workers < 2 or len(items) < 2:
         yield from map(function, items)
         return
@@ -113,7 +115,7 @@ def in_processes(function: Callable[[T], R], items: Sequence[T], workers: int) -
 
 
 def print_lines(table: Callable[..., Iterator[str]]) -> None:
-    """Print the lines that a function returns; its arguments are options of the command line."""
+    """Run a function as a command: its parameters become options, and the lines that it yields are printed."""
 
     @wraps(table)
     def run(*args: Any, **options: Any) -> None:
@@ -124,7 +126,7 @@ def print_lines(table: Callable[..., Iterator[str]]) -> None:
 
 
 def _open_journal(folder: Path, settings: Mapping[str, Any]) -> dict[tuple[str, str], list[Record]]:
-    """Return the records in a folder's journal, by family and name of their case; a new journal begins with the settings."""
+    """Return the records in a folder's journal, by family and name of their case; start a journal if there is none."""
     path, wanted = folder / JOURNAL, json.loads(json.dumps(settings))
     try:
         folder.mkdir(parents=True, exist_ok=True)

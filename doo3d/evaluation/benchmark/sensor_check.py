@@ -1,11 +1,9 @@
-"""Measure how depth along a thin cable looks, on the simulated stereo sensor and on real frames of a rope.
+"""Compare the depth errors along a thin cable: simulated stereo sensor against real frames of a rope.
 
     python -m doo3d.evaluation.benchmark.sensor_check [FOLDER]
 
 FOLDER holds real frames, `*_depth.png` (uint16, 0 outside the rope) and `camera.json` (intrinsics and depth_scale).
 """
-
-from __future__ import annotations
 
 import json
 from collections.abc import Iterator
@@ -30,25 +28,25 @@ from .run import print_lines
 from .tables import format_table
 
 ROPE_RADIUS, ROPE_DEPTH = 0.0029, 0.47
-"""m, the cable that is measured, and its distance from the camera."""
+"""Radius of the simulated cable and its distance from the camera, m."""
 
 ROPE_ALBEDO_COLOR = (40, 90, 190)
 """8-bit RGB of the cable."""
 
 SLICE, WINDOW, STEP_HEIGHT = 0.002, 0.040, 0.060
-"""m: length of a slice, length of the cable over which ripple is measured, height of the cable in the air above the table."""
+"""Lengths in m: a slice of the cable; the window in which ripple is measured; height of the raised cable above the table."""
 
 MIDDLE, EDGE = (0.0, 0.3), (0.75, 0.95)
-"""Ranges of the offset from the axis, in radii, that are the middle and the edge of a cable."""
+"""Ranges of the offset from the axis, in radii, that count as the middle and as the edge of a cable."""
 
 MIN_PIXELS = 4
-"""Readings of a slice that are enough for its spread."""
+"""Least number of readings in a slice for its spread to be measured."""
 
 CHECKED_SEEDS = 2
-"""Frames of each direction of the cable that are measured."""
+"""Number of frames measured for each direction of the cable."""
 
 OUTLIER = 0.015
-"""m from the axis beyond which a reading is none of the cable, but of what is behind it."""
+"""Distance in m from the axis beyond which a reading belongs to the background and not to the cable."""
 
 
 COLUMNS = (
@@ -63,7 +61,7 @@ COLUMNS = (
 
 
 def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) -> Record:
-    """Measure how the depth along a cable looks.
+    """Measure the noise, shape and holes of the depth along a cable.
 
     Parameters
     ----------
@@ -79,11 +77,10 @@ def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) ->
     Returns
     -------
     Record
-        spread: mm, standard deviation of the depth within a slice of 2 mm. edge_minus_middle: mm, by which the depth at the edges
-        exceeds the depth in the middle; of a cylinder of radius 2.9 mm, 1.4. ripple: mm, root mean square of the middle's depth
-        about a parabola over 40 mm of cable. hole_fraction, holes_per_metre: fraction of the axis without a reading within half a
-        radius, and number of such runs of 3 mm or more per metre. longest_hole: mm. The first three are medians over slices or
-        windows.
+        spread: standard deviation of the depth within a slice of 2 mm, mm. edge_minus_middle: mean depth at the edges minus that
+        in the middle, mm; 1.4 for a cylinder of radius 2.9 mm. ripple: RMS deviation of the middle's depth from a parabola over
+        40 mm of cable, mm. hole_fraction: fraction of the axis without a reading within half a radius. holes_per_metre: number of
+        such runs of 3 mm or more per metre. longest_hole: mm. The first three are medians over slices or windows.
     """
     line = densify(axis, AXIS_SPACING)
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
@@ -116,13 +113,13 @@ def measure_cable(depth: Floats, camera: Camera, axis: Floats, radius: float) ->
 
 
 def _hole_runs(arc: Floats, length: float) -> Floats:
-    """Return the lengths in m of the runs of an axis without a reading; runs of up to 1 mm are the gaps between pixels."""
+    """Return the lengths in m of the runs of an axis without a reading; runs up to 1 mm are gaps between pixels, and left out."""
     gaps = np.diff(np.sort(np.concatenate(([0.0], arc, [length]))))
     return np.asarray(gaps[gaps > 0.0012])
 
 
 def _ripples(middles: Floats) -> list[float]:
-    """Return the RMS in m about a parabola of each window of slices, half overlapping; NaN is left out."""
+    """Return the RMS deviation in m from a parabola for each window of slices, half overlapping; NaN is ignored."""
     size, result = round(WINDOW / SLICE), []
     for start in range(0, len(middles) - size + 1, size // 2):
         part = middles[start : start + size]
@@ -137,64 +134,47 @@ def _median(values: list[float]) -> float:
     return float(np.median(values)) if values else float("nan")
 
 
-def cable_scene(
-    seed: int, height: float = 0.0, angle: float = 30.0, size: tuple[int, int] = (1280, 720), straight: bool = True
-) -> Scene:
-    """Return a scene of one cable of radius 2.9 mm at 0.47 m from the camera, above a table that faces the camera.
+def cable_scene(seed: int, height: float = 0.0, angle: float = 30.0, size: tuple[int, int] = (1280, 720)) -> Scene:
+    """Return a scene of one straight cable of radius 2.9 mm at 0.47 m from the camera, above a table that faces the camera.
 
     Parameters
     ----------
     seed
-        seeds texture, pattern and noise.
+        seed of texture, pattern and noise.
     height
-        m from the table to the lowest point of the cable.
+        distance from the table to the lowest point of the cable, m.
     angle
-        degrees of the cable's direction from the image's x axis.
+        angle between the cable and the image's x axis, degrees.
     size
         (width, height) px of the image.
-    straight
-        True for a straight cable; False for a wave, which has all directions in the image.
     """
     scale = size[0] / 1280
     camera = Camera(918.0 * scale, 918.0 * scale, size[0] / 2, size[1] / 2, *size)
-    x = np.linspace(-0.16, 0.16, 81)
-    points = np.column_stack((x, np.zeros(81) if straight else 0.06 * np.sin(x * 30), np.zeros(81)))
+    points = np.column_stack((np.linspace(-0.16, 0.16, 81), np.zeros(81), np.zeros(81)))
     axis = spline_axis(Rotation.from_euler("z", angle, degrees=True).apply(points)) + np.array([0.0, 0.0, ROPE_DEPTH])
     table = Table(np.array([0.0, 0.0, ROPE_DEPTH + ROPE_RADIUS + height]), np.array([0.0, 0.0, -1.0]))
     return Scene("sensor", "sensor", seed, camera, (Truth(axis, ROPE_RADIUS, color=ROPE_ALBEDO_COLOR),), (), table)
 
 
-def slab_scene(seed: int, height: float = STEP_HEIGHT, size: tuple[int, int] = (1280, 720)) -> Scene:
-    """Return a scene of a bar 40 mm wide at 0.47 m from the camera, above a table that faces the camera.
+def slab_scene(seed: int, size: tuple[int, int] = (1280, 720)) -> Scene:
+    """Return a scene of a bar 40 mm wide at 0.47 m from the camera, STEP_HEIGHT above a table that faces the camera.
 
-    Parameters
-    ----------
-    seed
-        seeds texture, pattern and noise.
-    height
-        m from the table to the bar.
-    size
-        (width, height) px of the image.
+    seed : seed of texture, pattern and noise. size : (width, height) px of the image.
     """
-    scene = cable_scene(seed, height, size=size)
+    scene = cable_scene(seed, STEP_HEIGHT, size=size)
     return replace(scene, cables=(), occluders=(cuboid(corners((0.04, 0.2, 0.005)) + np.array([0, 0, ROPE_DEPTH])),))
 
 
 def measure_edges(cables: list[Rendered], slabs: list[Rendered]) -> Record:
-    """Measure how wide and how high things look in the depth image.
+    """Measure the apparent width and height of objects in the depth image.
 
-    Parameters
-    ----------
-    cables
-        rendered frames of a cable on the table, from `cable_scene`.
-    slabs
-        rendered frames of a bar in the air, from `slab_scene`.
+    cables : rendered frames of a cable on the table, from `cable_scene`. slabs : those of a bar in the air, from `slab_scene`.
 
     Returns
     -------
     Record
-        too_wide: px of the color image by which the bar looks too wide. height, width: apparent height and width of the cable,
-        over the true ones.
+        too_wide: apparent minus true width of the bar, px of the color image. height, width: apparent height and width of the
+        cable, divided by the true ones.
     """
     wide = _median([_widened(frame) for frame in slabs])
     height, width = np.median([_apparent_size(frame) for frame in cables], axis=0).tolist()
@@ -202,7 +182,7 @@ def measure_edges(cables: list[Rendered], slabs: list[Rendered]) -> Record:
 
 
 def _widened(frame: Rendered) -> float:
-    """Return the px by which the bar of `slab_scene` looks too wide."""
+    """Return the apparent minus the true width of the bar of `slab_scene`, px."""
     middle = ROPE_DEPTH + STEP_HEIGHT / 2
     rows = slice(int(0.4 * frame.exact.shape[0]), int(0.6 * frame.exact.shape[0]))
     seen, true = ((image[rows] > 0) & (image[rows] < middle) for image in (frame.frame.depth, frame.exact))
@@ -210,7 +190,7 @@ def _widened(frame: Rendered) -> float:
 
 
 def _apparent_size(frame: Rendered) -> tuple[float, float]:
-    """Return height and width of a cable on the table over the true ones; wide is what is above half of its height."""
+    """Return the apparent height and width of a cable on the table, divided by the true ones; width is at half height."""
     u, v = np.round(frame.frame.camera.project(frame.truths[0].axis)).astype(int).T
     depth = np.asarray(frame.frame.depth, dtype=float)
     above = float(frame.exact[~frame.mask].max()) - depth
@@ -223,10 +203,7 @@ def _apparent_size(frame: Rendered) -> tuple[float, float]:
 def rope_frames(folder: Path) -> list[tuple[str, Frame, Bools]]:
     """Read real frames: (name, frame without color, mask) each.
 
-    Parameters
-    ----------
-    folder
-        holds `*_depth.png` and `camera.json`.
+    folder : folder with `*_depth.png` and `camera.json`.
     """
     values = json.loads((folder / "camera.json").read_text(encoding="utf-8"))
     camera = Camera(**{key: values[key] for key in ("fx", "fy", "cx", "cy", "width", "height")})
@@ -238,27 +215,19 @@ def rope_frames(folder: Path) -> list[tuple[str, Frame, Bools]]:
     return frames
 
 
-def measure_rope(frame: Frame, mask: Bools, radius: float = ROPE_RADIUS) -> Record:
-    """Measure the depth along the first cable that is detected in a frame.
-
-    Parameters
-    ----------
-    frame, mask
-        the frame, and the (H, W) pixels of its cable.
-    radius
-        m.
-    """
+def measure_rope(frame: Frame, mask: Bools) -> Record:
+    """Measure the depth along the first cable, of radius 2.9 mm, that is detected in a frame with a mask (H, W)."""
     chain = detect(frame, mask=mask).chains[0]
-    return measure_cable(np.where(mask, frame.depth, 0.0), frame.camera, chain.joints, radius)
+    return measure_cable(np.where(mask, frame.depth, 0.0), frame.camera, chain.joints, ROPE_RADIUS)
 
 
 def simulated_frames(height: float, seeds: range = range(3), size: tuple[int, int] = (1280, 720)) -> list[Rendered]:
-    """Render the cable of `cable_scene` by the stereo sensor, straight in several directions.
+    """Render the straight cable of `cable_scene` in four directions with the simulated stereo sensor.
 
     Parameters
     ----------
     height
-        m above the table.
+        height of the cable above the table, m.
     seeds
         one frame is rendered for each seed and each of the directions 0, 30, 60 and 90 degrees.
     size
@@ -268,31 +237,15 @@ def simulated_frames(height: float, seeds: range = range(3), size: tuple[int, in
 
 
 def measure_simulated(height: float, seeds: range = range(3), size: tuple[int, int] = (1280, 720)) -> list[Record]:
-    """Measure the depth along a cable of radius 2.9 mm at 0.47 m, as the simulated stereo sensor sees it.
-
-    Parameters
-    ----------
-    height
-        m above the table.
-    seeds
-        seeds of texture, pattern and noise.
-    size
-        (width, height) px of the image.
-
-    Returns
-    -------
-    The measures of a frame for each seed and each of four directions.
-    """
+    """Measure the depth along the cable in each frame of `simulated_frames`, whose parameters these are."""
     return [
-        measure_cable(
-            np.where(frame.mask, frame.frame.depth, 0.0), frame.frame.camera, frame.truths[0].axis, frame.truths[0].radius
-        )
+        measure_cable(np.where(frame.mask, frame.frame.depth, 0.0), frame.frame.camera, frame.truths[0].axis, ROPE_RADIUS)
         for frame in simulated_frames(height, seeds, size)
     ]
 
 
 def table(folder: Annotated[Path | None, typer.Argument()] = None) -> Iterator[str]:
-    """Yield the lines of a table of the simulated sensor, and of the real frames in a folder if one is named."""
+    """Yield the lines of a table: the simulated sensor, and the real frames of a folder if one is given."""
     rows, lines = list[Record](), list[str]()
     for name, frame, mask in rope_frames(folder) if folder else ():
         rows.append(Record(measure_rope(frame, mask) | {"family": f"real {name}"}))

@@ -1,4 +1,4 @@
-"""The size of the method: lines of code, and typed numbers, in Python and C++."""
+"""Measure the size of the source code: lines of code and typed numbers, in Python and C++."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ METHOD = (
     "fusion",
     "camera",
 )
-"""Packages and modules of `doo3d` in which the method is; the rest reads, writes, draws and measures."""
+"""Packages and modules of `doo3d` that make up the method; the others read, write, draw and measure."""
 
 _CPP_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.S)
 _CPP_CONSTANT = re.compile(r"\s*(?:static\s+|inline\s+)*constexpr\b[^(]*=")
@@ -37,30 +37,30 @@ _SKIPPED = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, to
 
 
 class SourceSize(NamedTuple):
-    """How large a piece of source code is.
+    """The size of a piece of source code.
 
     Attributes
     ----------
     lines
-        lines with code on them; docstrings, comments and empty lines are not.
+        number of lines with code; docstrings, comments and empty lines do not count.
     numbers
-        numbers typed at the top of a module or in a class body, also within tuples, dicts and calls, and as defaults of
-        arguments, but for whole numbers from -2 to 2; in C++ those of a `constexpr`, and all with a decimal point but a few
-        simple ones.
+        number of numeric literals. In Python: those at module level and in class bodies, also inside tuples, dicts and calls, and
+        defaults of arguments, except whole numbers from -2 to 2. In C++: those of a `constexpr`, and all with a decimal point
+        except a few simple ones.
     """
 
     lines: int
     numbers: int
 
     def __add__(self, other: tuple[int, ...]) -> SourceSize:  # type: ignore[override]
-        """Return the size of both together."""
+        """Return the sum of two sizes."""
         return SourceSize(self.lines + other[0], self.numbers + other[1])
 
 
 def method_files(root: Path | None = None) -> list[Path]:
-    """Return the source files of the method, Python in order of their paths, then C++ if the sources are at hand.
+    """Return the source files of the method: Python files in order of their paths, then C++ files if they exist.
 
-    root : the package; None for that which is installed, mostly without C++.
+    root : folder of the package; None for the installed one, which mostly has no C++ sources.
     """
     root = root or _root()
     python = [file for file in sorted(root.rglob("*.py")) if file.relative_to(root).parts[0] in METHOD]
@@ -68,7 +68,7 @@ def method_files(root: Path | None = None) -> list[Path]:
 
 
 def size_of(modules: Iterable[str]) -> SourceSize:
-    """Return the size of modules named as `segment.mask_repair`, that is in `doo3d`.
+    """Return the total size of modules of `doo3d`, named as in "segment.mask_repair".
 
     Raises
     ------
@@ -98,7 +98,7 @@ def _root() -> Path:
 
 
 def _decisions(tree: ast.AST) -> Iterator[ast.expr]:
-    """Yield what is assigned at the top of a module and in class bodies, and the defaults of arguments."""
+    """Yield the expressions assigned at module level and in class bodies, and the defaults of arguments."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef):
             yield from (
@@ -109,7 +109,7 @@ def _decisions(tree: ast.AST) -> Iterator[ast.expr]:
 
 
 def _numbers_in(value: ast.expr) -> int:
-    """Return how many numbers are typed in an expression, but for whole numbers from -2 to 2."""
+    """Return the number of numeric literals in an expression, except whole numbers from -2 to 2."""
     typed = [each.value for each in ast.walk(value) if isinstance(each, ast.Constant)]
     numbers = [each for each in typed if isinstance(each, int | float) and not isinstance(each, bool)]
     return sum(isinstance(each, float) or abs(each) > 2 for each in numbers)

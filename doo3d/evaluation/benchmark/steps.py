@@ -1,6 +1,4 @@
-"""The steps of the method, and how each is taken out: by a setting, or by putting something that does nothing in its place."""
-
-from __future__ import annotations
+"""Define the steps of the method and how each is removed: by a setting, or by a replacement that does nothing."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,24 +7,24 @@ from typing import Any
 import numpy as np
 from scipy.special import logit
 
-from ...judge.evidence import GIVEN
+from ...judge.evidence import WEIGHTS_GIVEN
 from .trials import BRANCHED
 
 
 @dataclass(frozen=True)
 class Ablation:
-    """How one step of the method is taken out.
+    """How one step of the method is removed.
 
     Attributes
     ----------
     settings
         dotted key of the config -> value, such as "merge.strategy" -> "greedy".
     places
-        "module:NAME" in the source code -> what is put there: a function that does nothing, or a value of a constant.
+        "module:NAME" in the source code -> its replacement: a function that does nothing, or another value of a constant.
     modules
-        modules in `doo3d` that go with the step, whose lines and numbers are its price.
+        modules in `doo3d` that exist for this step alone; their lines and numbers are its cost.
     made_for
-        kinds of data (keys of `trials.KINDS`) that the step was made for; the row is for them, beside that for all.
+        kinds of data (keys of `trials.KINDS`) that the step was made for; they have a row of their own besides that of all data.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -36,7 +34,7 @@ class Ablation:
 
 
 def _first(value: Any, *_: Any) -> Any:
-    """Return the first argument: in place of a function that changes it."""
+    """Return the first argument unchanged; it replaces functions that would change it."""
     return value
 
 
@@ -87,22 +85,22 @@ class _NoSupport:
 
 
 def _confidence_without(kind: str) -> Ablation:
-    weights = {name: 0.0 if name == kind else weight for name, weight in GIVEN.items()}
-    return Ablation(places={"doo3d.judge.evidence:GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
+    weights = {name: 0.0 if name == kind else weight for name, weight in WEIGHTS_GIVEN.items()}
+    return Ablation(places={"doo3d.judge.evidence:WEIGHTS_GIVEN": weights}, made_for=("frames", "stereo", "ragged", "images"))
 
 
 DEPTH = ("stereo", "ragged")
 ABLATIONS: dict[str, Ablation] = {
     "mask repair": Ablation(
-        places={"doo3d.segment.segment:repair_mask": _first},
-        modules=("segment.mask_repair",),
-        made_for=("ragged", "untold"),
+        places={"doo3d.segment.segment:repair_mask": _first}, modules=("segment.mask_repair",), made_for=("ragged", "untold")
     ),
     "masks made by depth repaired": Ablation(
         places={"doo3d.segment.segment:repair_mask": _repaired_where_ragged}, made_for=("untold",)
     ),
     "parts judged by a network": Ablation({"segment.method": "strands"}, modules=("segment.judged_parts",), made_for=("untold",)),
-    "surface learned outside of bands": Ablation(places={"doo3d.segment.color_strands:_told_again": _none}, made_for=("untold",)),
+    "surface learned outside of bands": Ablation(
+        places={"doo3d.segment.color_strands:relearn_background": _none}, made_for=("untold",)
+    ),
     "colors vote in photographs": Ablation(
         places={"doo3d.segment.methods.network:_with_colors": lambda probability, _: logit(probability)},
         made_for=("photographs",),
@@ -112,9 +110,7 @@ ABLATIONS: dict[str, Ablation] = {
         modules=tuple(f"segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
     ),
     "strand hues": Ablation(
-        places={"doo3d.segment.split_strands:_split_colors": _none},
-        modules=("scene.strand_hues",),
-        made_for=("images",),
+        places={"doo3d.segment.split_strands:_split_colors": _none}, modules=("scene.strand_hues",), made_for=("images",)
     ),
     "strand filter": Ablation(
         places={"doo3d.segment.segment:filter_along_strands": _no_strand_filter},
@@ -137,7 +133,7 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     "sparse strands": Ablation(
         places={"doo3d.segment.segment:find_sparse_strands": _none},
-        modules=("segment.sparse_strands",),
+        modules=("segment.sparse_strands", "segment.point_lines"),
         made_for=("lines",),
     ),
     "voxels along the rays": Ablation(
@@ -163,18 +159,20 @@ ABLATIONS: dict[str, Ablation] = {
     ),
     "ends extended to the surface": Ablation(places={"doo3d.chains.refine:extend_to_surface": _first}),
     "second iteration of the axis": Ablation({"refine.iterations": 1}),
-    "smoothing of the axis": Ablation(places={"doo3d.scene.axis_in_mask:SMOOTHING_RADII": 0.0}),
+    "smoothing of the axis": Ablation(places={f"doo3d.scene.{name}:SMOOTHING_RADII": 0.0 for name in ("axis", "axis_in_mask")}),
     "depth weighs less than the mask": Ablation(places={"doo3d.scene.axis_in_mask:DEPTH_WEIGHT": 1.0}),
     "axis raised out of the plane": Ablation(places={"doo3d.scene.axis_in_mask:MAX_SUNK_RADII": 0.0}, made_for=DEPTH),
     "mask extended along strands": Ablation(
         {"extend_mask.max_length": 0}, modules=("segment.extend_mask",), made_for=("images",)
     ),
-    "upper strand by depth": Ablation(places={"doo3d.scene.frame:depth_log_odds": lambda *_: 0.0}),
-    "upper strand by color": Ablation(places={"doo3d.scene.frame:color_log_odds": lambda *_: 0.0}),
+    "upper strand by depth": Ablation(
+        places={"doo3d.scene.frame:depth_log_odds": lambda *_: 0.0, "doo3d.scene.cloud:cloud_log_odds": lambda *_: 0.0}
+    ),
+    "upper strand by color": Ablation(
+        places={f"doo3d.scene.{kind}:color_log_odds": lambda *_: 0.0 for kind in ("frame", "image")}
+    ),
     "other interpretations of uncertain frames": Ablation(
-        places={"doo3d.judge.interpretations:OTHERS": ()},
-        modules=("judge.interpretations",),
-        made_for=DEPTH,
+        places={"doo3d.judge.interpretations:OTHERS": ()}, modules=("judge.interpretations",), made_for=DEPTH
     ),
     "bodies": Ablation(
         places={"doo3d.links.branches.branches:body_contacts": _nothing}, modules=("links.branches.bodies",), made_for=BRANCHED
@@ -187,6 +185,6 @@ ABLATIONS: dict[str, Ablation] = {
         modules=("links.branches.clouds",),
         made_for=("harness clouds",),
     ),
-    **{f"confidence by {kind}": _confidence_without(kind) for kind in GIVEN if kind != "base"},
+    **{f"confidence by {kind}": _confidence_without(kind) for kind in WEIGHTS_GIVEN if kind != "base"},
 }
-"""Name of a step -> how it is taken out."""
+"""Name of a step -> how it is removed."""

@@ -1,7 +1,5 @@
 """Format records as a text table, as CSV and as JSON."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math
@@ -18,7 +16,7 @@ SCHEMA = "doo3d/evaluation/3"
 
 
 def label(row: Record) -> str:
-    """Return the name of the group that a record is in: its family, and its variant if it has one."""
+    """Return the name of a record's group: its family, and its variant if it has one."""
     return f"{row.family} {row.variant}" if "variant" in row else str(row.family)
 
 
@@ -38,8 +36,9 @@ def _overall(rows: Records) -> dict[str, list[Record]]:
 def format_table(rows: Records, columns: Sequence[Column]) -> str:
     """Return a text table with a line for each group of records and one for all.
 
-    A value that is unknown is shown as "-". If frames to be looked at and frames only counted are among the records, their shares
-    of correct frames have a column each. If there are frames without a cable, a last line says how many of them show no chain.
+    An unknown value is shown as "-". If some of the records are marked as counted only, the shares of correct frames among these
+    and among the others have a column each. If there are frames without a cable, a last line gives the number of them without a
+    chain.
     """
     families, overall = grouped(rows), _overall(rows)
     if FRAMES in columns and len({row.counted for row in rows}) > 1:
@@ -63,7 +62,7 @@ def format_table(rows: Records, columns: Sequence[Column]) -> str:
 
 
 def markdown_table(name: str, rows: Records, columns: Sequence[Column]) -> Iterator[str]:
-    """Yield the lines of a Markdown table with a line for each variant of the records; `name` is the title of the variants."""
+    """Yield the lines of a Markdown table with a row for each variant of the records; `name` is the title of the first column."""
     titles = [" ".join(filter(None, column.title)) for column in columns]
     yield f"| {' | '.join([name, *titles])} |"
     yield "|---" * (len(columns) + 1) + "|"
@@ -74,7 +73,7 @@ def markdown_table(name: str, rows: Records, columns: Sequence[Column]) -> Itera
 def csv_text(rows: Records) -> str:
     """Return the records as CSV text: a line of column names and a line for each record.
 
-    Unknown values (None, NaN) are left empty, lists of numbers are left out. The text is empty if there are no records.
+    Unknown values (None, NaN) are empty; lists of numbers are left out. Without records, the text is empty.
     """
     plain = [row.plain() for row in rows]
     names = [
@@ -92,8 +91,8 @@ def csv_text(rows: Records) -> str:
 def json_text(rows: Records, columns: Sequence[Column], settings: Mapping[str, Any]) -> str:
     """Return the results of an evaluation as JSON text (schema doo3d/evaluation/3).
 
-    It holds the settings, a summary for each group and for "all" by the columns, the reliability of the confidence where frames
-    have one (see `reliability`, for each bin, then for the 75 % most confident frames), and all records; unknown values are null.
+    It holds the settings, the summary of each group and of "all" by the columns, the reliability of the confidence if frames have
+    one (see `reliability`: each bin, then the 75 % most confident frames), and all records. Unknown values are null.
 
     Parameters
     ----------
@@ -102,7 +101,7 @@ def json_text(rows: Records, columns: Sequence[Column], settings: Mapping[str, A
     columns
         the columns of the table.
     settings
-        what was evaluated and how, such as families, seeds and sensor; stored as given.
+        settings of the evaluation, such as families, seeds and sensor; stored as given.
     """
     summaries = {
         name: {key: value for column in columns for key, value in column.summarize(group).items()}
@@ -115,7 +114,7 @@ def json_text(rows: Records, columns: Sequence[Column], settings: Mapping[str, A
 
 
 def has_confidence(rows: Records) -> bool:
-    """Tell whether the records are of frames, each with its confidence."""
+    """Return whether the records are of frames, each with a confidence."""
     return bool(rows) and all("confidence" in row and "image_correct" in row and "variant" not in row for row in rows)
 
 

@@ -1,7 +1,5 @@
 """Evaluate the detection of branched objects on rendered harnesses."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np
@@ -18,7 +16,7 @@ from .run import Benchmark
 
 
 def tree_benchmark(config: Config, method: Masking = "mask") -> Benchmark:
-    """Return the benchmark of branched objects; the config has `merge.branches`, and `method` is as for `frame_benchmark`."""
+    """Return the benchmark of branched objects; `merge.branches` is on in the config, `method` is as for `frame_benchmark`."""
     measure = partial(measure_tree, config=config, method=method)
     return Benchmark(measure, COLUMNS, _panels, tree_caption, lambda row: row.faults)
 
@@ -28,7 +26,7 @@ tree_cases = scene_cases
 
 
 def measure_tree(case: Case, config: Config, method: Masking) -> list[Record]:
-    """Render a case and detect in it; if the detection fails, the scene is scored without chains."""
+    """Render a case, run the detection, and return its record; a failed detection is scored without chains."""
     known: KnownFrame = case.load()
     assert known.scene is not None
     detection, end = detect_safely(known.data, config, given_mask(known.scene.name, known, method))

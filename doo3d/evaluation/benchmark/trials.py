@@ -1,6 +1,4 @@
-"""The kinds of data on which a step of the method is tried: a frame is loaded once, and detected in many times."""
-
-from __future__ import annotations
+"""Define the kinds of data for ablations: each frame is loaded once, and the detection runs in it many times."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -21,23 +19,23 @@ from .cases import KnownFrame, known_frame
 from .evaluate import Masking, detect_safely
 
 BRANCHED = ("harnesses", "harness clouds")
-"""The kinds of data that show branched objects."""
+"""Kinds of data with branched objects."""
 
 CLOUD_POINTS = 9_000
-"""Points that are drawn from the object in a frame to make a cloud of it."""
+"""Number of object points sampled from a frame to make a cloud."""
 
 
 class Outcome(NamedTuple):
-    """What one detection came to.
+    """The result of one detection, compared with the truth.
 
     Attributes
     ----------
     right
         whether the frame is right by the strict rule.
     in_image
-        whether it is right in the image; for branched objects, whether every junction found is one.
+        whether it is right in the image; for branched objects, whether every detected junction is a true one.
     crossings, crossings_right
-        true crossings whose upper strand is seen, and those found with the right strand on top.
+        number of true crossings whose upper strand is seen, and of those detected with the right strand on top.
     confidence
         confidence of the detection, 0 to 1.
     ms
@@ -53,12 +51,12 @@ class Outcome(NamedTuple):
 
 
 Run = Callable[[dict[str, object]], Outcome]
-"""Detect with these settings, by dotted key, over those of the trial."""
+"""Function that runs the detection with changed settings: dotted key -> value, which override those of the trial."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One frame with known truth, in the way that one kind of data gives it to the detection.
+    """One frame with known truth, given to the detection as one kind of data.
 
     Attributes
     ----------
@@ -67,7 +65,7 @@ class Trial:
     name
         name of the frame.
     load
-        renders or reads the frame, and returns the function that detects in it.
+        function that renders or reads the frame, and returns the function that runs the detection in it.
     """
 
     kind: str
@@ -83,7 +81,7 @@ def make_trials(kinds: Iterable[str], families: Sequence[str], seeds: Iterable[i
     kinds
         keys of KINDS.
     families
-        families of scenes; for the kinds of BRANCHED all families of branched objects are taken instead.
+        families of scenes; the kinds in BRANCHED use all families of branched objects instead.
     seeds
         integers, 0 or more.
     size
@@ -102,7 +100,10 @@ def _run(
     config: tuple[str, dict[str, object]],
     judge: Callable[[Detection], tuple[bool, bool, int, int]],
 ) -> Run:
-    """Return the detection in data with a mask, by a preset and settings over it; `judge` gives the first four values."""
+    """Return the function that runs the detection in `data`.
+
+    config : name of a preset, and settings that override it. judge : returns the first four values of the Outcome.
+    """
     preset, own = config
 
     def run(settings: dict[str, object]) -> Outcome:
@@ -113,26 +114,26 @@ def _run(
 
 
 def _judge(truths: Sequence[Truth], camera: Camera, detection: Detection) -> tuple[bool, bool, int, int]:
-    """Score in space and in the image."""
+    """Return right, in_image, crossings and crossings_right of a detection, scored in space and in the image."""
     found = score(detection.chains, truths, detection.crossings, camera)
     return found.correct, bool(found.image_correct), found.crossings, found.crossings_correct
 
 
 def _judge_image(truths: Sequence[Truth], camera: Camera, detection: Detection) -> tuple[bool, bool, int, int]:
-    """Score chains of an image, laid into a plane at the median depth of the cables."""
+    """Score 2-D chains, placed on a plane at the median depth of the cables; see `_judge`."""
     depth = float(np.median(np.concatenate([truth.axis[:, 2] for truth in truths])))
     found = score(tuple(_lifted(chain, camera, depth) for chain in detection.chains), truths, None, camera)
     return bool(found.image_correct), bool(found.image_correct), 0, 0
 
 
 def _judge_trees(scene: Scene, detection: Detection) -> tuple[bool, bool, int, int]:
-    """Score branched objects."""
+    """Score branched objects; see `_judge`."""
     found = score_trees(detection, scene)
     return found["correct"], found["taken"] == found["false"] == 0, found["crossings"], found["crossed"]
 
 
 def _frame(sensor: str, method: Masking, known_count: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in a rendered frame with its true mask, a ragged one or none, and perhaps the number of cables."""
+    """Return the detection in a rendered frame with a true mask, a ragged one or none, with or without the number of cables."""
     known, frame = _known(family, seed, size, sensor)
     mask = _ragged(known.mask, f"{family}_{seed}") if method == "ragged" else known.mask if method == "mask" else None
     chains = len(known.truths) if known_count else None
@@ -148,7 +149,7 @@ def _image(is_told: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
 
 
 def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in the points of the object that a frame shows; `sparse` keeps those of every 12th row of pixels."""
+    """Return the detection in the object points of a frame; `sparse` keeps only every 12th row of pixels."""
     known, frame = _known(family, seed, size, "d435")
     assert known.mask is not None
     rows = np.arange(frame.depth.shape[0])[:, None] % 12 == 0 if sparse else True
@@ -158,7 +159,7 @@ def _cloud(sparse: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
 
 
 def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
-    """Return the detection in a rendered frame of branched objects with the true mask, or in the points that it shows of them."""
+    """Return the detection of branched objects in a rendered frame with the true mask, or in its object points."""
     known, frame = _known(family, seed, size, "d435")
     assert known.mask is not None
     assert known.scene is not None
@@ -167,7 +168,7 @@ def _harness(as_cloud: bool, family: str, seed: int, size: tuple[int, int]) -> R
 
 
 def _points_of(frame: Frame, mask: Bools, family: str, seed: int) -> Cloud:
-    """Return at most CLOUD_POINTS of the points that a frame shows in a mask (H, W)."""
+    """Return a cloud of at most CLOUD_POINTS points of a frame inside a mask (H, W) bool."""
     v, u = np.nonzero(mask & (frame.depth > 0))
     chosen = np.sort(family_rng(f"{family}/cloud", seed).permutation(len(u))[:CLOUD_POINTS])
     points = frame.camera.unproject(np.column_stack((u, v))[chosen], frame.depth[v, u][chosen].astype(float))
@@ -186,9 +187,12 @@ KINDS: dict[str, Callable[[str, int, tuple[int, int]], Run]] = {
     "harnesses": partial(_harness, False),
     "harness clouds": partial(_harness, True),
 }
-"""Kinds of data: frames of a D435 with the true mask and of a stereo camera with the number of cables given, with a ragged mask,
-or with neither; color images with a ragged mask, or with nothing given, as photographs are; clouds, and those of single lines of
-a scanner; branched objects in frames, and their clouds."""
+"""Name of a kind of data -> function that renders a frame and returns the detection in it.
+
+The kinds are: D435 frames with the true mask; stereo frames with the number of cables given, with a ragged mask, or with neither;
+color images with a ragged mask, or with nothing given; dense clouds, and clouds of single scanner lines; branched objects in
+frames, and their clouds.
+"""
 
 
 def _ragged(mask: Bools | None, name: str) -> Bools:
@@ -204,7 +208,7 @@ def _known(family: str, seed: int, size: tuple[int, int], sensor: str) -> tuple[
 
 
 def _lifted(chain: Chain, camera: Camera, depth: float) -> Chain:
-    """Return a chain in px as one in m at one depth in the camera's optical frame."""
+    """Return a chain in px as a chain in m at the given depth (m), in the camera's optical frame."""
     scale = depth / camera.fx
     return replace(
         chain,

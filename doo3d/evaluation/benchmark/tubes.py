@@ -1,6 +1,4 @@
-"""Score entangled tubes one by one: the fraction of those seen well enough that is correct."""
-
-from __future__ import annotations
+"""Score entangled tubes one by one: the fraction of the sufficiently visible tubes that is correct."""
 
 from collections.abc import Iterable, Sequence
 from functools import partial
@@ -33,7 +31,7 @@ COLUMNS = (
     amount(("correct", ""), 8, "tubes_correct", lambda rows: _counted(rows)[1]),
     share(("", ""), 7, "share", _counted, "{2:.1f}%"),
 )
-"""Number of tubes; of those with at least 60 % of their length seen; of the correct ones of these, and their share in %."""
+"""Columns: number of tubes; number with at least 60 % of their length seen; correct ones among these, and their share in %."""
 
 
 def tube_cases(folder: str | Path, seeds: Iterable[int], sensor: str = "d435", size: tuple[int, int] = (1280, 720)) -> list[Case]:
@@ -77,10 +75,9 @@ def tube_benchmark(config: Config) -> Benchmark:
 
 
 def measure_tubes(case: Case, config: Config) -> list[Record]:
-    """Detect in a scene, and return a record for each tube: the part of it that is seen (0 to 1), and whether it is correct.
+    """Run the detection in a scene, and return a record for each tube: its seen fraction (0 to 1), `counts` and `correct`.
 
-    A tube is `correct` if a chain follows it, and no other tube, without a wrong connection, covers at least 94 % of it and has
-    less than 3 % of its own length off it. `counts` tells whether at least 60 % of its length is seen.
+    `correct` is as for `correct_tubes`. `counts` is true if at least 60 % of the tube's length is seen.
     """
     known: KnownFrame = case.load()
     detection, end = detect_safely(known.data, case_config(config, known.truths, True, "mask"), known.mask)
@@ -93,10 +90,10 @@ def measure_tubes(case: Case, config: Config) -> list[Record]:
 
 
 def correct_tubes(chains: Sequence[Chain], truths: Sequence[Truth]) -> list[bool]:
-    """Return, for each true tube, whether a chain follows it correctly: a list of bool in the order of `truths`.
+    """Return for each true tube whether a chain follows it correctly, in the order of `truths`.
 
-    Tubes and chains are matched one to one by the greatest total length in common. A tube is correct if its chain follows no
-    other tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its own length off it.
+    Tubes and chains are matched one to one so that their total common length is greatest. A tube is correct if its chain follows
+    no other tube, has no wrong connection, covers at least 94 % of the tube and has less than 3 % of its own length off it.
 
     Parameters
     ----------

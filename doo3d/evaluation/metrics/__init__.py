@@ -1,1 +1,1 @@
-"""Measure a detection against the truth: the strict score of a frame, its crossings, merges and node distances."""
+"""Compare a detection with the truth: strict score of a frame, crossings, merges and distances of nodes."""

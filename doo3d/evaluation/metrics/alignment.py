@@ -1,6 +1,4 @@
-"""Align chains with the true cables: the position of each joint along a cable, and the stretches without a break."""
-
-from __future__ import annotations
+"""Align chains with the true cables: find the position of each joint along a cable, and the stretches without a jump."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,19 +13,19 @@ from ...types import Bools, Chain, Floats, Ints
 from ..scenes.model import Truth
 
 TOLERANCE_RADII, MIN_TOLERANCE = 2.5, 0.010
-"""A joint is on a cable within max(2.5 r, 10 mm) of its axis ..."""
+"""A joint is on a cable of radius r within max(2.5 r, 10 mm) of its axis."""
 
 HIDDEN_RUN_TOLERANCE = 0.2
-"""... or within this fraction of the length of a hidden run."""
+"""In a hidden run, a joint is also on the cable within this fraction of the run's length from the axis."""
 
 MIN_SEEN_LENGTH = 0.002
-"""m; a shorter seen stretch inside a hidden run does not split the run."""
+"""Length in m of the shortest seen stretch that splits a hidden run in two."""
 
 MISFIT_COST = 6.25
-"""Three joints at the edge of their tolerance cost about as much as a jump."""
+"""Cost of a joint at the edge of its tolerance; three of them cost about as much as a jump."""
 
 SLACK_RADII, MIN_SLACK = 2.0, 0.005
-"""The lengths along cable and chain may differ in a step by max(2 r, 5 mm), in addition to the fraction of the step."""
+"""In a step, the lengths along cable and chain may differ by max(2 r, 5 mm) in addition to a fraction of the step."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Stretch:
     cable
         index of the cable among the true cables.
     joints
-        (K,) int, indices of the K joints in the chain; joints that lie on no cable are left out.
+        (K,) int, indices of its K joints in the chain; joints on no cable are left out.
     arcs
         (K,) m, arc length along the cable at which each joint lies. On a closed cable, the values continue above the cable's
         length or below 0 where the stretch passes the cable's first point.
@@ -59,7 +57,7 @@ class ChainAlignment:
     stretches
         the runs of joints that follow one cable in one direction, in the order of the chain.
     connections
-        number of pairs of successive joints that lie on cables; joints that lie on no cable are skipped.
+        number of pairs of successive joints on cables; joints on no cable are skipped.
     wrong
         number of these pairs where the chain jumps along or between cables, plus the number of joints where it turns back.
     """
@@ -70,7 +68,7 @@ class ChainAlignment:
 
 
 def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
-    """Return the stretches of a cable that the camera does not see, as (first, last) indices of axis samples, both included.
+    """Return the hidden stretches of a cable as (first, last) indices of axis samples, both included.
 
     Seen stretches shorter than 2 mm do not split a hidden run. The list is empty if all of the cable is seen or `truth.seen` is
     None. On a closed cable, the indices may exceed the last one: take them modulo the number of axis samples.
@@ -86,9 +84,9 @@ def hidden_runs(truth: Truth) -> list[tuple[int, int]]:
 
 
 def axis_tolerance(truth: Truth) -> Floats:
-    """Return the greatest distance in m from the axis at which a chain still counts as on the cable, (P,) for its P axis samples.
+    """Return the distance in m from each of the P axis samples within which a chain is on the cable, (P,).
 
-    It is max(2.5 radii, 10 mm); in a hidden run, a fifth of the length of the run if that is more.
+    The distance is max(2.5 radii, 10 mm); in a hidden run, a fifth of the length of the run if that is more.
     """
     result = np.full(len(truth.axis), max(TOLERANCE_RADII * truth.radius, MIN_TOLERANCE))
     for first, last in hidden_runs(truth):
@@ -110,8 +108,8 @@ def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
     Returns
     -------
     ChainAlignment
-        the stretches that follow one cable in one direction, and the numbers of connections and of wrong ones. Without stretches,
-        and 0 in number, if no joint is on a cable.
+        the stretches that follow one cable in one direction, and the numbers of connections and of wrong ones. If no joint is on
+        a cable, there are no stretches and the numbers are 0.
     """
     if not truths:
         return ChainAlignment()
@@ -134,7 +132,7 @@ def align_chain(chain: Chain, truths: tuple[Truth, ...]) -> ChainAlignment:
 
 
 def _candidates(chain: Chain, truths: tuple[Truth, ...]) -> Candidates:
-    """Return every position on the cables that a joint may have."""
+    """Return, for each joint, all positions on cables within tolerance."""
     parts = []
     for k, truth in enumerate(truths):
         distances, tolerance = cdist(chain.joints, truth.axis), axis_tolerance(truth)
@@ -159,7 +157,7 @@ def _candidates(chain: Chain, truths: tuple[Truth, ...]) -> Candidates:
 
 
 def _min_slack(truth: Truth) -> float:
-    """Return the length in m by which a step along the cable may differ from one along the chain, however short it is."""
+    """Return the least allowed difference in m between a step along the cable and one along the chain."""
     return max(SLACK_RADII * truth.radius, MIN_SLACK)
 
 
@@ -172,14 +170,14 @@ def _arc_steps(truths: tuple[Truth, ...], cable: Ints, arc: Floats) -> Floats:
 
 
 def _is_jump(chain: Chain, truths: tuple[Truth, ...], joint: Ints, cable: Ints, step: Floats) -> Bools:
-    """Tell which steps go to another cable, or farther along one than the chain is long there."""
+    """Return which steps change the cable, or move farther along it than the chain is long there."""
     run = np.asarray(np.diff(joint) * chain.segment_length, dtype=float)
     slack = SLACK_SHARE * run + np.array([_min_slack(truth) for truth in truths])[cable[:-1]]
     return np.asarray((cable[1:] != cable[:-1]) | (np.abs(step) - run > slack))
 
 
 def _turning_points(arcs: Floats, min_reversal: float) -> list[int]:
-    """Return the indices at which the arcs turn back by more than `min_reversal` in m."""
+    """Return the indices at which the arc lengths turn back by more than `min_reversal` (m)."""
     turns: list[int] = []
     low = high = 0
     direction = 0

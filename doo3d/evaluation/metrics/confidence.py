@@ -1,49 +1,41 @@
-"""Count the right frames of each confidence: a reliability curve."""
-
-from __future__ import annotations
+"""Measure the reliability of the confidence: the share of right frames at each level of confidence."""
 
 import itertools
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from .record import Record, Records, decimals
 
 DOUBTFUL_FRACTION = 0.1
-"""Fraction of the frames, those of least confidence, that is left out to see how much more often the rest is correct."""
+"""Fraction of the frames, those with the least confidence, that `most_confident` leaves out."""
 
 RELIABILITY_BINS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 1.0)
-"""Bounds of the confidences that are counted together: narrow near 1, where thresholds are chosen."""
+"""Bounds of the confidence bins, 0 to 1: narrow near 1, where users choose thresholds."""
 
 MOST_CONFIDENT_FRACTION = 0.75
-"""Fraction of the frames, those of most confidence, whose share of correct frames is said beside the bins."""
+"""Fraction of the frames, those with the most confidence, whose share of correct frames is reported besides the bins."""
 
 
-def reliability(rows: Records, bounds: Sequence[float] = RELIABILITY_BINS) -> list[Record]:
-    """Return how many frames of each confidence are right: a reliability curve, bin by bin from the lowest confidence.
+def reliability(rows: Records) -> list[Record]:
+    """Return a reliability curve: the numbers of frames and right frames in each bin of confidence, lowest bin first.
 
-    Parameters
-    ----------
-    rows
-        a record for each frame.
-    bounds
-        ascending bounds of the bins, from 0 to 1; the lower bound of each bin belongs to the bin, and 1 to the last.
+    rows : a record for each frame.
 
     Returns
     -------
-    For each bin: low, high, its bounds. frames: number of frames. confidence: their mean confidence, NaN without frames. correct:
-    number of frames correct by the strict rule. image_frames, image_correct: frames that are scored in the image, too, and those
-    that are right there.
+    A record for each bin. low, high: its bounds; the bin includes low, and the last also 1. frames: number of frames. confidence:
+    their mean confidence, NaN without frames. correct: number of frames correct by the strict rule. image_frames, image_correct:
+    number of frames that are also scored in the image, and of those right there.
     """
     return [
-        _bin(low, high, [row for row in rows if low <= row.confidence < high or row.confidence == high == bounds[-1]])
-        for low, high in itertools.pairwise(bounds)
+        _bin(low, high, [row for row in rows if low <= row.confidence < high or row.confidence == high == 1.0])
+        for low, high in itertools.pairwise(RELIABILITY_BINS)
     ]
 
 
 def most_confident_part(rows: Records, fraction: float = MOST_CONFIDENT_FRACTION) -> Record:
-    """Return how many frames are right among the given fraction of the rows, rounded up, that has the most confidence."""
+    """Return the numbers of frames and right frames among the most confident fraction of the rows, rounded up."""
     order = sorted(rows, key=lambda row: -row.confidence)[: math.ceil(fraction * len(rows))]
     return _bin(min((row.confidence for row in order), default=math.nan), 1.0, order)
 
@@ -56,7 +48,7 @@ def _bin(low: float, high: float, rows: Records) -> Record:
 
 
 def most_confident(rows: Records) -> list[Record]:
-    """Return the rows, in their order, without the tenth of them that have the least confidence.
+    """Return the rows without the tenth that has the least confidence, in their order.
 
     The tenth is rounded up; of rows of equal confidence, the later ones are removed.
     """
@@ -65,10 +57,10 @@ def most_confident(rows: Records) -> list[Record]:
 
 
 def format_reliability(rows: Records) -> str:
-    """Return a text table that tells what the confidences of the frames are worth: how many of the frames of each are right.
+    """Return the reliability curve as a text table.
 
-    A line for each bin of confidence, from the highest down, with the number of frames, their mean confidence, and the share that
-    is correct and that is right in the image. The last line is of the 75 % of the frames with the most confidence.
+    It has a line for each bin of confidence, highest first: number of frames, their mean confidence, share of correct frames, and
+    share of frames right in the image. The last line is of the 75 % of the frames with the most confidence.
     """
     lines = [f"{'confidence':<22s} {'frames':>6s} {'mean':>5s} {'frames correct':>15s} {'right in image':>15s}"]
     bins = [(f"{each.low:g} to {each.high:g}", each) for each in reversed(reliability(rows)) if each.frames]
@@ -79,5 +71,5 @@ def format_reliability(rows: Records) -> str:
 
 
 def ratio(correct: int, total: int) -> str:
-    """Return right things of all as text, with the share in %; "-" for none."""
+    """Return a count of correct items of a total as text, with the share in %; "-" if the total is 0."""
     return f"{correct}/{total} {100 * correct / total:.1f} %" if total else "-"

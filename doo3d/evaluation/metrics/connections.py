@@ -1,6 +1,4 @@
-"""Count connections and merges, and the wrong ones."""
-
-from __future__ import annotations
+"""Count the connections and merges of a frame, and the wrong ones among them."""
 
 from itertools import pairwise
 from typing import Any
@@ -13,7 +11,7 @@ from .observed import Observed
 from .record import Metric, added, amount, parts, share
 
 MAX_SEGMENTS_FROM_FILL = 3.0
-"""Segments beside a filled gap within which a break of the order is blamed on the connection."""
+"""Distance from a merge in segments within which a jump or turn of the chain counts as its fault."""
 
 
 def measure(match: Observed) -> dict[str, Any]:

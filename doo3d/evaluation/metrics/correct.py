@@ -1,6 +1,4 @@
-"""Whether a frame is correct by the strict rule of Keipour et al. (RA-L 2022), in space and in the image."""
-
-from __future__ import annotations
+"""Decide whether a frame is correct by the strict rule of Keipour et al. (RA-L 2022), in space and in the image."""
 
 from typing import Any
 
@@ -10,13 +8,13 @@ from .observed import Observed
 from .record import Metric, flags, number, share
 
 MIN_COVERAGE, MAX_OFF_FRACTION = 0.94, 0.03
-"""Least fraction of an object that its chain must follow; fraction of a chain off its object that is too much."""
+"""Least fraction of an object that its chain must cover; fraction of a chain off its object from which on it is wrong."""
 
 NAN = float("nan")
 
 
 def reasons(match: Observed) -> tuple[str, ...]:
-    """Return a phrase for each broken rule.
+    """Return the reasons why a frame is wrong, one phrase for each broken rule; empty if it is correct.
 
     The rules are: one chain for each object, no wrong connection, at least 94 % of each object covered, and less than 3 % of each
     chain off its object.
@@ -39,7 +37,10 @@ def _off_fraction(match: Observed) -> float:
 
 
 def measure(match: Observed) -> dict[str, Any]:
-    """Return whether the frame is correct, with its reasons, numbers of objects and chains, least coverage, greatest part off."""
+    """Return whether the frame is correct, the reasons, the numbers of objects and chains, and the worst fractions.
+
+    The worst fractions are the least coverage of an object, and the greatest part of a chain off its object.
+    """
     phrases = reasons(match)
     counts = {"objects": len(match.truths), "chains": len(match.chains)}
     counts["count_correct"] = counts["objects"] == counts["chains"]
@@ -50,7 +51,7 @@ def measure(match: Observed) -> dict[str, Any]:
 def measure_in_image(match: Observed) -> dict[str, Any]:
     """Return whether the frame is right in the image, and the RMS distance there from the seen axes, px.
 
-    The rule holds for the same chains and cables, projected, with distances in px as they are at the median depth of the cables.
+    The strict rule is applied to the projected chains and cables; its limits in m become px at the median depth of the cables.
     The values are None and NaN if the camera is unknown.
     """
     if match.in_image is None:
@@ -65,7 +66,7 @@ LOOKED_AT, COUNTED = (
     share((title, "correct"), 15, name, lambda rows, own=own: flags("correct")([row for row in rows if row.counted == own]))  # type: ignore[misc]
     for title, name, own in (("looked at", "looked_at", False), ("counted", "counted", True))
 )
-"""The frames of the two parts of the split."""
+"""Columns of the correct frames in the two parts of the split: frames that are inspected, and frames that are counted only."""
 
 METRIC = Metric(
     measure,

@@ -1,7 +1,5 @@
 """Find where true cables cross in the view, and count the crossings detected with the right strand on top."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -18,13 +16,13 @@ from .observed import Observed
 from .record import Metric, parts, share
 
 MIN_SELF_CROSSING_RADII = 4.0
-"""Radii along a cable between the two strands of a crossing; nearer ones are one place, not a crossing."""
+"""Least length along a cable, in radii, between the two passes of a crossing with itself."""
 
 MAX_OFFSET_RADII = 5.0
-"""Radii, in addition to a segment, by which a detected crossing may lie off the true one along each strand."""
+"""Greatest distance, in radii and in addition to a segment, from a detected crossing to the true one along each strand."""
 
 NO_MATCH = 1e6
-"""m; cost of an impossible match, instead of infinity, with which the assignment cannot work."""
+"""Cost in m of an impossible match; the assignment solver does not accept infinity."""
 
 
 @dataclass(frozen=True)
@@ -81,18 +79,18 @@ def true_crossings(truths: Sequence[Truth]) -> TrueCrossings:
 
 
 def _project(points: Floats) -> Floats:
-    """Return points (N, 3) m of the camera frame as positions on the plane z = 1, and their depth in m, (N, 3)."""
+    """Return points (N, 3) m of the camera frame as (x / z, y / z, depth in m), (N, 3)."""
     z = np.where(points[:, 2] > 0, points[:, 2], np.nan)
     return np.column_stack((points[:, :2] / z[:, None], points[:, 2]))
 
 
 def _seen_samples(truth: Truth, count: int) -> Floats:
-    """Return 1 for each of the first `count` axis samples that is seen, else 0; a closed axis is repeated."""
+    """Return for each of the first `count` axis samples 1 if it is seen, else 0; a closed axis is repeated."""
     return np.ones(count) if truth.seen is None else truth.seen[np.arange(count) % len(truth.axis)].astype(float)
 
 
 def _arc_gap(truth: Truth, a: float, b: float) -> float:
-    """Return the length in m between two arcs, the shorter way round a closed cable."""
+    """Return the distance in m along the cable between two arc lengths, the shorter way around a closed cable."""
     gap = abs(a - b)
     return min(gap % truth.length, -gap % truth.length) if truth.closed else gap
 
@@ -104,7 +102,7 @@ def count_crossings(
     truths: Sequence[Truth],
     true: TrueCrossings,
 ) -> tuple[int, int]:
-    """Count the detected crossings that are correct, and those that do not exist.
+    """Count the detected crossings that are correct, and those that match no true crossing.
 
     Detected and true crossings are matched one to one. They can match if, on both cables, they are at most 5 radii plus one
     segment length apart, measured along the cable.
@@ -144,7 +142,7 @@ def count_crossings(
 
 
 def _position(alignment: ChainAlignment, ref: SegmentRef) -> tuple[int, float] | None:
-    """Return the cable and the arc in m of the middle of a segment; None if it is on no cable."""
+    """Return the cable of a segment's middle and the arc length in m there; None if it is on no cable."""
     joint = ref.segment + 0.5
     for stretch in alignment.stretches:
         if stretch.joints[0] - 0.5 <= joint <= stretch.joints[-1] + 0.5:
@@ -176,7 +174,7 @@ def _offset(truths: Sequence[Truth], true: TrueCrossings, c: int, pair: tuple[tu
 
 
 def measure(match: Observed) -> dict[str, Any]:
-    """Return the number of true crossings whose upper cable is seen, of those found right side up, and of detected others."""
+    """Return the numbers of true crossings whose upper cable is seen, of those detected correctly, and of false crossings."""
     true = true_crossings(match.truths if match.crossings is not None else ())
     correct, extra = count_crossings(match.crossings or (), match.chains, match.alignments, match.truths, true)
     return {"crossings": int(true.seen.sum()), "crossings_correct": correct, "crossings_extra": extra}

@@ -1,7 +1,5 @@
 """Measure the distances of chains from the axes of the cables that they follow."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,13 +11,13 @@ from ..scenes.model import Truth
 from .alignment import ChainAlignment, align_chain, axis_tolerance
 
 OFF_RADII, MIN_OFF_DISTANCE = 1.5, 0.005
-"""A chain is off its cable beyond max(1.5 r, 5 mm) from the axis where that is seen; where hidden, beyond its tolerance."""
+"""A chain is off a cable of radius r beyond max(1.5 r, 5 mm) from the axis where the cable is seen."""
 
 WINDOW_SEGMENTS = 2
-"""Segments from where a joint lies on a cable within which the nearest point of its axis is looked for."""
+"""Distance along the axis, in segments, within which the axis sample nearest to a point is searched."""
 
 SAMPLE_SPACING = 0.001
-"""m at most between the points of a chain that are measured."""
+"""Greatest distance in m between the measured points of a chain."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class ChainDistances:
 
 
 def measure_distances(chain: Chain, alignment: ChainAlignment, truths: tuple[Truth, ...]) -> ChainDistances:
-    """Measure how far points along a chain lie from the axes of the cables that the chain follows.
+    """Measure the distances of points along a chain from the axes of the cables that the chain follows.
 
     Parameters
     ----------
@@ -103,9 +101,13 @@ def sample_chain(chain: Chain, first: int = 0, last: int | None = None) -> tuple
 
 
 def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Truth) -> tuple[Ints, Floats, Floats]:
-    """Return the axis sample (K,) nearest each point, within `max_shift` in m of its arc.
+    """Return the axis sample nearest to each of K points, searched within `max_shift` (m) of the point's arc length.
 
-    Also the offsets of the points from it (K, 3) m, and the unit tangents there (K, 3).
+    Returns
+    -------
+    sample : (K,) index of the axis sample.
+    offset : (K, 3) m, from the sample to the point.
+    tangent : (K, 3) unit tangent of the axis there.
     """
     spacing, count = truth.spacing, len(truth.axis)
     window = np.arange(-int(max_shift / spacing) - 2, int(max_shift / spacing) + 3)
@@ -117,21 +119,14 @@ def _nearest_on_axis(points: Floats, arcs: Floats, max_shift: float, truth: Trut
     return sample, points - truth.axis[sample], tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
 
 
-def joint_errors(chain: Chain, truths: Sequence[Truth], viewpoint: Floats | None = None) -> Floats:
-    """Return the distances of a chain's joints from the true axis, without what lies along the axis.
+def joint_errors(chain: Chain, truths: Sequence[Truth]) -> Floats:
+    """Return the distances in m of a chain's joints from the true axis, perpendicular to it.
 
-    Parameters
-    ----------
-    chain
-        the chain of N segments, m, in the frame of the cables.
-    truths
-        the true cables.
-    viewpoint
-        (3,) m, position of the sensor; None for the origin.
+    chain : the chain of N segments, m, in the camera's optical frame. truths : the true cables in the same frame.
 
     Returns
     -------
-    (N + 1, 2) m, 0 or more: the parts across and along the ray from the sensor to the joint; NaN for joints on no cable.
+    (N + 1, 2) m, 0 or more: the parts across and along the ray from the camera to the joint; NaN for joints on no cable.
     """
     result = np.full((len(chain.joints), 2), np.nan)
     for stretch in align_chain(chain, tuple(truths)).stretches:
@@ -141,8 +136,7 @@ def joint_errors(chain: Chain, truths: Sequence[Truth], viewpoint: Floats | None
         truth, points = truths[stretch.cable], chain.joints[joints]
         _, offset, tangent = _nearest_on_axis(points, arcs, WINDOW_SEGMENTS * chain.segment_length, truth)
         offset -= (offset * tangent).sum(axis=1, keepdims=True) * tangent
-        ray = points - (0.0 if viewpoint is None else viewpoint)
-        ray /= np.linalg.norm(ray, axis=1, keepdims=True)
+        ray = points / np.linalg.norm(points, axis=1, keepdims=True)
         along = (offset * ray).sum(axis=1, keepdims=True)
         result[joints] = np.column_stack((np.linalg.norm(offset - along * ray, axis=1), np.abs(along)))
     return result
@@ -151,16 +145,16 @@ def joint_errors(chain: Chain, truths: Sequence[Truth], viewpoint: Floats | None
 def end_error(chain: Chain, truth: Truth) -> float:
     """Return the mean distance in mm of the two ends of a chain from the two tips of an open cable.
 
-    Of the two ways to pair ends with tips, the one with the smaller mean is taken.
+    Ends and tips are paired in the order with the smaller mean.
     """
     distances = cdist(chain.joints[[0, -1]], truth.axis[[0, -1]])
     return 1e3 * float(min(np.trace(distances), np.trace(distances[::-1]))) / 2
 
 
 def rms_mm(parts: list[Floats]) -> float:
-    """Return the root mean square, in mm, of distances in m from all arrays together.
+    """Return the root mean square, in mm, of the distances (m) in all arrays together.
 
-    Values that are NaN or infinite are left out; the result is NaN if no others are left.
+    NaN and infinite values are left out; the result is NaN if no values are left.
     """
     values = np.concatenate([np.zeros(0), *parts])
     values = values[np.isfinite(values)]

@@ -1,6 +1,4 @@
-"""Project chains and true cables into the image, so that they can be compared there alone."""
-
-from __future__ import annotations
+"""Project chains and true cables into the image, to score them there without depth."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,21 +10,21 @@ from ...types import Camera, Chain, Floats
 from ..scenes.model import Truth
 
 SPACING = 0.0005
-"""m at most between the samples of a projected axis, as of a rendered one."""
+"""Greatest distance in m between the samples of a projected axis; equal to that of a rendered axis."""
 
 MIN_SEGMENT = 1e-4
-"""m at least of a segment of a projected chain, which has no length where it runs along the line of sight."""
+"""Least segment length in m of a projected chain; along the line of sight, the projected length would be 0."""
 
 SHORTER = (1.0, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9)
-"""Fractions of an even division of a projected chain at which its chords are tried, until the last one reaches its end."""
+"""Factors of the segment length of a projected chain, tried in order until its chords reach the end of the curve."""
 
 
 @dataclass(frozen=True)
 class ImageView:
     """Chains and true cables as lines in the image.
 
-    Lengths are in px times `metres_per_pixel`, so that the limits of the score, which are in metres, hold unchanged: they are
-    those of the frame's median depth. All z are 0.
+    Lengths are px multiplied by `metres_per_pixel`, so that the limits of the score, in metres, apply unchanged at the median
+    depth of the cables. All z are 0.
 
     Attributes
     ----------
@@ -46,7 +44,7 @@ class ImageView:
 def project(chains: Sequence[Chain], truths: Sequence[Truth], camera: Camera) -> ImageView:
     """Project chains and true cables into the image.
 
-    A line that is shorter than a segment in the image, since it runs along the line of sight, becomes one short segment.
+    A chain along the line of sight, shorter than a segment in the image, becomes one short segment.
 
     Parameters
     ----------
@@ -68,13 +66,13 @@ def project(chains: Sequence[Chain], truths: Sequence[Truth], camera: Camera) ->
 
 
 def _to_plane(points: Floats, camera: Camera, scale: float) -> Floats:
-    """Return the pixels of points (N, 3) m times a scale in m per px, (N, 3) with z = 0."""
+    """Return the pixel positions of points (N, 3) m, multiplied by a scale in m per px: (N, 3) with z = 0."""
     pixels = camera.project(points) * (scale, scale * camera.fx / camera.fy)
     return np.column_stack((pixels, np.zeros(len(pixels))))
 
 
 def _flat_chain(chain: Chain, line: Floats) -> Chain:
-    """Return a chain of equal segments along a projected line; its radius is the chain's own."""
+    """Return a chain of equal segments along a projected line; its radius is that of `chain`."""
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     count = max(1, round(length / chain.segment_length))
     segment, joints = MIN_SEGMENT, line[:1]
@@ -89,7 +87,7 @@ def _flat_chain(chain: Chain, line: Floats) -> Chain:
 
 
 def _flat_truth(truth: Truth, camera: Camera, depth: float) -> Truth:
-    """Return a projected cable, resampled evenly; its radius is as wide as it looks at the cable's own median depth."""
+    """Return a projected cable, resampled evenly, with its apparent radius at the cable's own median depth."""
     line = _to_plane(truth.line, camera, depth / camera.fx)
     arcs = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
     count = max(2, int(np.ceil(arcs[-1] / SPACING)))

@@ -1,6 +1,4 @@
-"""Measure chains against the objects that they are matched with: distance from the axis, nodes, ends and radii."""
-
-from __future__ import annotations
+"""Compare chains with their matched objects: distances from the axis, of nodes and of ends, and radii."""
 
 from typing import Any
 
@@ -15,15 +13,15 @@ from .observed import Observed
 from .record import Metric, number
 
 STARTS_PER_NODE = 10
-"""Positions per node at which the first node of a closed cable is tried."""
+"""Number of tried positions of the first node of a closed cable, per distance between nodes."""
 
 
 def node_error(chain: Chain, truth: Truth) -> float:
     """Return the mean distance in mm of joint i of a chain from node i of the true cable.
 
-    The nodes of the cable are evenly spaced along its axis, as many as the chain has joints. So a chain that lies on the axis but
-    is shifted along it has an error, too. The lesser error of the chain's two directions is returned; on a closed cable, the
-    least error of all positions of the first node.
+    The nodes of the cable are evenly spaced along its axis, as many as the chain has joints. A chain on the axis but shifted
+    along it has an error, too. The smaller error of the chain's two directions is returned; on a closed cable, the smallest error
+    over all positions of the first node.
     """
     if truth.closed:
         return 1e3 * _closed_error(chain.joints[:-1] if chain.closed else chain.joints, truth)
@@ -32,7 +30,7 @@ def node_error(chain: Chain, truth: Truth) -> float:
 
 
 def _closed_error(joints: Floats, truth: Truth) -> float:
-    """Return the mean distance in m of joints (K, 3) from K even nodes of a closed cable, from the best start."""
+    """Return the mean distance in m of joints (K, 3) from K even nodes of a closed cable, with the best first node."""
     count = len(joints)
     starts = count * STARTS_PER_NODE
     ring = axis_points(truth, np.arange(starts) * truth.length / starts)
@@ -42,17 +40,17 @@ def _closed_error(joints: Floats, truth: Truth) -> float:
 
 
 def axis_points(truth: Truth, arcs: Floats) -> Floats:
-    """Return the points (K, 3) m of a cable's axis at arcs (K,) in m."""
+    """Return the points (K, 3) m of a cable's axis at arc lengths (K,) m."""
     axis_arcs = np.append(truth.arcs, truth.length) if truth.closed else truth.arcs
     return np.column_stack([np.interp(arcs, axis_arcs, column) for column in truth.line.T])
 
 
 def measure(match: Observed) -> dict[str, Any]:
-    """Return the distances from the axes, and the means over the objects with a chain; NaN if there are none.
+    """Return the distances from the axes, nodes and tips, and the ratio of radii; NaN if no object has a chain.
 
-    rms_seen, rms_hidden: mm, RMS distances from the true axes where these are seen, and hidden.
-    node_error: mm, distance of joint i of a chain from node i of its object, with as many evenly spaced nodes. end_error: mm,
-    distance of chain ends from the tips of open objects. radius_ratio: detected over true radius.
+    rms_seen, rms_hidden: RMS distance from the true axes where these are seen, and hidden, mm. The others are means over the
+    objects with a chain. node_error: distance of joint i of the chain from node i of its object, which has as many evenly spaced
+    nodes, mm. end_error: distance of chain ends from the tips of open objects, mm. radius_ratio: detected divided by true radius.
     """
     return {
         "rms_seen": rms_mm([part.distance[part.seen] for part in match.distances]),

@@ -1,4 +1,4 @@
-"""The chains of one frame matched with its true cables: all that the metrics of a frame need."""
+"""Match the chains of one frame with its true cables: the input of all metrics of a frame."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ class Observed:
 
     @cached_property
     def alignments(self) -> list[ChainAlignment]:
-        """The positions of each chain on the objects."""
+        """The alignment of each chain with the objects."""
         return [align_chain(chain, self.truths) for chain in self.chains]
 
     @cached_property
     def distances(self) -> list[ChainDistances]:
-        """The distances of each chain from the objects."""
+        """The distances of each chain's points from the objects that it follows."""
         both = zip(self.chains, self.alignments, strict=True)
         return [measure_distances(chain, alignment, self.truths) for chain, alignment in both]
 
     @cached_property
     def pairs(self) -> list[tuple[int, int]]:
-        """(chain, object) indices, matched one to one by the greatest total length in common."""
+        """(chain, object) indices, matched one to one so that the total common length is greatest."""
         overlap = np.zeros((len(self.chains), len(self.truths)))
         for c, alignment in enumerate(self.alignments):
             for stretch in alignment.stretches:
@@ -59,7 +59,7 @@ class Observed:
 
     @property
     def matched(self) -> list[tuple[Chain, Truth]]:
-        """The chains with their objects."""
+        """The matched chains with their objects."""
         return [(self.chains[c], self.truths[t]) for c, t in self.pairs]
 
     @cached_property
@@ -72,7 +72,7 @@ class Observed:
 
     @cached_property
     def in_image(self) -> tuple[Observed, float] | None:
-        """The same, projected into the image, and m per px at the median depth; None without camera or objects."""
+        """The frame projected into the image, and m per px at the cables' median depth; None without camera or objects."""
         if self.camera is None or not self.truths:
             return None
         view = project(self.chains, self.truths, self.camera)

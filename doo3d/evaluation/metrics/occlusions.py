@@ -1,7 +1,5 @@
 """Find the occlusions of a true cable, and test whether a chain passes through them correctly."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
@@ -17,13 +15,13 @@ from .observed import Observed
 from .record import Metric, parts, share
 
 MIN_OCCLUSION_LENGTH = 0.008
-"""m; a shorter hidden run is no occlusion."""
+"""Length in m from which on a hidden run is an occlusion."""
 
 MIN_SEEN_SIDE = 0.005
-"""m of the cable that must be seen on both sides of an occlusion, or there is nothing to join."""
+"""Length in m of the cable beyond an occlusion, on each side; with less, there is nothing to join."""
 
 MIN_REACH = 0.0025
-"""m that a chain must reach beyond both ends of an occlusion."""
+"""Length in m by which a chain must reach beyond both ends of an occlusion."""
 
 SampleRun = tuple[int, int]
 """First and last axis sample of a hidden run."""
@@ -69,7 +67,7 @@ def passed_occlusions(
 
 
 def _with_opposite_seam(chain: Chain) -> Chain | None:
-    """Return a closed chain that starts half-way round, so that an occlusion across its seam is tested; None if open."""
+    """Return a closed chain with its first joint moved half-way around, to test an occlusion at its seam; None if open."""
     if not chain.closed:
         return None
     joints = np.roll(chain.joints[:-1], len(chain.joints) // 2, axis=0)
@@ -79,7 +77,7 @@ def _with_opposite_seam(chain: Chain) -> Chain | None:
 
 
 def _passes(chain: Chain, alignment: ChainAlignment, truth: Truth, cable: int, run: SampleRun) -> bool:
-    """Tell whether one stretch of the chain joins both sides of the hidden run and stays near the axis between them."""
+    """Return whether a stretch of the chain joins both sides of the hidden run and stays near the axis between them."""
     index = np.arange(run[0], run[1] + 1)
     start, end = index[0] * truth.spacing, index[-1] * truth.spacing
     for stretch in alignment.stretches:
@@ -91,7 +89,7 @@ def _passes(chain: Chain, alignment: ChainAlignment, truth: Truth, cable: int, r
 
 
 def _stays_near(points: Floats, segment_length: float, truth: Truth, run: SampleRun) -> bool:
-    """Tell whether points (Q, 3) m lie near the axis round a hidden run, and the axis there near the points."""
+    """Return whether points (Q, 3) m lie near the axis around a hidden run, and all of the axis there near the points."""
     index = np.arange(run[0], run[1] + 1) % len(truth.axis)
     sides = int(np.ceil(2 * segment_length / truth.spacing))
     around = np.arange(run[0] - sides, run[1] + sides + 1)
@@ -103,7 +101,7 @@ def _stays_near(points: Floats, segment_length: float, truth: Truth, run: Sample
 
 
 def _points_between(chain: Chain, stretch: Stretch, low: float, high: float) -> Floats:
-    """Return points of the chain from the last joint before arc `low` to the first one after arc `high`, (Q, 3) m."""
+    """Return points (Q, 3) m of the chain, from the last joint before arc `low` (m) to the first after arc `high` (m)."""
     rising = stretch.arcs[-1] >= stretch.arcs[0]
     arcs, joints = (stretch.arcs, stretch.joints) if rising else (stretch.arcs[::-1], stretch.joints[::-1])
     first = joints[max(int(np.argmax(arcs > low)) - 1, 0)]
@@ -114,10 +112,7 @@ def _points_between(chain: Chain, stretch: Stretch, low: float, high: float) -> 
 def measure(match: Observed) -> dict[str, Any]:
     """Return the number of occlusions of all cables, and of those that a chain passes correctly."""
     runs = [(t, run) for t, truth in enumerate(match.truths) for run in occlusions(truth)]
-    return {
-        "occlusions": len(runs),
-        "occlusions_correct": passed_occlusions(match.chains, match.alignments, match.truths, runs),
-    }
+    return {"occlusions": len(runs), "occlusions_correct": passed_occlusions(match.chains, match.alignments, match.truths, runs)}
 
 
 METRIC = Metric(measure, (share(("occlusions", "correct"), 15, "occlusions", parts("occlusions", right="occlusions_correct")),))

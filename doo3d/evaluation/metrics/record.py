@@ -1,6 +1,4 @@
-"""Records of results, and the columns of a table that sum up many records: the interface of all metrics."""
-
-from __future__ import annotations
+"""Define records of results, and the table columns that summarize them: the interface of all metrics."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -11,28 +9,28 @@ import numpy as np
 
 
 class Record(dict[str, Any]):
-    """The result for one frame: name of a value -> plain value. A value is an attribute, too.
+    """The result for one frame: name of a value -> plain value. Values can be read as attributes, too.
 
     Attributes
     ----------
     detection
-        the detection; None if it is not at hand, as for records read from disk.
+        the detection; None if the record was read from disk.
     case
-        the case that was measured; None if it is not at hand.
+        the measured case; None if it is unknown.
     """
 
     detection: Any = None
     case: Any = None
 
     def __getattr__(self, name: str) -> Any:
-        """Return the value of this name."""
+        """Return the value with this name."""
         try:
             return self[name]
         except KeyError:
             raise AttributeError(name) from None
 
     def plain(self) -> dict[str, Any]:
-        """Return the record with its reasons joined to one string."""
+        """Return the values as a dict, with the reasons joined to one string."""
         return {name: "; ".join(value) if name == "reasons" else value for name, value in self.items()}
 
 
@@ -41,18 +39,18 @@ Records = Sequence[Record]
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table: it sums up the records of a group.
+    """A column of the table, which summarizes the records of a group.
 
     Attributes
     ----------
     title
-        two lines.
+        the two lines of the title.
     width
-        characters at least.
+        least width in characters.
     summarize
-        returns the values of the JSON file's summary, by name.
+        returns the summary of records: name of a value in the JSON file -> value.
     text
-        returns the cell, from these values.
+        returns the text of the cell, from the summary.
     """
 
     title: tuple[str, str]
@@ -63,7 +61,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Metric:
-    """A metric: `measure` returns its values for one frame by name, and the columns sum them up."""
+    """A metric: `measure` returns its values for one frame by name, and `columns` summarize them."""
 
     measure: Callable[[Any], dict[str, Any]]
     columns: tuple[Column, ...] = ()
@@ -72,18 +70,18 @@ class Metric:
 def share(
     title: tuple[str, str], width: int, name: str, count: Callable[[Records], tuple[int, int]], form: str = "{}/{} {:.1f} %"
 ) -> Column:
-    """Return a column of a number of right things, of all.
+    """Return a column with the number of right items, the number of all, and the share in %.
 
     Parameters
     ----------
     title, width
         as for `Column`.
     name
-        of the things; the summary has `<name>`, `<name>_correct`, `<name>_incorrect` and `<name>_accuracy` (0 to 1).
+        name of the items; the summary has `<name>`, `<name>_correct`, `<name>_incorrect` and `<name>_accuracy` (0 to 1).
     count
-        returns the numbers of all and of right things.
+        returns the numbers of all and of right items.
     form
-        text of the cell, from the number of right things, of all, and the share in %.
+        format of the cell, filled with the number of right items, the number of all, and the share in %.
     """
 
     def summarize(rows: Records) -> dict[str, Any]:
@@ -99,7 +97,7 @@ def share(
 
 
 def flags(key: str) -> Callable[[Records], tuple[int, int]]:
-    """Return a function that counts the records with a true value of a name, of those where the value is known."""
+    """Return a function that counts the records in which a value is known, and those in which it is true."""
 
     def count(rows: Records) -> tuple[int, int]:
         known = [row[key] for row in rows if row.get(key) is not None]
@@ -109,7 +107,10 @@ def flags(key: str) -> Callable[[Records], tuple[int, int]]:
 
 
 def parts(key: str, right: str = "", wrong: str = "") -> Callable[[Records], tuple[int, int]]:
-    """Return a function that adds up a number of things, and of the right ones: by their own name or that of the wrong ones."""
+    """Return a function that sums the number of items, and of right ones, over records.
+
+    key, right, wrong : names of the numbers of all, right and wrong items; one of the last two is given.
+    """
 
     def count(rows: Records) -> tuple[int, int]:
         total = sum(row[key] for row in rows)
@@ -127,22 +128,22 @@ def number(
     factor: float = 1.0,
     name: str = "",
 ) -> Column:
-    """Return a column of the average of a value, or of all values of lists, without NaN.
+    """Return a column with the average of a value over records, without NaN; values of lists count one by one.
 
     Parameters
     ----------
     title, width
         as for `Column`.
     key
-        name of the value; several, separated by blanks, are taken together.
+        name of the value; several names, separated by blanks, are averaged together.
     digits
-        decimals.
+        number of decimals.
     average
-        function of an array.
+        function from an array to its average.
     factor
-        of the value that is shown and the value in the summary.
+        multiplies the average, for another unit.
     name
-        of the value in the summary; "" for `key`.
+        name of the average in the summary; "" for `key`.
     """
 
     def summarize(rows: Records) -> dict[str, Any]:
@@ -155,17 +156,17 @@ def number(
 
 
 def amount(title: tuple[str, str], width: int, name: str, count: Callable[[Records], int]) -> Column:
-    """Return a column of a number of things, as the function counts them."""
+    """Return a column with a number of items, counted by a function of the records."""
     return Column(title, width, lambda rows: {name: count(rows)}, lambda values: str(values[name]))
 
 
 def added(key: str) -> Callable[[Records], int]:
-    """Return a function that adds up a value."""
+    """Return a function that sums a value over records."""
     return lambda rows: sum(row[key] for row in rows)
 
 
 def decimals(value: float, digits: int) -> str:
-    """Return a number as text; "-" for NaN."""
+    """Return a number as text with the given decimals; "-" for NaN."""
     return f"{value:.{digits}f}" if math.isfinite(value) else "-"
 
 
@@ -175,4 +176,4 @@ def failures(rows: Records) -> int:
 
 
 TIME = number(("time", "ms"), 6, "ms", 0)
-"""Median duration of a detection."""
+"""Column of the median duration of a detection, ms."""

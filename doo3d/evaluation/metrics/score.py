@@ -1,7 +1,5 @@
 """Score the chains of one frame against the truth, by the strict rule of Keipour et al. (RA-L 2022) and all other metrics."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from ...types import Camera, Chain, Crossing
@@ -18,7 +16,7 @@ METRICS: tuple[Metric, ...] = (
     crossings.METRIC,
     nodes.METRIC,
 )
-"""The metrics of a frame, in the order of the columns; another metric is one file, and one line here."""
+"""The metrics of a frame, in the order of the columns. A new metric is one file and one line here."""
 
 COLUMNS = (*(column for metric in METRICS for column in metric.columns), TIME)
 """The columns of the table of frames."""

@@ -1,7 +1,5 @@
 """Score branched objects against trees of known shape: junctions, tips, edges, and crossings taken for branches."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 from collections.abc import Sequence
@@ -17,13 +15,13 @@ from .nodes import axis_points
 from .record import TIME, Record, Records, added, amount, parts, share
 
 NODE_RADII = 3.0
-"""Radii of the thickest strand at a true node within which a detected junction or tip is that node."""
+"""Greatest distance of a detected junction or tip from its true node, in radii of the node's thickest strand."""
 
 EDGE_RADII = 3.0
-"""Radii of a true strand within which the joints of its chain must lie, all but the share EDGE_OUTSIDE."""
+"""Distance from a true strand, in its radii, within which its chain's joints must lie, except the fraction EDGE_OUTSIDE."""
 
 EDGE_OUTSIDE = 0.06
-"""Share of a chain's joints that may lie off the true strand, as for the score of single cables."""
+"""Fraction of a chain's joints that may lie off the true strand; the same as in the score of single cables."""
 
 
 COLUMNS = (
@@ -42,9 +40,8 @@ COLUMNS = (
     ),
     TIME,
 )
-"""The columns of the table: of the true objects those right, and detected objects that are none of these; junctions found, and
-detected at no true one; crossings at which a crossing and no junction was detected, and those at which a junction was; junctions
-and crossings found, of all."""
+"""Columns of the table: true objects detected right; spurious objects; true junctions found, and false ones; crossings detected
+as crossings, and those detected as junctions; junctions and crossings found together."""
 
 
 def _sum(rows: Records, *keys: str) -> int:
@@ -52,18 +49,17 @@ def _sum(rows: Records, *keys: str) -> int:
 
 
 def score_trees(detection: Detection, scene: Scene) -> Record:
-    """Return the counts of one frame.
+    """Return the counts of one frame with branched objects.
 
-    objects, right: true objects, and those found with every junction and tip at its place and every edge right. spurious:
-    detected objects that are none of the right ones. junctions, found, false: true junctions, those found, and detected junctions
-    at no true one. crossings, taken: true crossings of strands in the view, and those at which a junction was detected. crossed:
-    those at which a crossing was detected, and no junction. faults: of objects, of junctions, and of crossings taken for
-    junctions.
+    objects, right: number of true objects, and of those found with every junction, tip and edge right. spurious: detected objects
+    that match no right one. junctions, found, false: true junctions, those found, and detected junctions that match no true one.
+    crossings, crossed, taken: true crossings of strands in the view, those detected as a crossing, and those detected as a
+    junction. faults: the total of wrong objects, wrong junctions, and crossings detected as junctions.
 
     Parameters
     ----------
     detection
-        what was found with `merge.branches`, in the camera's optical frame.
+        the detection with `merge.branches`, in the camera's optical frame.
     scene
         the true scene, with its trees.
     """
@@ -145,7 +141,7 @@ def _places(detection: Detection) -> tuple[Floats, np.ndarray, dict[tuple[int, i
 
 
 def _matched(places: Floats, nodes: Floats, reach: Floats, joined: np.ndarray, true_joined: np.ndarray) -> dict[int, int]:
-    """Return detected place -> true node of the same kind within reach, one to one, at the least total distance."""
+    """Match detected places with true nodes of the same kind within reach, one to one, at the least total distance."""
     if not len(places):
         return {}
     distance = np.linalg.norm(places[:, None] - nodes[None], axis=2)
@@ -155,9 +151,9 @@ def _matched(places: Floats, nodes: Floats, reach: Floats, joined: np.ndarray, t
 
 
 def _is_right(tree: Tree, scene: Scene, detection: Detection, chains: Sequence[int], ends: Sequence[tuple[int, ...]]) -> bool:
-    """Tell whether the chains of one detected object are the edges of a tree, between the right nodes and along the strands.
+    """Return whether the chains of one detected object are the edges of a tree, between the right nodes.
 
-    ends : the nodes of the tree that the ends of each chain are at.
+    Each chain must also follow its strand. ends : for each chain, the nodes of the tree at its two ends.
     """
     if Counter(tuple(sorted(ends[chain])) for chain in chains) != Counter(tuple(sorted(edge[1:])) for edge in tree.edges):
         return False

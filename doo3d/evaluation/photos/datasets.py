@@ -1,7 +1,5 @@
 """Read public photographs of cables with instance labels: mBEST's S1 to S3, and C1 to C3 of FASTDLO, RT-DLO and mBEST."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,16 +19,16 @@ HSV_RANGES = (
     ((25, 20, 75), (50, 255, 255)),
     ((50, 20, 20), (120, 255, 255)),
 )
-"""Boxes in OpenCV's 8-bit HSV that separate mBEST's cables from the black cloth: pink on both sides of hue 0, green, teal."""
+"""Ranges in OpenCV's 8-bit HSV that select mBEST's cables on black cloth: pink (on both sides of hue 0), green, teal."""
 
 CSET_SIZE = (640, 360)
-"""px, width and height of the C1 to C3 images: some of the labels are a row or a column short."""
+"""Width and height of the C1 to C3 images in px; some label images lack a row or a column, and are resized."""
 
 MIN_CABLE_PIXELS = 30
-"""Pixels; a smaller region of a label image, or a color with fewer, is not a cable."""
+"""Least number of pixels of a cable in a label image; smaller regions and rarer colors are ignored."""
 
 MIN_NETWORK_SCORE = 127
-"""Of 255; a higher value of the network's mask is object."""
+"""Threshold of the network's mask images, 0 to 255; higher values are the object."""
 
 _IMAGES = ("images", "test_imgs")
 _LABELS = ("labels", "gt_labels", "test_labels")
@@ -199,13 +197,13 @@ def _has_images(folder: Path) -> bool:
 
 
 def _image_files(folder: Path) -> list[Path]:
-    """Return the images in the first folder of that kind."""
+    """Return the images in the first existing folder with one of the accepted names."""
     images = next(folder / name for name in _IMAGES if (folder / name).is_dir())
     return sorted(path for path in images.iterdir() if path.suffix.lower() in (".jpg", ".jpeg", ".png"))
 
 
 def _file_beside(image: Path, root: Path, kinds: tuple[str, ...]) -> Path:
-    """Return the file with the image's name in the first of the folders that has one."""
+    """Return the file with the image's name, from the first folder that has it."""
     for folder in (root / kind for kind in kinds):
         for suffix in (".png", ".npy"):
             if (path := folder / f"{image.stem}{suffix}").is_file():
@@ -228,7 +226,7 @@ def _read_color(path: Path) -> Array:
 
 
 def _read_labels(path: Path) -> Ints:
-    """Return (H, W) uint8 numbers of cables, without gaps, from an 8-bit image or a NumPy file."""
+    """Read the labels of a photograph: (H, W) uint8 numbers of cables without gaps, from an 8-bit image or a NumPy file."""
     labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else _decode(path)
     if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
         raise InputError(
@@ -239,7 +237,7 @@ def _read_labels(path: Path) -> Ints:
 
 
 def _labels_of_colors(colors: Array) -> Ints:
-    """Return (H, W) uint8 numbers of the colors of (H, W, 3 or 4) uint8; black and colors of a few pixels are 0."""
+    """Convert a label image (H, W, 3 or 4) uint8 to numbers of cables (H, W) uint8; 0 for black and for rare colors."""
     if colors.ndim == 2:
         colors = np.repeat(colors[:, :, None], 3, axis=2)
     packed = colors[:, :, :3].astype(np.int64) @ (1, 1 << 8, 1 << 16)

@@ -1,6 +1,4 @@
-"""Draw images as busy as a photograph: cables that cross themselves and each other, on cloth, with their mask."""
-
-from __future__ import annotations
+"""Draw synthetic photographs: cables that cross themselves and each other on cloth, with their mask."""
 
 import cv2
 import numpy as np
@@ -11,29 +9,29 @@ from ...types import Array, Bools, Floats, Image
 from ..scenes.studio import CABLE_COLORS
 
 SIZE = (640, 480)
-"""px, width and height."""
+"""Width and height of the image, px."""
 
 WIDTH_PX = 11
-"""px, the width of the cables."""
+"""Width of the cables, px."""
 
 TURNS = ((2, 3), (1, 2), (3, 2), (2, 1), (2, 3))
-"""Swings of each cable across and down the image while an angle goes round once; one of the two is even, so that no way is taken
-back."""
+"""Frequencies of each cable's Lissajous figure, across and down the image; one of the two is even, so that it never retraces
+itself."""
 
 PARTS = {1: 0.7, 2: 0.5, 3: 0.35, 4: 0.3, 5: 0.25}
-"""Number of cables -> part of the round that each takes: all have about as many pixels."""
+"""Number of cables -> fraction of the Lissajous figure that each covers; all images have about equally many cable pixels."""
 
 PIECE = 24
-"""Points of a piece of cable that is drawn at once: a later piece lies on an earlier one."""
+"""Number of points in a piece of cable that is drawn at once; a later piece covers an earlier one."""
 
 POINTS = 1200
-"""Points of a cable, 1 to 3 px apart."""
+"""Number of points of a cable, which are 1 to 3 px apart."""
 
 CLOTH = (172, 166, 158)
 """8-bit RGB of the cloth in full light."""
 
 WEAVE, FOLDS, NOISE = 7.0, 16.0, 2.5
-"""Grey levels of 255: height of the weave and of the folds' shading, and standard deviation of the camera's noise."""
+"""Amplitudes of the weave and of the folds' shading, and standard deviation of the camera noise, in gray levels of 255."""
 
 
 def draw_photo(cables: int, seed: int = 0) -> tuple[Image, Bools]:
@@ -44,7 +42,7 @@ def draw_photo(cables: int, seed: int = 0) -> tuple[Image, Bools]:
     cables
         number of cables, 1 to 5; they cross themselves and each other.
     seed
-        seed of the random numbers: where on its figure each cable lies, and the cloth.
+        seed of the random numbers: the part of its figure that each cable covers, and the cloth.
 
     Returns
     -------

@@ -1,7 +1,5 @@
 """Run the 2-D mode over photographs with instance labels, and score it."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -20,10 +18,10 @@ from .datasets import Photo
 from .score import score_photo, trace_cable
 
 _MISSED = (128, 128, 128)
-"""RGB of a cable that no chain follows."""
+"""RGB color of a labelled cable without a matching chain."""
 
 _UNLABELLED = (70, 70, 70)
-"""RGB of the mask where no cable is labelled."""
+"""RGB color of mask pixels where no cable is labelled."""
 
 _TIMES = (
     number(("ms", ""), 7, "ms", 1),
@@ -36,8 +34,8 @@ PHOTO_COLUMNS = (
     share(("count correct", ""), 18, "counts", flags("correct")),
     *_TIMES,
 )
-"""Number of photographs; the three DICE scores of `score_photo` in %; photographs with the right number of chains; median and
-95th percentile of the time in ms; number of errors."""
+"""Columns: number of photographs; the three DICE scores of `score_photo` in %; photographs with the right number of chains;
+median and 95th percentile of the time in ms; number of errors."""
 
 CABLE_COLUMNS = (
     amount(("cables", ""), 6, "cables", len),
@@ -45,7 +43,8 @@ CABLE_COLUMNS = (
     *(number((key, ""), width, key, 2, np.mean, 100) for key, width in (("recall", 7), ("precision", 9))),
     *_TIMES,
 )
-"""Number of cables; cables traced (see `trace_cable`); mean recall and precision in %; time and errors as for photographs."""
+"""Columns: number of cables; cables traced (see `trace_cable`); mean recall and precision in %; time and errors as for
+photographs."""
 
 
 def photo_benchmark(config: Config, known_count: bool = False, give_mask: bool = True) -> Benchmark:
@@ -58,7 +57,7 @@ def photo_benchmark(config: Config, known_count: bool = False, give_mask: bool =
     known_count
         True gives the detection the true number of cables; False leaves the number to the config.
     give_mask
-        False gives the detection no mask, so that it selects the object by the config; the score then takes the mask selected.
+        False gives the detection no mask, so that it segments the image by the config; the score then uses its mask.
     """
     measure = partial(measure_photo, config=config, known_count=known_count, give_mask=give_mask)
     return Benchmark(measure, PHOTO_COLUMNS, _panels, caption, lambda row: -row.drawn - row.labelled)
@@ -71,7 +70,7 @@ def cable_benchmark(config: Config) -> Benchmark:
 
 
 def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool) -> list[Record]:
-    """Detect in a photograph; see `photo_benchmark`."""
+    """Run the detection in a photograph, and return its record; arguments are as for `photo_benchmark`."""
     photo: Photo = case.load()
     used = _with_chains(config, photo.cables) if known_count else config
     detection, end = _detect(photo.image, used, photo.mask if give_mask else None)
@@ -81,7 +80,7 @@ def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool
 
 
 def measure_cables(case: Case, config: Config) -> list[Record]:
-    """Detect each cable of a photograph alone; see `cable_benchmark`."""
+    """Run the detection for each cable of a photograph alone, and return their records; see `cable_benchmark`."""
     photo, rows = case.load(), []
     for cable in range(1, photo.cables + 1):
         mask = photo.labels == cable
@@ -93,7 +92,7 @@ def measure_cables(case: Case, config: Config) -> list[Record]:
 
 
 def _detect(image: Array, config: Config, mask: Bools | None) -> tuple[Detection, dict[str, Any]]:
-    """Return the detection, or an empty one whatever was raised, with the end of its record; the time is that of its stages."""
+    """Run the detection; return it, empty after any exception, and the last values of its record, with the stages' time."""
     detection, end = detect_safely(image, config, mask, Exception)
     if end["error"]:
         return Detection((), "2d", "image"), end | {"ms": float("nan")}
@@ -120,7 +119,7 @@ def caption(row: Record) -> str:
 
 
 def remarks(rows: Records) -> list[str]:
-    """Return lines that name the photographs with errors, with another number of chains, and cables that are not traced."""
+    """Return lines that name photographs with errors or a wrong number of chains, and cables that are not traced."""
     lines = [
         f"error: {error} [{code}]: {', '.join(name(row) for row in rows if row.error == error)}"
         for error, code in dict.fromkeys((row.error, row.code) for row in rows if row.error)

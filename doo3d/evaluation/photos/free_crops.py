@@ -1,6 +1,4 @@
-"""Cut photographs free of cables: the largest rectangle without a labelled pixel."""
-
-from __future__ import annotations
+"""Find the part of a photograph without cables: the largest rectangle without a labelled pixel."""
 
 import cv2
 import numpy as np
@@ -9,24 +7,24 @@ from ...geometry.curves import runs
 from ...types import Bools
 
 CELL_PX = 4
-"""px; edge of the cells that a rectangle is made of."""
+"""Edge in px of the cells that the rectangle consists of."""
 
 
 def free_rectangle(mask: Bools, min_size: tuple[int, int] = (320, 240), margin: int = 15) -> tuple[slice, slice] | None:
-    """Return the largest part of an image that has no pixel of the mask in it or near it.
+    """Return the largest rectangle of an image that has no pixel of the mask in it or near it.
 
     Parameters
     ----------
     mask
         (H, W) bool, the pixels of all cables.
     min_size
-        (width, height) px that the part must have at least.
+        least (width, height) of the rectangle, px.
     margin
-        px that the part keeps from the mask.
+        distance in px between the rectangle and the mask.
 
     Returns
     -------
-    Rows and columns of the part, for indexing; None if no part is large enough.
+    Rows and columns of the rectangle, for indexing; None if none is large enough.
     """
     size = 2 * margin + 1
     near = cv2.dilate(np.asarray(mask).astype(np.uint8), np.ones((size, size), np.uint8))

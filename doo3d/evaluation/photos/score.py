@@ -1,7 +1,5 @@
 """Score chains in the image against the instance labels of a photograph."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import cv2
@@ -15,19 +13,19 @@ from ..metrics.record import Record
 from .datasets import MIN_CABLE_PIXELS
 
 SAMPLE_SPACING_PX = 0.5
-"""px between the samples of a chain that distances are measured to: wrong by 0.03 px at a distance of 1."""
+"""Spacing in px of the chain samples that distances are measured to; the error is 0.03 px at a distance of 1 px."""
 
 MAX_DISTANCE_PX = 5.0
-"""px from the center line within which a chain follows it."""
+"""Distance in px from a center line within which a chain follows it."""
 
 MIN_TRACED = 0.95
 """Recall and precision above which a cable is traced."""
 
 BRIDGE_PX = 41
-"""px; regions of a cable up to this far apart, with another cable between them, are one cable below it."""
+"""Greatest width in px of another cable that separates two regions of one cable."""
 
 _MAX_BOX_PIXELS = 4_000_000
-"""Pixels of boxes that are drawn together, for memory."""
+"""Greatest number of pixels in boxes that are drawn together, to bound the memory."""
 
 
 def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> Record:
@@ -52,8 +50,8 @@ def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> Record:
     Returns
     -------
     Record
-        the three coefficients; `cables` and `chains`, the numbers of both, and `correct`, whether they are the same; `match`,
-        index of the chain matched with each cable for `drawn`, -1 for none.
+        the three coefficients; `cables` and `chains`, the numbers of both; `correct`, whether these numbers are equal;
+        `match`, index of the chain matched with each cable for `drawn`, -1 for none.
     """
     cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
     covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
@@ -144,7 +142,7 @@ def drawn_pixels(chain: Chain, shape: tuple[int, int]) -> Bools:
 
 
 def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) -> Bools:
-    """Tell which pixels of a box round each segment lie in the segment.
+    """Return which pixels of a box around each segment lie in the segment.
 
     Parameters
     ----------
@@ -153,7 +151,7 @@ def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) 
     segments
         (K,) indices.
     u, v
-        (K, 1, B) and (K, B, 1) px.
+        columns (K, 1, B) and rows (K, B, 1) of the boxes' pixels, px.
 
     Returns
     -------
@@ -188,7 +186,7 @@ def nearest_chain(chains: Sequence[Chain], pixels: Array) -> Ints:
 
 
 def _dice(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:
-    """Return the DICE of each cable with each chain, (cables, chains), from the labels at each chain's pixels."""
+    """Return the DICE coefficient of each cable with each chain, (cables, chains), from the labels at each chain's pixels."""
     sizes = np.bincount(labels.ravel(), minlength=cables + 1)[1:]
     dice = np.zeros((cables, len(chain_labels)))
     for i, numbers in enumerate(chain_labels):
@@ -197,11 +195,13 @@ def _dice(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:
 
 
 def _match(dice: Floats) -> tuple[float, Ints]:
-    """Match cables and chains one to one by the highest sum of DICE (cables, chains).
+    """Match cables and chains one to one so that the sum of their DICE coefficients is greatest.
+
+    dice : (cables, chains), 0 to 1.
 
     Returns
     -------
-    mean : DICE over the cables.
+    mean : mean DICE coefficient over the cables.
     match : (cables,) index of the chain of each cable, -1 for none.
     """
     rows, columns = linear_sum_assignment(dice, maximize=True)
@@ -216,13 +216,13 @@ def _without_specks(pixels: Bools) -> Bools:
 
 
 def _near_fraction(points: Floats, line: Floats) -> float:
-    """Return the fraction of the points that lie within MAX_DISTANCE_PX of the line's."""
+    """Return the fraction of the points within MAX_DISTANCE_PX of the points of a line."""
     if not len(points) or not len(line):
         return 0.0
     return float(np.isfinite(cKDTree(line).query(points, distance_upper_bound=MAX_DISTANCE_PX)[0]).mean())
 
 
 def _pixel_positions(pixels: Bools) -> Floats:
-    """Return the positions (P, 2) (x, y) of the true pixels, row by row."""
+    """Return the positions (x, y) of the true pixels, row by row: (P, 2) px."""
     row, column = np.nonzero(pixels)
     return np.column_stack((column, row)).astype(float)

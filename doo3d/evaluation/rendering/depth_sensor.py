@@ -1,7 +1,5 @@
 """Simulate the errors of depth cameras: noise, rounding, flying points and holes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +19,8 @@ class Sensor:
         distance in m between the two cameras of a stereo sensor, whose noise is constant in disparity and so grows with the
         square of the depth; 0 for a sensor whose noise is constant in depth.
     noise
-        (least, greatest) standard deviation of the noise, in px of disparity if there is a baseline, else in m; one value between
-        them is drawn for each frame.
+        (least, greatest) standard deviation of the noise, in px of disparity if there is a baseline, else in m; each frame has a
+        random value between them.
     correlation
         sigma, in px, of the Gaussian blur that correlates the noise of neighboring pixels.
     disparity_step
@@ -54,10 +52,10 @@ SENSORS: dict[str, Sensor] = {
     "none": Sensor(),
 }
 MIN_EDGE_STEP = 0.0025
-"""m of depth from the nearest to the farthest of 3 x 3 pixels that make an edge."""
+"""Least depth difference in m within 3 x 3 pixels that makes an edge."""
 
 HOLE_SIGMA_PX = 2.2
-"""px, sigma of the blurred noise whose peaks are the small holes."""
+"""Sigma in px of the Gaussian blur of the noise whose peaks become small holes."""
 
 
 def measure_depth(
@@ -78,7 +76,7 @@ def measure_depth(
     rng
         the random number generator of the noise; the same state gives the same image.
     walls
-        (H, W) int, the number of the table or wall at each pixel, 0 for all else: there, a slope is no edge.
+        (H, W) int, the number of the table or wall at each pixel, 0 elsewhere; the slope of a wall is no edge.
     """
     valid = exact > 0
     depth = _noisy(_with_edges(exact, sensor, rng, walls), camera, sensor, rng)
@@ -92,7 +90,7 @@ def measure_depth(
 
 
 def _with_edges(exact: Floats, sensor: Sensor, rng: Generator, walls: Array | None) -> Floats:
-    """Return the depth with some of the pixels at edges between both sides (flying points) or missing."""
+    """Return the depth with flying points (a depth between both sides) and missing pixels at edges."""
     depth = exact.copy()
     if sensor.flying + sensor.missing == 0:
         return depth

@@ -13,26 +13,26 @@ from ...types import Array, Bools, Camera, Floats
 from .rays import OCCLUDER, SUBPIXELS, RayCaster, finer_rays, pixel_rays
 
 AMBIENT, PATTERN, GREY_LEVEL = 0.55, 0.9, 90.0
-"""Brightness of a white surface that faces the camera, of a dot on it, and grey level (of 255) of the former."""
+"""Brightness of a white surface that faces the camera, brightness of a dot on it, and gray level (of 255) of the surface."""
 
 MAX_GREY_LEVEL = 250.0
-"""Of 255; where the surface reflects so much that no pattern shows."""
+"""Gray level, of 255, of the brightest pixels: where a surface reflects so much light that the pattern disappears."""
 
 TABLE_ALBEDO, SOLID_ALBEDO = 0.75, 0.85
-"""Fractions of the infrared light that surfaces reflect on average."""
+"""Mean fractions of the infrared light that the table and the solid objects reflect."""
 
 TABLE_CONTRAST, SOLID_CONTRAST = 0.10, 0.16
-"""Standard deviation of the texture over its mean."""
+"""Standard deviation of the texture divided by its mean, of the table and of solid objects."""
 
 TABLE_CELL, SOLID_CELL = 0.0012, 0.0009
-"""m, edge of a cell of the texture's noise: the weave of a cloth, the strands of a rope."""
+"""Edge in m of a cell of the texture's noise: the weave of a cloth, the strands of a rope."""
 
 PATCHES, PATCH_CELL = 0.6, 0.015
-"""Standard deviation of the strength of the texture over its mean, and m, edge of a cell of it: worn, dirty and glossy parts."""
+"""Variation of the texture's strength, for worn, dirty and glossy parts: standard deviation over mean, and cell edge in m."""
 
 GLARE_CELL, GLARE_SHIFT, MIN_GLARE = 0.009, 17.3, 1.3
-"""m, edge of a cell of the noise that tells where cables mirror the light; its offset in cells from the texture; the level above
-which they do, for some 3 % of their surface."""
+"""Noise that selects where cables mirror the light: edge of a cell in m, offset from the texture in cells, and threshold,
+exceeded on some 3 % of the surface."""
 
 TEXTURE_CELLS = 64
 """Cells along an edge of the cube of noise, which repeats."""
@@ -41,22 +41,22 @@ DOTS, DOT_SIGMA_PX = 5000, 0.9
 """Dots of the projector over 1280 x 720 px of an infrared camera, and their size; a D435 projects about 5000."""
 
 PATTERN_MARGIN = 1.3
-"""Size of the projected pattern, in views of an infrared camera."""
+"""Size of the projected pattern, as a multiple of the infrared camera's view."""
 
 FULL_WIDTH = 1280
-"""px; the width for which DOTS and DOT_SIGMA_PX are given."""
+"""Width in px of the infrared image that DOTS and DOT_SIGMA_PX refer to."""
 
 
 @dataclass(frozen=True)
 class InfraredLight:
-    """The texture of all surfaces, and the pattern that the projector throws on them.
+    """The infrared texture of all surfaces, and the dot pattern that the projector casts on them.
 
     Attributes
     ----------
     texture
         (64, 64, 64) float32, noise of mean 0 and standard deviation 1 that fills space and repeats.
     pattern
-        (H, W) float32, 0 to 1, the image of the projector, which is a camera turned round.
+        (H, W) float32, 0 to 1, the projected image; the projector is modelled as a camera.
     projector
         the intrinsics of the projector.
     position
@@ -70,7 +70,7 @@ class InfraredLight:
 
     @classmethod
     def draw(cls, rng: Generator, camera: Camera, position: Floats) -> InfraredLight:
-        """Draw texture and pattern from random numbers.
+        """Draw a random texture and dot pattern.
 
         Parameters
         ----------
@@ -110,7 +110,7 @@ class InfraredLight:
         table
             (R,) bool, points of the table; the others are on solids.
         reference_depth
-            m at which the pattern has the brightness PATTERN; it falls with the square of the distance.
+            depth in m at which the pattern has the brightness PATTERN; it falls with the square of the distance.
         """
         cell = np.where(table, TABLE_CELL, SOLID_CELL)
         noise = self._noise(points / cell[:, None])
@@ -126,11 +126,11 @@ class InfraredLight:
         return np.asarray(albedo * (AMBIENT * (0.4 + 0.6 * facing) + PATTERN * dots * facing * falloff))
 
     def glares(self, points: Floats) -> Bools:
-        """Tell where surfaces mirror so much light that no pattern shows, at points (R, 3) m: (R,) bool."""
+        """Return whether the surface at points (R, 3) m mirrors so much light that the pattern disappears: (R,) bool."""
         return np.asarray(self._noise(points / GLARE_CELL + GLARE_SHIFT) > MIN_GLARE)
 
     def _noise(self, cells: Floats) -> Floats:
-        """Return the noise at points (R, 3) in cells: (R,)."""
+        """Return the texture noise (R,) at points (R, 3), whose unit is a cell."""
         return np.asarray(map_coordinates(self.texture, cells.T, order=1, mode="grid-wrap"))
 
 
@@ -150,11 +150,11 @@ def infrared_view(
     light
         the texture and the pattern.
     reference_depth
-        m at which the pattern has its full brightness.
+        depth in m at which the pattern has its full brightness.
 
     Returns
     -------
-    image : (H, W) float64 grey levels, 0 to 250; 0 where there is no surface.
+    image : (H, W) float64 gray levels, 0 to 250; 0 where there is no surface.
     shiny : (H, W) bool, pixels of surfaces that the sensor cannot measure; they are so bright that no pattern shows.
     """
     directions = pixel_rays(camera)
@@ -174,16 +174,16 @@ def infrared_view(
 
 
 def expose(image: Floats, blur: float, noise: float, rng: Generator) -> Array:
-    """Return a view with the blur of the lens and the noise of the chip, (H, W) uint8.
+    """Add the blur of the lens and the noise of the image sensor to a view: (H, W) uint8.
 
     Parameters
     ----------
     image
-        (H, W) grey levels, from `infrared_view`.
+        (H, W) gray levels, from `infrared_view`.
     blur
         sigma of the blur, px.
     noise
-        standard deviation of the noise, grey levels.
+        standard deviation of the noise, gray levels.
     rng
         the random number generator of the noise.
     """
@@ -194,7 +194,7 @@ def expose(image: Floats, blur: float, noise: float, rng: Generator) -> Array:
 def _hit_view(
     caster: RayCaster, directions: Floats, origin: Floats, light: InfraredLight, reference_depth: float
 ) -> tuple[Floats, Bools]:
-    """Return the brightness (R,) of what each ray hits first, and whether it is a shiny stretch of cable."""
+    """Return the brightness (R,) at the first hit of each ray, and whether it is a shiny stretch of cable, (R,) bool."""
     hits = caster.cast(np.broadcast_to(origin, directions.shape), directions)
     found = np.flatnonzero(np.isfinite(hits.depth))
     points = origin + hits.depth[found, None] * directions[found]
@@ -220,7 +220,7 @@ def _table_view(caster: RayCaster, directions: Floats, origin: Floats, light: In
 
 
 def _near_solids(caster: RayCaster, camera: Camera, origin: Floats) -> Array:
-    """Return the pixels, (H * W,) bool, whose rays may hit a cable or another solid."""
+    """Return which pixels' rays may hit a cable or another solid, (H * W,) bool."""
     canvas = np.zeros((camera.height, camera.width), dtype=np.uint8)
     for cable in caster.scene.cables:
         points = cable.axis[::4] - origin

@@ -1,6 +1,4 @@
-"""Spoil a true mask as segmentation does: wavy borders, lost pieces, false blobs, closed gaps."""
-
-from __future__ import annotations
+"""Add segmentation errors to a true mask: wavy borders, lost pieces, false blobs, closed gaps."""
 
 import cv2
 import numpy as np
@@ -10,29 +8,30 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 from ...types import Array, Bools, Floats
 
 OFFSET_PX = (1.0, 3.0)
-"""px; least and greatest amplitude of the border's offset, drawn for each frame."""
+"""Least and greatest amplitude of the border's offset in px; each frame has a random value."""
 
 WAVE_PX = 9.0
-"""px, sigma of the blurred noise whose values displace the border: waves of some 40 px."""
+"""Sigma in px of the blurred noise that displaces the border, in waves of some 40 px."""
 
 MAX_INWARD = 0.55
-"""Half widths of the cable by which its border is moved inwards at most: lost pieces are blobs of their own."""
+"""Greatest inward shift of the border, in half widths of the cable, so that the shift alone does not cut it; pieces are lost by
+LOST."""
 
 CLOSED_GAP_PX = (2.0, 6.0)
-"""px; least and greatest width of gaps between strands that are closed."""
+"""Least and greatest width in px up to which gaps between strands are closed."""
 
 LOST, FALSE = (1, 4), (2, 6)
-"""Least and greatest numbers of pieces that are lost, and of blobs that are no cable."""
+"""Least and greatest number of lost pieces of cable, and of false blobs."""
 
 LOST_SIZE, FALSE_SIZE = (0.6, 2.5), (0.8, 3.0)
-"""Least and greatest length of these over the cable's width."""
+"""Least and greatest length of a lost piece and of a false blob, in widths of the cable."""
 
 BESIDE = 0.5
-"""Chance of a false blob to touch the cable's border; the others lie anywhere in the image."""
+"""Probability that a false blob touches the cable's border; the others are anywhere in the image."""
 
 
 def ragged_mask(mask: Bools, rng: Generator) -> Bools:
-    """Return a mask as a segmentation gives it, (H, W) bool.
+    """Return a mask with the errors of a segmentation, (H, W) bool.
 
     The border is displaced by a wavy offset of 1 to 3 px, narrow gaps between strands are closed, short pieces of the cable are
     lost, and blobs that are no cable are added. An empty mask stays empty.
@@ -68,19 +67,22 @@ def ragged_mask(mask: Bools, rng: Generator) -> Bools:
 
 
 def _half_width(mask: Bools, inside: Floats) -> float:
-    """Return half of the typical width of the cables in px: the mean of a cross-section's distances is a quarter of its width."""
+    """Return half of the typical width of the cables in px, from the mean distance to the edge.
+
+    Across a strand, the mean distance to the edge is a quarter of the width.
+    """
     return max(1.0, 2 * float(inside[mask].mean()) - 0.5)
 
 
 def _any_pixel(where: Bools, rng: Generator) -> tuple[float, float]:
-    """Return (x, y) of a random pixel of those that are true."""
+    """Return (x, y) of a random true pixel, px."""
     v, u = np.nonzero(where)
     k = int(rng.integers(len(u)))
     return float(u[k]), float(v[k])
 
 
 def _draw_blob(image: Array, center: tuple[float, float], length: float, width: float, value: int, rng: Generator) -> None:
-    """Draw an ellipse of a length and a width in px, in any direction."""
+    """Draw a filled ellipse of a given length and width in px, with random direction."""
     axes = (max(1, round(length / 2)), max(1, round(width / 2)))
     middle = (round(center[0]), round(center[1]))
     cv2.ellipse(image, middle, axes, float(rng.uniform(0, 180)), 0, 360, value, -1)

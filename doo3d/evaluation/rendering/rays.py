@@ -1,6 +1,4 @@
-"""Cast rays into a scene: their first hits, and the samples of the true axes that the camera sees."""
-
-from __future__ import annotations
+"""Cast rays into a scene, to find their first hits and the samples of the true axes that the camera sees."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,25 +12,25 @@ from ..scenes.model import Scene, Truth
 from .tube_mesh import SIDES, parallel_frames, sweep, tangents
 
 OCCLUDER = 255
-"""Label of all that is neither cable nor background."""
+"""Label of pixels of solids that are not cables."""
 
 TABLE, NOTHING = -1, -2
-"""Indices of a hit on no solid."""
+"""Values of `Hits.solid` for rays that hit the table, and for rays that hit nothing."""
 
 MAX_SHORTFALL_RADII = 0.2
-"""Radii by which a ray may stop short of its target and still see it."""
+"""Greatest distance, in radii, between the end of a ray and its target at which the target counts as seen."""
 
 TARGET_ANGLES = np.radians((-60.0, -30.0, 0.0, 30.0, 60.0))
-"""Angles round the visible half of a cable of the points that rays are sent to."""
+"""Angles in radians, around the visible half of a cable, of the surface points that rays are cast to."""
 
 SHADOW_OFFSET = 2e-4
-"""m off the surface at which shadow rays start, so that they do not hit the surface itself."""
+"""Distance in m from the surface at which shadow rays start, so that they do not hit the surface itself."""
 
 RAYS_AT_ONCE = 1_000_000
-"""Rays, for memory."""
+"""Greatest number of rays that are cast at once, to bound the memory."""
 
 SUBPIXELS = 4
-"""Rays of a pixel near a solid."""
+"""Number of rays per pixel near a solid."""
 
 
 def pixel_rays(camera: Camera) -> Floats:
@@ -45,7 +43,7 @@ def pixel_rays(camera: Camera) -> Floats:
 
 
 def finer_rays(directions: Floats, camera: Camera) -> Iterator[Floats]:
-    """Yield directions (R, 3) that pass through the SUBPIXELS quarters of the pixels of rays through their centers."""
+    """Yield, for each of the SUBPIXELS parts of a pixel, the directions (R, 3) through it instead of the pixel's center."""
     for v, u in ((-0.25, -0.25), (-0.25, 0.25), (0.25, -0.25), (0.25, 0.25)):
         yield directions + np.array([u / camera.fx, v / camera.fy, 0.0])
 
@@ -57,7 +55,7 @@ class Hits:
     Attributes
     ----------
     depth
-        (R,) t such that the ray meets the surface at origin + t * direction; inf if nothing is hit.
+        (R,) factor t of the direction: the hit is at origin + t * direction; inf if nothing is hit.
     label
         (R,) uint8: i for cable i, from 1; 255 for another solid; 0 for the table or nothing.
     normals
@@ -160,7 +158,7 @@ class RayCaster:
         normals[nearer] = table.normal
 
     def in_shadow(self, points: Floats, normals: Floats) -> Bools:
-        """Tell which of R points on surfaces are in shadow: (R,) bool, true if a solid is between the point and the light.
+        """Return which of R points on surfaces are in shadow, (R,) bool: those with a solid between point and light.
 
         Parameters
         ----------
@@ -175,7 +173,7 @@ class RayCaster:
         return np.concatenate([self._caster.test_occlusions(_tensor(rays[k : k + RAYS_AT_ONCE])).numpy() for k in firsts])
 
     def seen_samples(self, cable: Truth) -> Bools:
-        """Tell at which of its P axis points the camera sees a cable's surface: (P,) bool.
+        """Return at which of its P axis points the camera sees a cable's surface, (P,) bool.
 
         A point counts as seen if it is in the image, and if at least three of five points across the half of the surface that
         faces the camera are not hidden.

@@ -1,6 +1,4 @@
-"""Render a scene as a depth camera sees it: color, depth, and the label of each pixel."""
-
-from __future__ import annotations
+"""Render a scene with a simulated depth camera: color, depth, and the label of each pixel."""
 
 from dataclasses import dataclass, replace
 
@@ -16,13 +14,14 @@ from .rays import OCCLUDER, SUBPIXELS, TABLE, Hits, RayCaster, finer_rays, pixel
 from .stereo import STEREO_SENSORS, measure_stereo
 
 AMBIENT, DIFFUSE, GLOSS = 0.42, 0.62, 0.10
-"""Fractions of the light; the table's shadow keeps the ambient part."""
+"""Fractions of ambient, diffuse and specular light; in shadow, only the ambient part is left."""
 
 MIN_WALL_LENGTH = 0.4
-"""m; a solid as long is a surface such as a table or a wall, on which a slope is no edge, as no gripper or plug is."""
+"""Length in m from which on a solid counts as a wall or table top, whose slope is no depth edge; grippers and plugs are
+shorter."""
 
 COLOR_NOISE = 1.6
-"""Grey levels of 255; standard deviation of the color sensor's noise."""
+"""Standard deviation of the color sensor's noise, in gray levels of 255."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ def render(scene: Scene, sensor: str = "d435") -> Rendered:
 
 
 def _walls(scene: Scene, hits: Hits) -> Array:
-    """Return the number of the table or of the wide solid that each ray hits, (R,) int from 1; 0 for all else."""
+    """Return the number, from 1, of the table or large solid that each ray hits, (R,) int; 0 for other hits."""
     wide = [bool(np.ptp(solid.vertices, axis=0).max() > MIN_WALL_LENGTH) for solid in scene.occluders]
     number = np.zeros(len(scene.cables) + len(wide) + 2, dtype=np.int64)
     number[len(scene.cables) : len(scene.cables) + len(wide)] = np.where(wide, np.arange(len(wide)) + 2, 0)
@@ -120,7 +119,7 @@ def _shade(caster: RayCaster, hits: Hits, directions: Floats, table: Floats) -> 
     caster, hits, directions
         the scene, the hits, and the rays (R, 3).
     table
-        (R, 1), the table's brightness there.
+        (R, 1), brightness of the table along each ray.
     """
     scene = caster.scene
     solids = [cable.color for cable in scene.cables] + [solid.color for solid in scene.occluders]

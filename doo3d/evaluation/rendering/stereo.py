@@ -1,6 +1,4 @@
-"""Simulate a stereo depth camera from its images: an infrared pair, matched, and the depth aligned to the color camera."""
-
-from __future__ import annotations
+"""Simulate a stereo depth camera: render an infrared pair, match it, and align the depth to the color camera."""
 
 from dataclasses import dataclass
 
@@ -13,23 +11,23 @@ from .infrared import InfraredLight, expose, infrared_view
 from .rays import RayCaster
 
 DISPARITY_UNIT = 1 / 16
-"""px, the step of the sub-pixel disparities of cv2.StereoSGBM."""
+"""Step in px of the sub-pixel disparities of cv2.StereoSGBM."""
 
 REFERENCE_DEPTH = 0.6
-"""m at which the projected pattern has its full brightness if there is no table."""
+"""Depth in m at which the projected pattern has its full brightness, for scenes without a table."""
 
 REFINEMENTS, MAX_REFINEMENT, MIN_SLOPE = 3, 1.0, 1.0
-"""Steps of the refinement; its greatest change in px; grey levels squared per px squared added to the mean squared slope, so that
-flat surfaces are not refined by their noise."""
+"""Sub-pixel refinement: number of steps; greatest change in px; term in (gray levels / px)² that is added to the mean squared
+slope, so that noise does not move flat surfaces."""
 
 TEXTURE_SIGMA_PX = 4.0
-"""px, sigma of the window in which texture is sought."""
+"""Sigma in px of the window in which texture is measured."""
 
 MIN_FATTENED_STEP = 2.0
-"""px of disparity from background to foreground above which the foreground is widened."""
+"""Step of disparity in px between background and foreground above which the foreground is widened."""
 
 FAR = 1e6
-"""m; depth of pixels onto which no reading falls."""
+"""Depth in m of pixels without a reading, during alignment."""
 
 
 @dataclass(frozen=True)
@@ -41,38 +39,38 @@ class StereoSensor:
     Attributes
     ----------
     baseline
-        m from the left to the right infrared camera.
+        distance in m from the left to the right infrared camera.
     color_offset
-        m from the left infrared camera to the color camera.
+        distance in m from the left infrared camera to the color camera.
     focal_ratio
         focal length of the infrared cameras, in focal lengths of the color camera at the same width of the image.
     nearest
-        m, the least depth that is searched for.
+        least depth in m that the search for matches covers.
     blur
         sigma in px of the blur of the infrared images.
     noise
-        (least, greatest) standard deviation in grey levels of the noise of the infrared images; drawn for each frame.
+        (least, greatest) standard deviation of the infrared images' noise, gray levels; each frame has a random value.
     block
-        px, edge of the blocks that are compared; odd.
+        edge of the compared blocks, px; odd.
     window
         sigma in px of the window of the sub-pixel refinement.
     min_texture
-        root mean square of the slope, in grey levels per px, below which nothing is measured.
+        RMS slope in gray levels per px below which nothing is measured.
     fattening
-        px by which the foreground is widened at large steps, both sides together, in addition to what the blocks do.
+        width in px that is added to the foreground at large steps, both sides together, besides the widening by the blocks.
     uniqueness
-        % by which the best match must be better than the second best.
+        margin in % by which the best match must be better than the second best.
     speckle_size, speckle_range
         greatest number of pixels of a region that is removed as a speckle, for an image 1280 px wide, and difference of disparity
         in px within a region.
     left_right
-        px by which the disparities found from the left and from the right image may differ.
+        greatest difference in px between the disparities found from the left and from the right image.
     calibration_error
-        (least, greatest) px of the color image by which the aligned depth is displaced in a miscalibrated frame.
+        (least, greatest) displacement of the aligned depth in a miscalibrated frame, px of the color image.
     calibrated
         fraction, 0 to 1, of the frames without a calibration error.
     depth_step
-        m; the depth is rounded to multiples of this step.
+        step in m to whose multiples the depth is rounded.
     """
 
     baseline: float = 0.050
@@ -95,12 +93,12 @@ class StereoSensor:
 
 
 STEREO_SENSORS = {"stereo": StereoSensor(), "coarse": StereoSensor(block=17, window=8.0, uniqueness=0)}
-"""Stereo cameras: name -> sensor. "coarse" compares blocks three times as wide, so that thin cables sink into what is behind."""
+"""Name -> stereo camera. "coarse" compares blocks three times as wide, so that thin cables get the depth of their background."""
 
 
 @dataclass(frozen=True)
 class StereoPair:
-    """The images of the two infrared cameras, and what is needed to match them.
+    """The images of the two infrared cameras, with their intrinsics and the disparity range for matching.
 
     Attributes
     ----------
@@ -111,7 +109,7 @@ class StereoPair:
     camera
         the intrinsics of both cameras.
     disparities
-        number of disparities, from 0, that are searched.
+        number of searched disparities, from 0 on.
     """
 
     left: Array
@@ -144,16 +142,9 @@ def measure_stereo(caster: RayCaster, sensor: StereoSensor, rng: Generator) -> A
 
 
 def infrared_camera(color: Camera, sensor: StereoSensor) -> tuple[Camera, int]:
-    """Return the part of the infrared cameras' images that the color camera sees, and the number of disparities searched.
+    """Return the intrinsics of the infrared images, cropped to the color camera's view, and the number of disparities.
 
     The left margin holds the pixels that have no counterpart in the right image at the greatest disparity.
-
-    Parameters
-    ----------
-    color
-        the intrinsics of the color camera.
-    sensor
-        the stereo camera.
     """
     fx, fy = color.fx * sensor.focal_ratio, color.fy * sensor.focal_ratio
     disparities = 16 * int(np.ceil(fx * sensor.baseline / sensor.nearest / 16))
@@ -197,12 +188,7 @@ def match(pair: StereoPair, sensor: StereoSensor) -> Floats:
     The matcher is `cv2.StereoSGBM` (Hirschmueller, "Stereo Processing by Semiglobal Matching and Mutual Information", PAMI 2008)
     with sub-pixel interpolation, left-right check and speckle filter.
 
-    Parameters
-    ----------
-    pair
-        the two images.
-    sensor
-        the stereo camera.
+    pair : the two images. sensor : the stereo camera.
     """
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
@@ -226,7 +212,7 @@ def match(pair: StereoPair, sensor: StereoSensor) -> Floats:
 
 
 def refine(pair: StereoPair, disparity: Array, sensor: StereoSensor) -> tuple[Floats, Floats]:
-    """Refine disparities below a pixel, since those of cv2.StereoSGBM are drawn to whole pixels.
+    """Refine disparities to sub-pixel precision, since those of cv2.StereoSGBM are biased towards whole pixels.
 
     Around each pixel, the right image is shifted so that its difference from the left one is least, by Gauss-Newton steps (Lucas
     and Kanade, 1981, in one dimension).
@@ -243,7 +229,7 @@ def refine(pair: StereoPair, disparity: Array, sensor: StereoSensor) -> tuple[Fl
     Returns
     -------
     disparity : (H, W) px, 0 where there is none.
-    texture : (H, W), root mean square of the slope of the right image around the matched pixel, grey levels per px.
+    texture : (H, W), root mean square of the slope of the right image around the matched pixel, gray levels per px.
     """
     left, right = pair.left.astype(np.float32), pair.right.astype(np.float32)
     gradient = cv2.Scharr(right, cv2.CV_32F, 1, 0, scale=1 / 32)
@@ -263,21 +249,16 @@ def refine(pair: StereoPair, disparity: Array, sensor: StereoSensor) -> tuple[Fl
 
 
 def fatten(disparity: Floats, size: int) -> Floats:
-    """Return disparities whose foreground is widened at large steps, as the block matcher of a real sensor widens it.
+    """Widen the foreground of disparities at large steps, as the block matcher of a real sensor does.
 
-    Parameters
-    ----------
-    disparity
-        (H, W) px, 0 where there is none.
-    size
-        px by which the foreground grows in width and in height.
+    disparity : (H, W) px, 0 where there is none. size : growth of the foreground in width and in height, px.
     """
     grown = cv2.dilate(disparity.astype(np.float32), np.ones((size + 1, size + 1), np.uint8))
     return np.where(grown - disparity > MIN_FATTENED_STEP, grown, disparity)
 
 
 def align(depth: Floats, infrared: Camera, color: Camera, offset: float, shift: Floats) -> Floats:
-    """Return a depth image as seen from the color camera, (H, W) m, 0 where no reading falls.
+    """Transform a depth image to the color camera: (H, W) m, 0 at pixels without a reading.
 
     Each reading fills the rectangle of color pixels that its pixel covers, and the nearest reading wins, as librealsense aligns
     depth to color.
@@ -289,9 +270,9 @@ def align(depth: Floats, infrared: Camera, color: Camera, offset: float, shift: 
     infrared, color
         the intrinsics of the left infrared and of the color camera, whose axes are parallel.
     offset
-        m along x from the infrared to the color camera.
+        distance along x from the infrared to the color camera, m.
     shift
-        (2,) px, x and y, by which the readings are displaced in the color image.
+        (2,) displacement of the readings in the color image, (x, y) px.
     """
     v, u = np.nonzero(depth > 0)
     z = depth[v, u]

@@ -1,6 +1,4 @@
-"""Build the surfaces of cables: tubes swept along an axis with frames that do not twist, half spheres at the tips."""
-
-from __future__ import annotations
+"""Build triangle meshes of cables: tubes swept along an axis without twist, with half spheres at the tips."""
 
 from dataclasses import dataclass
 
@@ -10,13 +8,13 @@ from ...types import Floats, Ints
 from ..scenes.model import Truth
 
 SIDES = 32
-"""Sides of a ring: the flats lie 0.5 % of the radius inside the true surface."""
+"""Number of sides of a ring; their middles are 0.5 % of the radius inside the true surface."""
 
 CAP_RINGS = 5
-"""Rings of a half sphere."""
+"""Number of rings of a half sphere."""
 
 AXIS_STRIDE = 2
-"""Axis points from ring to ring: 1 mm."""
+"""Number of axis points from ring to ring, which is 1 mm."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class Tube:
     normals
         (V, 3) unit normals at the vertices, outwards.
     triangles
-        (T, 3) int, indices of vertices; use `normals` to tell outside from inside, not the order of the indices.
+        (T, 3) int, indices of vertices; `normals`, not the order of the indices, give the outer side.
     arcs
         (T,) m, arc length along the cable's axis at each triangle.
     """
@@ -114,7 +112,7 @@ def sweep(cable: Truth) -> Tube:
 
 
 def _ring_triangles(rings: int, closed: bool) -> Ints:
-    """Return two triangles per side from each ring to the next, ring after ring; the tiny holes at the poles stay open."""
+    """Return the triangles (T, 3) between successive rings, two per side; the tiny holes at the poles stay open."""
     ring = np.arange(rings if closed else rings - 1)[:, None]
     side = np.arange(SIDES)[None, :]
     following = (ring + 1) % rings

@@ -1,1 +1,1 @@
-"""Scenes with known truth, by family and seed."""
+"""Build scenes with known truth, by family and seed."""

@@ -1,6 +1,4 @@
-"""Planar curves for cables to lie along: random smooth curves, their crossings, and the clearance of their strands."""
-
-from __future__ import annotations
+"""Draw random smooth curves in the plane for cables, and find their crossings and the clearance of their strands."""
 
 from dataclasses import dataclass
 
@@ -12,10 +10,10 @@ from scipy.spatial import cKDTree
 from ...types import Bools, Floats, Ints
 
 STEP = 0.002
-"""m between the points of a planar curve."""
+"""Distance in m between the points of a planar curve."""
 
 COARSE_STRIDE = 3
-"""Every so many points are tested first, for speed."""
+"""Stride of the points in the first, coarse test for crossings, for speed."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,7 @@ def turned_curve(curve: Floats, angle: float) -> Floats:
 
 
 def headed_curve(curve: Floats, angle: float, step: int = 4) -> Floats:
-    """Return a planar curve (P, 2) m moved to begin at the origin, its first `step` steps at an angle in radians."""
+    """Move a planar curve (P, 2) m to start at the origin, and rotate its first `step` steps to an angle in radians."""
     curve = curve - curve[0]
     return np.asarray(curve @ rotation(angle - np.arctan2(curve[step, 1], curve[step, 0])))
 
@@ -122,7 +120,7 @@ def offset_curve(curve: Floats, offset: Floats) -> Floats:
 
 
 def arcs_of(points: Floats) -> Floats:
-    """Return the arc length from the first point of a polyline (P, D) to each, (P,) m."""
+    """Return the arc length from the first point of a polyline (P, D) m to each point, (P,) m."""
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
 
 
@@ -168,7 +166,7 @@ def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float
     max_distance
         greatest distance between the points of a pair, m.
     min_arc
-        m; two points of the same polyline are a pair only if they are farther apart than this along it.
+        arc length in m by which two points of the same polyline must be apart to be a pair.
 
     Returns
     -------
@@ -183,7 +181,7 @@ def near_pairs(points: Floats, strand: Ints, max_distance: float, min_arc: float
 
 
 def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -> Bools:
-    """Tell which of Q pairs of points are near each other because their curves cross there: (Q,) bool.
+    """Return which of Q pairs of points are near each other because their curves cross there, (Q,) bool.
 
     Parameters
     ----------
@@ -192,7 +190,7 @@ def near_crossing(i: Ints, j: Ints, crossings: CurveCrossings, max_arc: float) -
     crossings
         the crossings of the same curves; none gives False for all pairs.
     max_arc
-        m; a pair is at a crossing if each of its points lies within this length of the crossing, along the curve.
+        arc length in m; a pair is at a crossing if both of its points are within this length of the crossing.
     """
     if len(crossings.first) == 0:
         return np.zeros(len(i), dtype=bool)
@@ -230,7 +228,7 @@ def clear_crossings(points: Floats, strand: Ints, clearance: float, min_angle: f
 
 
 def _are_crowded(points: Floats, strand: Ints, crossings: CurveCrossings, clearance: float) -> bool:
-    """Tell whether crossings are so near each other, or a tip, along a strand that it cannot lie on the table between."""
+    """Return whether crossings are too near to each other or to a tip for the strand to reach the table in between."""
     indices = np.sort(np.concatenate((crossings.first, crossings.second)))
     tips = np.flatnonzero(np.diff(strand, prepend=-1, append=-1) != 0).astype(float)
     tip_gap = np.abs(indices[:, None] - tips[None, :]).min(initial=np.inf)

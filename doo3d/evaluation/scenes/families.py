@@ -1,53 +1,46 @@
-"""The common families of scenes: cables on a table, crossing themselves or each other, partly hidden, or in the air.
+"""Build the common families of scenes: cables on a table, crossing, partly hidden, or in the air.
 
 Each builder draws one scene from the given random numbers, or returns None if the draw cannot be built.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
 
-from ...types import Bools, Floats, Ints
-from .curves import STEP, clear_crossings, curve_crossings, oriented_curve, random_curves
-from .model import Color, Scene, Solid, Truth
-from .stacking import min_bend_radius, min_clearance, resting_heights, spline_axis
-from .studio import GRIPPER_COLORS, Studio, box, cable_color, make_studio, pick
+from ...types import Floats
+from .curves import STEP, clear_crossings, oriented_curve
+from .model import Scene, Solid
+from .placing import at_height, cables_on_table, concatenate_curves, min_strand_distance, planar_curve, sound_scene
+from .stacking import min_clearance, spline_axis
+from .studio import GRIPPER_COLORS, Studio, box, make_studio, pick
 
 Size = tuple[int, int]
 """Width and height of the image, px."""
 
-CANDIDATES = 60
-"""Curves drawn at once."""
-
 RADII = (0.003, 0.006)
-"""m, least and greatest radius of a cable."""
+"""Least and greatest radius of a cable, m."""
 
 LENGTHS = (0.5, 1.2)
-"""m, least and greatest length of a cable."""
-
-MIN_BEND_RADII = 4.0
-"""Radii; tightest bend of a cable."""
+"""Least and greatest length of a cable, m."""
 
 
 @dataclass(frozen=True)
 class Lying:
-    """A family of scenes of one smoothly curved cable on a table; called, it draws a scene, or returns None if it cannot.
+    """A family of scenes of one smoothly curved cable on a table; calling it draws a scene.
 
     Attributes
     ----------
     crossings
-        least and greatest number of times that the cable crosses itself.
+        least and greatest number of crossings of the cable with itself.
     at_most
-        number of crossings of which that of a scene is drawn, from 0 on; None for those of `crossings`.
+        if given, a scene has a random number of crossings from 0 to this; None uses `crossings`.
     radii, lengths, distances
-        m, least and greatest radius and length of the cable, and distance of the camera.
+        least and greatest radius of the cable, length of the cable, and distance of the camera, m.
     strand_distance, strand_radii
-        m, or radii, between two passes of the cable away from crossings.
+        least distance between two passes of the cable away from crossings: in m, and in radii.
     min_angle
-        degrees at a crossing.
+        least angle at a crossing, degrees.
     """
 
     crossings: tuple[int, int] = (0, 0)
@@ -81,8 +74,8 @@ PLAIN: dict[str, Lying] = {
     "wire": Lying(at_most=2, radii=(0.0005, 0.00075), lengths=(0.3, 0.8), distances=(0.32, 0.5), strand_distance=0.012),
     "hose": Lying(at_most=1, radii=(0.008, 0.015), lengths=(0.6, LENGTHS[1]), distances=(0.75, 1.1), strand_radii=3.2),
 }
-"""Families of one cable on a table: without a crossing, with one, with two to four, with four to ten, far from the camera, a wire
-of 1 to 1.5 mm near it, and a hose of 16 to 30 mm."""
+"""Families of one cable on a table: without a crossing, with one, with two to four, with four to ten; far from the camera; a wire
+of 1 to 1.5 mm near the camera; and a hose of 16 to 30 mm."""
 
 
 def straight(rng: Generator, size: Size) -> Scene | None:
@@ -153,7 +146,7 @@ def several(rng: Generator, size: Size) -> Scene | None:
 def air(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable in the air.
 
-    It is a helix, a hanging curve, or a loop whose strands are far apart in height where they cross: the cable touches nothing.
+    The cable is a helix, a hanging curve, or a loop whose strands are far apart in height at the crossing; it touches nothing.
 
     The scene is in the camera's optical frame. The result is None if the draw from `rng` cannot be built, for example because a
     cable leaves the image; then call again with the same `rng`. `size` is (width, height) px of the image.
@@ -200,165 +193,3 @@ def _high_loop(rng: Generator, studio: Studio, radius: float) -> Floats | None:
         return None
     rise = max(0.15, 0.045 * len(curve) / float(crossed.second[0] - crossed.first[0]))
     return np.column_stack((curve, rise * np.linspace(-0.5, 0.5, len(curve)))) if rise < 0.25 else None
-
-
-def min_strand_distance(radius: float) -> float:
-    """Return the least distance in m between the axes of cables side by side: 5 times their radius in m."""
-    return 5 * radius
-
-
-def at_height(curve: Floats, height: float) -> Floats:
-    """Return the points of a planar curve (P, 2) m at one height in m above the table: (P, 3) m in the world frame (z up)."""
-    return np.column_stack((curve, np.full(len(curve), height)))
-
-
-def concatenate_curves(curves: list[Floats]) -> tuple[Floats, Ints]:
-    """Join curves, (P, 2) m each, to one array.
-
-    Returns
-    -------
-    points : (sum of P, 2) m, the points of all curves one after the other.
-    strand : (sum of P,) int, index of the curve that each point belongs to.
-    """
-    return np.vstack(curves), np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])
-
-
-def planar_curve(
-    rng: Generator,
-    studio: Studio,
-    radius: float,
-    length: float,
-    crossing_range: tuple[int, int],
-    strand_distance: float | None = None,
-    min_angle: float = 32.0,
-) -> Floats | None:
-    """Draw a curve on the table that is wholly in view and crosses itself a number of times within a range.
-
-    Parameters
-    ----------
-    rng
-        the random number generator to draw from.
-    studio
-        the camera above the table.
-    radius, length
-        radius and length of the cable that will lie along the curve, m.
-    crossing_range
-        (least, greatest) number of crossings of the curve with itself.
-    strand_distance
-        least distance between two passes of the curve away from crossings, m; None for 5 radii.
-    min_angle
-        least angle at a crossing, degrees.
-
-    Returns
-    -------
-    (P, 2) m, x and y in the world frame (table plane) of P points 2 mm apart; None if none of 60 drawn curves meets the
-    conditions.
-    """
-    usable = np.array(studio.usable_size())
-    distance = min_strand_distance(radius) if strand_distance is None else strand_distance
-    for candidate in random_curves(rng, CANDIDATES, length, max(6.5 * radius, 0.025)):
-        curve = oriented_curve(candidate, rng.uniform(-0.35, 0.35))
-        if (np.ptp(curve, axis=0) > usable).any():
-            continue
-        crossed = clear_crossings(*concatenate_curves([curve]), distance, np.radians(min_angle))
-        if crossed is None or not crossing_range[0] <= len(crossed.first) <= crossing_range[1]:
-            continue
-        curve = curve + studio.shift_in_view(rng, curve)
-        if studio.contains(at_height(curve, radius)):
-            return np.asarray(curve)
-    return None
-
-
-def cables_on_table(
-    rng: Generator,
-    studio: Studio,
-    curves: list[Floats],
-    radius: float,
-    occluders: tuple[Solid, ...] = (),
-    color: Color | None = None,
-    over: Bools | None = None,
-) -> Scene | None:
-    """Build the scene of cables that lie on a table along planar curves, on top of each other where they cross.
-
-    Parameters
-    ----------
-    rng
-        the random number generator, for what is not given.
-    studio
-        the camera above the table.
-    curves
-        (P, 2) m each, x and y in the world frame (table plane), points 2 mm apart.
-    radius
-        radius of all cables, m.
-    occluders
-        other solids, in the camera's optical frame.
-    color
-        8-bit RGB of all cables; None draws a color from `rng`.
-    over
-        (C,) bool for the C crossings in the order of `curve_crossings`: True if the strand that comes first along the curves is
-        on top; None draws the order from `rng`.
-
-    Returns
-    -------
-    The scene in the camera's optical frame; None if the cables would intersect, bend too much or leave the image.
-    """
-    points, strand = concatenate_curves(curves)
-    crossed = curve_crossings(points, strand)
-    upper = rng.random(len(crossed.first)) < 0.5 if over is None else over
-    z = resting_heights(points, strand, crossed, upper, radius)
-    if z is None:
-        return None
-    axes = [spline_axis(np.column_stack((curve, z[strand == k]))) for k, curve in enumerate(curves)]
-    return sound_scene(rng, studio, axes, radius, color or 1, occluders)
-
-
-def is_sound(studio: Studio, axes: list[Floats], radii: Floats | float, clearance: float = 0.999) -> bool:
-    """Tell whether cables are in the image, and neither intersect nor bend too much.
-
-    Parameters
-    ----------
-    studio
-        the camera above the table.
-    axes
-        (P, 3) m in the world frame for each cable, P points 0.5 mm apart.
-    radii
-        m, the radius of each cable, or of all.
-    clearance
-        least distance of their axes in sums of their radii; 0 for any.
-    """
-    if not all(studio.contains(axis) for axis in axes) or (clearance and min_clearance(axes, radii) < clearance):
-        return False
-    own = zip(axes, np.broadcast_to(radii, len(axes)), strict=True)
-    return all(min_bend_radius(axis) >= MIN_BEND_RADII * radius for axis, radius in own)
-
-
-def sound_scene(
-    rng: Generator,
-    studio: Studio,
-    axes: list[Floats],
-    radii: Floats | float,
-    colors: int | Color = 1,
-    solids: tuple[Solid, ...] = (),
-    clearance: float = 0.999,
-) -> Scene | None:
-    """Return the scene of cables above a table, or None if they are not sound (see `is_sound`).
-
-    Parameters
-    ----------
-    rng
-        the random number generator, for the colors.
-    studio, axes, radii, clearance
-        as for `is_sound`.
-    colors
-        number of colors of the cables, or the color of all.
-    solids
-        other objects, in the camera's optical frame.
-    """
-    if not is_sound(studio, axes, radii, clearance):
-        return None
-    drawn = [cable_color(rng) for _ in range(colors)] if isinstance(colors, int | np.integer) else [colors]
-    cables = tuple(
-        Truth(studio.to_camera(axis), radius, color=drawn[k % len(drawn)])
-        for k, (axis, radius) in enumerate(zip(axes, np.broadcast_to(radii, len(axes)).tolist(), strict=True))
-    )
-    return studio.scene(cables, solids)

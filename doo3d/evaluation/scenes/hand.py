@@ -1,6 +1,4 @@
-"""A right hand with a sleeve, seen from above: rounded fingers, thumb, palm and forearm that can hide parts of a cable."""
-
-from __future__ import annotations
+"""Build a right hand with a sleeve, to hide parts of a cable: rounded fingers, thumb, palm and forearm."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -17,19 +15,19 @@ SKIN: Color = (196, 148, 120)
 SLEEVE: Color = (84, 92, 104)
 
 SPHERE_POINTS = 400
-"""Points on each sphere of a hull: facets of a finger are 1 mm wide."""
+"""Number of points on each sphere of a hull; facets of a finger are then 1 mm wide."""
 
 KNUCKLES = ((-0.031, 0.048), (-0.010, 0.053), (0.011, 0.049), (0.031, 0.040))
-"""m (x, y) from the middle of the palm to the knuckles of the four fingers, from the index finger on."""
+"""Positions (x, y) in m of the four fingers' knuckles relative to the middle of the palm, index finger first."""
 
 BONES = ((0.042, 0.025, 0.020), (0.046, 0.029, 0.021), (0.042, 0.027, 0.021), (0.033, 0.020, 0.018))
-"""m, lengths of the three bones of each finger of an adult."""
+"""Lengths in m of the three bones of each finger of an adult."""
 
 SPREAD_DEGREES, BENT_DEGREES = (9.0, 2.0, -5.0, -13.0), (12.0, 34.0, 55.0)
-"""Direction of each finger, positive towards the thumb, and how far each of its bones points below the palm's plane."""
+"""Direction of each finger, positive towards the thumb; angle of each of its three bones below the palm's plane."""
 
 FINGER_RADII = (0.0100, 0.0092, 0.0085, 0.0076)
-"""m, radius of a finger at its knuckle, at its two joints and at its tip."""
+"""Radius of a finger in m at its knuckle, at its two joints and at its tip."""
 
 Sphere = tuple[tuple[float, float, float], float]
 """Center and radius, m."""
@@ -46,7 +44,7 @@ WRIST: tuple[Sphere, ...] = (
 FOREARM: tuple[Sphere, ...] = (
     ((-0.016, -0.09, 0.004), 0.029), ((0.016, -0.09, 0.004), 0.029), ((-0.024, -0.6, 0.02), 0.040), ((0.024, -0.6, 0.02), 0.040)
 )  # fmt: skip
-"""Spheres whose convex hulls are the parts of the hand but for the fingers; z points out of its back."""
+"""Spheres whose convex hulls are the parts of the hand without the fingers; z points out of the back of the hand."""
 
 
 def make_hand(studio: Studio, place: tuple[float, float, float], angle: float) -> tuple[Solid, ...]:

@@ -1,9 +1,7 @@
-"""Families of cables as they are handled: gripped, hanging from a hook, leaving the view, with plugs, touching each other.
+"""Build scenes of handled cables: gripped, hanging from a hook, leaving the view, with plugs, touching each other.
 
 Each builder draws one scene in the camera's optical frame, or returns None if the draw cannot be built.
 """
-
-from __future__ import annotations
 
 from dataclasses import replace
 
@@ -12,22 +10,23 @@ from numpy.random import Generator
 
 from ...types import Floats
 from .curves import STEP, headed_curve, random_curves
-from .families import MIN_BEND_RADII, RADII, Lying, Size, at_height, cables_on_table, is_sound, planar_curve, sound_scene
+from .families import RADII, Lying, Size
 from .model import Scene, Solid, Stripe, Table, Truth, corners, cuboid
+from .placing import MIN_BEND_RADII, at_height, cables_on_table, is_sound, planar_curve, sound_scene
 from .stacking import min_bend_radius, min_clearance, spline_axis
 from .studio import CABLE_COLORS, GRIPPER_COLORS, MARGIN_FRACTION, Studio, box, cable_color, make_studio, pick
 
 HOOK_DEPTHS, END_DEPTHS = (0.40, 0.55), (0.9, 1.5)
-"""m from the camera to the hook, and to the ends of the cable that hangs from it."""
+"""Distance in m from the camera to the hook, and to the ends of the cable that hangs from it."""
 
 MIN_SINE = 0.25
-"""Least sine of the angle between a hanging cable and the line of sight; steeper ones are seen end on."""
+"""Least sine of the angle between a hanging cable and the line of sight; below it, the cable would be seen end on."""
 
 TOUCH_GAP_RADII = (0.02, 0.6)
-"""Radii between the tip of a cable and the side of the cable that it touches, or nearly touches."""
+"""Gap, in radii, between the tip of a cable and the side of the cable that it touches or nearly touches."""
 
 MIN_TOUCH_ANGLE = np.radians(50.0)
-"""Least angle between a tip and the cable that it touches."""
+"""Least angle in radians between a tip and the cable that it touches."""
 
 
 def gripper(rng: Generator, size: Size) -> Scene | None:
@@ -114,8 +113,8 @@ def hook(rng: Generator, size: Size) -> Scene | None:
 def leaving(rng: Generator, size: Size) -> Scene | None:
     """Draw a scene of one cable on the table that leaves the image at a border and comes back beside it.
 
-    What is outside the image is part of the scene; the truth that is scored has the pieces inside. The result is None if the draw
-    from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px of the image.
+    The scene includes the part outside the image; only the pieces inside are scored. The result is None if the draw from `rng`
+    cannot be built; then call again with the same `rng`. `size` is (width, height) px of the image.
     """
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     half = np.array(studio.usable_size()) / 2
@@ -143,7 +142,7 @@ def leaving(rng: Generator, size: Size) -> Scene | None:
 
 
 def plugs(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one cable with a plug at one end or at both; plugs are no cable, and of the cable's color or another.
+    """Draw a scene of one cable with a plug at one end or at both; a plug is not part of the cable and may have its color.
 
     The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
     of the image.

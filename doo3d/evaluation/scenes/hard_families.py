@@ -1,6 +1,4 @@
-"""The hard families of scenes: look-alikes beside the cable, tangles, hairpins, cables without depth, thin and far ones."""
-
-from __future__ import annotations
+"""Build the hard families of scenes: clutter of the cable's hue, hairpins, cables without depth, thin cables."""
 
 from dataclasses import replace
 
@@ -11,21 +9,22 @@ from scipy.spatial import cKDTree
 
 from ...types import Floats
 from .curves import STEP, resample_polyline, turned_curve
-from .families import LENGTHS, RADII, Lying, Size, cables_on_table, planar_curve
+from .families import LENGTHS, RADII, Lying, Size
 from .model import Color, Scene, Solid
+from .placing import cables_on_table, planar_curve
 from .studio import Studio, box, cable_color, make_studio
 
 HAIRPIN_GAP_DIAMETERS = (0.15, 0.8)
-"""Diameters between the surfaces of the two legs."""
+"""Least and greatest gap between the surfaces of the two legs of a hairpin, in diameters of the cable."""
 
 SHINY_LENGTHS = (0.015, 0.050)
-"""m of cable without depth."""
+"""Least and greatest length in m of a stretch of cable without depth."""
 
 THIN_WIDTHS_PX = (2.0, 3.0)
-"""px across a thin cable."""
+"""Least and greatest width of a thin cable in the image, px."""
 
 MAX_SOLIDS = 7
-"""Solids beside a cable."""
+"""Greatest number of solids beside a cable."""
 
 
 def clutter(rng: Generator, size: Size) -> Scene | None:
@@ -109,7 +108,7 @@ def hairpin(rng: Generator, size: Size) -> Scene | None:
 def _bulb(leg_distance: float, bend_radius: float) -> Floats:
     """Return the turn of a hairpin, (P, 2) m, from (0, d / 2) along x and back to (0, -d / 2), d being the leg distance.
 
-    It curves outwards first, so that it never bends tighter than `bend_radius` in m.
+    The curve bends outwards first, so that its bend radius is nowhere less than `bend_radius` (m).
     """
     center_y = leg_distance / 2 + bend_radius
     outward = np.arccos(center_y / (2 * bend_radius))
@@ -130,7 +129,7 @@ def _tail(rng: Generator, y: float, length: float) -> Floats:
 
 
 def _bent(points: Floats, curvature: float) -> Floats:
-    """Return points (P, 2) with the x axis rolled onto a circle of a curvature in 1/m; distances across it are kept."""
+    """Bend points (P, 2) m so that the x axis becomes a circle of a given curvature (1/m); distances from it are kept."""
     if abs(curvature) < 1e-3:
         return points
     angle, radius = points[:, 0] * curvature, 1 / curvature - points[:, 1]

@@ -1,6 +1,4 @@
-"""The parts of a scene: cables with their true axis, solids, a table, a camera; all in the camera's optical frame."""
-
-from __future__ import annotations
+"""Define the parts of a scene: cables with their true axis, solids, table, camera; in the camera's optical frame."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -23,7 +21,7 @@ class Stripe:
     color
         8-bit RGB.
     pitch
-        m along the cable from one stripe to the next.
+        distance along the cable from one stripe to the next, m.
     share
         fraction, 0 to 1, of the pitch that has this color.
     threads
@@ -43,13 +41,13 @@ class Grain:
     Attributes
     ----------
     point, axis
-        (3,) m, a point of the axis of the rings, and (3,) the unit vector along it, in the camera's optical frame.
+        axis of the rings in the camera's optical frame: a point (3,) m, and a unit vector (3,).
     pitch
-        m from ring to ring.
+        distance from ring to ring, m.
     strength
-        fraction, 0 to 1, of the brightness that the darkest part of a ring lacks.
+        loss of brightness at the darkest part of a ring, as a fraction, 0 to 1.
     wobble
-        m by which the rings are out of round.
+        deviation of the rings from circles, m.
     """
 
     point: Floats
@@ -59,7 +57,7 @@ class Grain:
     wobble: float
 
     def brightness(self, points: Floats) -> Floats:
-        """Return the factor of the brightness at points (N, 3) m in the camera's optical frame: (N,), 1 between the rings."""
+        """Return the brightness factors (N,), 1 between the rings, at points (N, 3) m of the camera's optical frame."""
         away = points - self.point
         along = away @ self.axis
         across = away - along[:, None] * self.axis
@@ -70,7 +68,7 @@ class Grain:
 
 @dataclass(frozen=True)
 class Print:
-    """A printed table cloth: a square picture that repeats along two directions of the plane, the same seen from everywhere.
+    """A printed table cloth: a square picture, fixed to the table, that repeats along two directions of the plane.
 
     Attributes
     ----------
@@ -79,9 +77,9 @@ class Print:
     axes
         (2, 3) unit vectors along the sides of the squares.
     side
-        m, length of a side.
+        length of a side of a square, m.
     picture
-        (P, P) factors of the brightness.
+        (P, P) brightness factors.
     """
 
     point: Floats
@@ -90,7 +88,7 @@ class Print:
     picture: Floats
 
     def brightness(self, points: Floats) -> Floats:
-        """Return the factor of the brightness at points (N, 3) m of the plane, in the camera's optical frame: (N,)."""
+        """Return the brightness factors (N,) at points (N, 3) m of the plane, in the camera's optical frame."""
         pixels = (points - self.point) @ self.axes.T * (len(self.picture) / self.side)
         return np.asarray(map_coordinates(self.picture, pixels.T, order=1, mode="grid-wrap"))
 
@@ -128,7 +126,7 @@ class Truth:
 
     @property
     def line(self) -> Floats:
-        """The axis points in m, of a closed cable with the first one repeated at the end."""
+        """The axis points in m; for a closed cable, the first point is repeated at the end."""
         return np.vstack((self.axis, self.axis[:1])) if self.closed else self.axis
 
     @property
@@ -139,7 +137,7 @@ class Truth:
 
     @property
     def length(self) -> float:
-        """The length of the axis in m; of a closed cable, all the way round."""
+        """The length of the axis in m; for a closed cable, of the full round."""
         back = float(np.linalg.norm(self.axis[0] - self.axis[-1])) if self.closed else 0.0
         return float(self.arcs[-1]) + back
 
@@ -186,7 +184,7 @@ class Table:
     grain
         the grain of its wood; None for one color.
     cloth
-        the print of its cloth; None gives each image a texture of its own, fixed to the image.
+        the print of its cloth; None gives each image its own random texture, fixed to the image.
     """
 
     point: Floats
@@ -242,7 +240,7 @@ class Scene:
     background
         8-bit RGB of pixels where there is no surface.
     trees
-        which cables are strands of one branched object; empty for scenes of single cables.
+        the branched objects, which group cables as their strands; empty for scenes of single cables.
     """
 
     name: str
@@ -266,18 +264,18 @@ CUBOID_TRIANGLES = np.array(
 def corners(edges: Floats | tuple[float, ...], middle: tuple[float, ...] = (0.5, 0.5, 0.5)) -> Floats:
     """Return the 8 corners of a cuboid with edges along the axes, (8, 3) m, z changing fastest.
 
-    edges : (3,) m, their lengths. middle : where the origin lies, as fractions of the edges.
+    edges : (3,) lengths of the edges, m. middle : position of the origin inside the cuboid, as fractions of the edges.
     """
     return (np.array(list(np.ndindex(2, 2, 2))) - middle) * edges
 
 
 def cuboid(vertices: Floats, color: Color = (70, 70, 75)) -> Solid:
-    """Return a cuboid of vertices that `corners` gave, wherever these were moved to in the camera's optical frame."""
+    """Return the cuboid with these vertices (8, 3) m, which are the moved points of `corners`."""
     return Solid(vertices, CUBOID_TRIANGLES, color)
 
 
 def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: Callable[[Floats], Floats], name: str) -> Scene:
-    """Return the scene after its cables, solids, table and light made a rigid motion relative to the camera.
+    """Apply a rigid motion, relative to the camera, to the cables, solids, table and light of a scene.
 
     Parameters
     ----------
@@ -286,7 +284,7 @@ def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: C
     move_points
         function that maps points (N, 3) m before the motion to their positions after it, (N, 3) m, in the camera's optical frame.
     rotate
-        function that maps a direction (3,) by the rotation of the same motion.
+        function that applies the rotation of the same motion to a direction (3,).
     name
         name of the returned scene.
     """
@@ -303,7 +301,7 @@ def moved_scene(scene: Scene, move_points: Callable[[Floats], Floats], rotate: C
 
 
 def _moved_table(table: Table, move_points: Callable[[Floats], Floats], rotate: Callable[[Floats], Floats]) -> Table:
-    """Return a table after a rigid motion, as of `moved_scene`; without the grain of its wood, with the print of its cloth."""
+    """Apply the rigid motion of `moved_scene` to a table; the print of its cloth is kept, the grain of its wood is dropped."""
     cloth = table.cloth
     if cloth is not None:
         axes = np.array([rotate(axis) for axis in cloth.axes])

@@ -1,7 +1,5 @@
 """Build scenes by family name and seed."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,22 +32,16 @@ _BUILDERS: dict[str, Builder] = {
     },
 }
 FAMILIES = {name: _BUILDERS[name] for name in (*BASIC, *MORE)}
-"""The families of scenes with cables: name -> builder."""
+"""Families of scenes with cables: name -> builder."""
 
 WITHOUT = without.WITHOUT
-"""The families of scenes without a cable: name -> builder. Right is: no chain."""
+"""Families of scenes without a cable: name -> builder. The correct detection has no chain."""
 
 TOUGH = tough_families.TOUGH
-"""The families of scenes as hard as those of other generators: name -> builder."""
+"""Families of scenes modelled on the hard ones of other generators: name -> builder."""
 
-GROUPS = {
-    "all": tuple(FAMILIES),
-    "basic": tuple(BASIC),
-    "more": tuple(MORE),
-    "without": tuple(WITHOUT),
-    "tough": tuple(TOUGH),
-}
-"""Names of several families: cables in common and hard positions, as they are handled and wound, no cable, and tough scenes."""
+GROUPS = {"all": tuple(FAMILIES), "basic": tuple(BASIC), "more": tuple(MORE), "without": tuple(WITHOUT), "tough": tuple(TOUGH)}
+"""Name of a group -> its families: all with cables, basic ones, handled and wound cables, none with a cable, and tough ones."""
 
 TREES = harnesses.TREES
 """The families of branched objects: name -> builder."""
@@ -61,10 +53,10 @@ TUBES = "tubes"
 """The family whose scenes are read from a file."""
 
 FIRST_COUNTED_SEED = 1000
-"""Seeds of all families from which on results are only counted."""
+"""First seed of the frames that are counted only: nobody inspects them, so that the method is not tuned to them."""
 
 MAX_ATTEMPTS = 4000
-"""Draws of a scene before a family is given up."""
+"""Greatest number of attempts to draw a scene before an error is raised."""
 
 
 def family_rng(family: str, seed: int) -> Generator:

@@ -1,6 +1,4 @@
-"""Let cables come to rest on a table and on each other without intersecting."""
-
-from __future__ import annotations
+"""Simulate a cable that falls onto a table and onto itself, until it rests without intersecting."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -9,19 +7,19 @@ from ...types import Floats, Ints
 from .stacking import OWN_ARC_RADII
 
 STEP = 0.003
-"""m between the points of a cable that settles."""
+"""Distance in m between the points of a cable that settles."""
 
 ROUNDS, RESTING_ROUNDS, PUSHES = 280, 100, 3
-"""Rounds of falling and of coming to rest; times that strands are pushed apart in a round."""
+"""Numbers of rounds of falling and of coming to rest; number of times that strands are pushed apart in each round."""
 
 FALL_RADII, RELAXATION = 0.075, 1.6
-"""Radii by which a cable falls in a round; factor of a push (successive over-relaxation)."""
+"""Fall per round, in radii; factor of a push (successive over-relaxation)."""
 
 SMOOTHING_STEPS = (1, 2, 4, 8, 12)
-"""Steps over which the displacement of a point is averaged: the stiffness of the cable."""
+"""Distances, in points, over which displacements are averaged; they make the cable stiff."""
 
 CONTACT = 1.035
-"""Sums of radii between the axes of strands that touch, with a little for the sampling."""
+"""Distance between the axes of touching strands, in sums of their radii; slightly above 1 because of the sampling."""
 
 
 def settle(points: Floats, radius: float) -> Floats | None:
@@ -30,7 +28,7 @@ def settle(points: Floats, radius: float) -> Floats | None:
     Parameters
     ----------
     points
-        (P, 3) m, points STEP apart in the plane.
+        (P, 3) m, world frame, P points at a spacing of STEP.
     radius
         radius of the cable, m.
 
@@ -40,8 +38,8 @@ def settle(points: Floats, radius: float) -> Floats | None:
 
     Notes
     -----
-    Position-based dynamics (Mueller et al., 2007): each round lowers all points, smooths how far they have moved, and pushes
-    strands apart that are nearer than their thickness.
+    Position-based dynamics (Mueller et al., 2007): each round lowers all points, smooths their displacements, and pushes strands
+    apart that are nearer than their thickness.
     """
     axis, apart = points.copy(), CONTACT * 2 * radius
     i, j = _touching(axis, apart, radius)
@@ -66,7 +64,7 @@ def settle(points: Floats, radius: float) -> Floats | None:
 
 
 def _touching(axis: Floats, reach: float, radius: float) -> tuple[Ints, Ints]:
-    """Return the pairs of points, (Q,) each, of different strands of one cable that are nearer than `reach` m."""
+    """Return the index pairs (Q,) of points of different strands of one cable that are nearer than `reach` (m)."""
     i, j = cKDTree(axis).query_pairs(reach, output_type="ndarray").T
     strands = np.abs(i - j) * STEP > OWN_ARC_RADII * radius
     return i[strands], j[strands]

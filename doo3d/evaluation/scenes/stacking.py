@@ -1,6 +1,4 @@
-"""Lay planar curves on a table: heights at which strands rest on the table and on each other without intersecting."""
-
-from __future__ import annotations
+"""Compute the heights at which strands rest on a table and on each other without intersecting."""
 
 from typing import Any
 
@@ -14,16 +12,16 @@ from ...types import Bools, Floats, Ints
 from .curves import STEP, CurveCrossings, arcs_of, near_pairs
 
 AXIS_SPACING = 0.0005
-"""m between the points of a true axis."""
+"""Distance in m between the points of a true axis."""
 
 CONTACT_RADII = 2.04
-"""Radii between the axes of strands that lie on each other: 2 and a little for the sampling."""
+"""Distance between the axes of strands on top of each other, in radii: 2, and a little for the sampling."""
 
 OWN_ARC_RADII = 6.0
-"""Radii along a cable within which its points do not touch each other."""
+"""Length along a cable, in radii, within which its points cannot touch each other."""
 
 MIN_VERTICAL_BEND_RADII = 10.0
-"""Radii; tightest bend up or down."""
+"""Least bend radius up or down, in radii of the cable."""
 
 
 def resting_heights(points: Floats, strand: Ints, crossings: CurveCrossings, over: Bools, radius: float) -> Floats | None:
@@ -93,7 +91,7 @@ def _contacts(points: Floats, strand: Ints, crossings: CurveCrossings, over: Boo
 
 
 def _interpolation(index: Floats, count: int) -> csr_matrix:
-    """Return rows that interpolate at fractional indices, (Q, count)."""
+    """Return a matrix (Q, count) that interpolates linearly at Q fractional indices."""
     whole, t, rows = index.astype(int), index % 1, np.arange(len(index))
     return csr_matrix((np.r_[1 - t, t], (np.r_[rows, rows], np.r_[whole, whole + 1])), (len(index), count))
 
@@ -152,7 +150,7 @@ def min_clearance(axes: list[Floats], radii: Floats | float) -> float:
 def min_bend_radius(axis: Floats) -> float:
     """Return the least radius of curvature in m along an axis, (P, 3) m, of P evenly spaced points.
 
-    It is a huge number, but finite, for a straight axis. The axis needs at least 17 points, because directions are taken over 8
+    For a straight axis the result is huge but finite. The axis needs at least 17 points, because directions are taken over 8
     points.
     """
     step = 8

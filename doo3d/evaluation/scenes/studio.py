@@ -1,4 +1,4 @@
-"""The camera, table and light of a scene, and the colors."""
+"""Draw the camera, table, light and colors of a scene."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ TABLE_COLORS: tuple[Color, ...] = ((205, 204, 200), (150, 152, 154), (92, 95, 98
 GRIPPER_COLORS: tuple[Color, ...] = ((48, 49, 52), (225, 226, 228), (96, 100, 108))
 
 FOCAL_LENGTHS_PX = {1280: 920.0, 640: 615.0}
-"""px, of a D435's color stream at these widths."""
+"""Width of a D435's color image in px -> focal length in px."""
 
 DISTANCE_FACTOR, MAX_DISTANCE = 1.05, 2.5
-"""Factor by which a camera is moved back until all is in view, and its greatest distance in m."""
+"""Factor of each step by which the camera is moved back until all cables are in view, and its greatest distance in m."""
 
 MARGIN_FRACTION = 0.05
 """Fraction of the image on each side that is kept free of cables."""
@@ -64,7 +64,7 @@ class Studio:
     table_color: Color
 
     def to_camera(self, points: Floats) -> Floats:
-        """Transform points (N, 3) m from the world frame (z up) to the camera's optical frame: (N, 3) m."""
+        """Transform points (N, 3) m from the world frame (z up) to the camera's optical frame, (N, 3) m."""
         return np.asarray(points @ self.rotation.T + (0.0, 0.0, self.distance))
 
     def table(self, height: float = 0.0) -> Table:
@@ -72,16 +72,16 @@ class Studio:
         return Table(self.to_camera(np.array([[0.0, 0.0, height]]))[0], self.rotation[:, 2].copy(), self.table_color)
 
     def scene(self, cables: tuple[Truth, ...], solids: tuple[Solid, ...] = (), table: Table | None = None) -> Scene:
-        """Return a scene, without a name yet, of objects in the camera's optical frame; on the studio's table by default."""
+        """Return a scene, still without a name, of objects in the camera's optical frame; `table` None takes the studio's."""
         return Scene("", "", 0, self.camera, cables, solids, table or self.table(), self.light)
 
     def contains(self, points: Floats) -> bool:
-        """Tell whether all points (N, 3) m, in the world frame, are in the image, outside a margin of 5 % on each side."""
+        """Return whether all points (N, 3) m of the world frame are in the image, outside a margin of 5 % on each side."""
         pixels = self.camera.project(self.to_camera(points)) / (self.camera.width, self.camera.height)
         return bool(((pixels > MARGIN_FRACTION) & (pixels < 1 - MARGIN_FRACTION)).all())
 
     def backed_off(self, curves: Sequence[Floats]) -> Studio | None:
-        """Return the studio with the camera so far back that all curves (P, 3) m are in view; None above MAX_DISTANCE."""
+        """Move the camera back until all curves (P, 3) m are in view; None if it would be farther than MAX_DISTANCE."""
         studio = self
         while not all(studio.contains(curve) for curve in curves):
             studio = replace(studio, distance=DISTANCE_FACTOR * studio.distance)
@@ -98,7 +98,10 @@ class Studio:
         return self.camera.width * scale, self.camera.height * scale
 
     def shift_in_view(self, rng: Generator, curve: Floats, share: float = 0.4) -> Floats:
-        """Draw a shift (2,) m that keeps a planar curve (P, 2) m around the origin about in view: up to a share of its slack."""
+        """Draw a random shift (2,) m that keeps a planar curve (P, 2) m approximately in view.
+
+        The curve is centered at the origin. share : greatest shift as a fraction of the free space beside the curve.
+        """
         slack = np.clip(np.array(self.usable_size()) - np.ptp(curve, axis=0), 0, None)
         return np.asarray(rng.uniform(-share, share, 2) * slack)
 
@@ -133,7 +136,7 @@ def make_studio(
 
 
 def pick(rng: Generator, choices: Sequence[T]) -> T:
-    """Draw one of several things, each as likely as another."""
+    """Draw one of several items with equal probability."""
     return choices[int(rng.integers(len(choices)))]
 
 

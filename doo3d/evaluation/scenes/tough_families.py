@@ -1,10 +1,8 @@
-"""Families of scenes as hard as those of other generators: strands that touch, cables in the air, depth of a wall behind them.
+"""Build scenes as hard as those of other generators: touching strands, cables in the air, a wall behind them.
 
 Each builder draws one scene in the camera's optical frame from the given random numbers, or returns None if the draw cannot be
 built; then call it again with the same generator.
 """
-
-from __future__ import annotations
 
 import numpy as np
 from numpy.random import Generator
@@ -13,8 +11,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from ...types import Floats
 from .curves import STEP, oriented_curve, random_curves
-from .families import Size, planar_curve, sound_scene
+from .families import Size
 from .model import Scene, corners, cuboid
+from .placing import planar_curve, sound_scene
 from .settle import STEP as SETTLE_STEP
 from .settle import settle
 from .stacking import spline_axis
@@ -22,25 +21,25 @@ from .studio import GRIPPER_COLORS, Studio, make_studio, pick
 from .wound_families import cables_beside
 
 TURNS = (4.0, 5.6)
-"""Turns of a coil."""
+"""Least and greatest number of turns of a coil."""
 
 WANDER = 0.09
-"""Standard deviation of the distance and of the center of a turn, in mean distances from the center of the coil."""
+"""Standard deviation of a turn's radius and center, as a fraction of the coil's mean radius."""
 
 LEVEL_RADII = 3.6
-"""Radii in height between two turns of a coil before it falls."""
+"""Distance in height between two turns of a coil before it falls, in radii."""
 
 THIN_PARTS = (0.38, 0.48)
-"""Radius of the thin cable in radii of the thick one that it touches."""
+"""Least and greatest radius of the thin cable, as a fraction of that of the thick cable that it touches."""
 
 LIFTS = (0.045, 0.11)
-"""m to which a gripper lifts a cable."""
+"""Least and greatest height in m to which a gripper lifts a cable."""
 
 HOOK_DEPTHS, NEAR_DEPTHS = (1.32, 1.42), (0.41, 0.48)
-"""m from the camera to the peg and to the near end of the cable that hangs on it."""
+"""Distances in m from the camera to the peg, and to the near end of the cable that hangs on it."""
 
 BEND_SIGMA = 50
-"""Points of an axis over which a hung cable is smoothed: its stiffness."""
+"""Sigma, in axis points, of the smoothing of a hanging cable; it makes the cable stiff."""
 
 
 def coil(rng: Generator, size: Size) -> Scene | None:
@@ -92,7 +91,7 @@ def _middle(rng: Generator, studio: Studio, length: float) -> Floats:
 
 
 def _fanned(rng: Generator, count: int, fans: Floats) -> Floats:
-    """Return how far cables part along a curve of `count` points, from 0 in its middle to `fans` (2,) m at its ends."""
+    """Return the extra distance between cables along a curve of `count` points: 0 in the middle, `fans` (2,) m at the ends."""
     t, start, end = np.linspace(0, 1, count), *rng.uniform(0.2, 0.36, 2)
     return np.asarray(fans[0] * np.clip(1 - t / start, 0, 1) ** 2 + fans[1] * np.clip(1 - (1 - t) / end, 0, 1) ** 2)
 
@@ -135,7 +134,10 @@ def gripper(rng: Generator, size: Size) -> Scene | None:
 
 
 def _gripper_frame(rng: Generator, along: Floats) -> Floats:
-    """Draw the axes (3, 3) of a gripper that holds a cable along (3,): across its fingers, back from the tips, between them."""
+    """Draw the axes (3, 3) of a gripper that holds a cable of direction (3,).
+
+    The axes point across the fingers, from the fingertips back, and from finger to finger.
+    """
     turn = np.arctan2(along[1], along[0]) + rng.choice((-1, 1)) * np.pi / 2 + rng.uniform(-0.35, 0.35)
     rise = rng.uniform(0.2, 0.9)
     back = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])

@@ -5,8 +5,6 @@ edges). A line `id x y z radius` follows for each node, then a line for each edg
 name `e_a_b`) are used. Positions are in m, z up, with the bin's floor at z = 0. Only the edges give the order of a tube's nodes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -62,7 +60,7 @@ def _read_tube(words: Iterator[str]) -> tuple[Floats, float]:
 
 
 def _ordered_nodes(pairs: list[tuple[int, int]]) -> list[int]:
-    """Return the nodes from one end to the other."""
+    """Order the nodes of a tube from one end to the other, given the pairs that its edges join."""
     neighbors: dict[int, list[int]] = {}
     for a, b in pairs:
         neighbors.setdefault(a, []).append(b)

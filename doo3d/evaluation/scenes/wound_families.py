@@ -1,9 +1,7 @@
-"""Families of cables that are wound, knotted or run side by side: coils, rings, figures of eight, knots, bundles, two radii.
+"""Build scenes of wound, knotted or parallel cables: coils, rings, figures of eight, knots, bundles, two radii.
 
 Each builder draws one scene in the camera's optical frame, or returns None if the draw cannot be built.
 """
-
-from __future__ import annotations
 
 from dataclasses import replace
 
@@ -24,16 +22,17 @@ from .curves import (
     resample_polyline,
     turned_curve,
 )
-from .families import RADII, Size, at_height, cables_on_table, is_sound, sound_scene
+from .families import RADII, Size
 from .model import Scene, Truth
+from .placing import at_height, cables_on_table, is_sound, sound_scene
 from .stacking import min_clearance, resting_heights, spline_axis
 from .studio import Studio, cable_color, make_studio, pick
 
 TURNS = (3.0, 6.0)
-"""Turns of a coil."""
+"""Least and greatest number of turns of a coil."""
 
 MIN_CROSSING_ANGLE = np.radians(20.0)
-"""Least angle at which the strands of a figure of eight cross."""
+"""Least angle in radians at which the strands of a figure of eight cross."""
 
 BUNDLE = (3, 5)
 """Least and greatest number of cables in a bundle."""
@@ -43,14 +42,14 @@ KNOTS = {"overhand": (3, 4), "figure eight": (3, 5)}
 Pecker, "Chebyshev knots", 2011): (3, 4) has the trefoil's three crossings, (3, 5) the figure eight's four."""
 
 KNOT_RADII = (0.0022, 0.0035)
-"""m, least and greatest radius of a knotted cable."""
+"""Least and greatest radius of a knotted cable, m."""
 
 AIR_THICKNESS_FACTOR = 2.5
-"""Times the cable's own thickness at which the strands of a knot in the air cross."""
+"""Distance between the strands at a crossing of a knot in the air, in thicknesses of the cable."""
 
 
 def coil(rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of one cable wound to a flat coil of 3 to 6 turns, whose inner end runs out over or under all turns.
+    """Draw a scene of a flat coil of 3 to 6 turns, whose inner end leads out over or under all turns.
 
     The result is None if the draw from `rng` cannot be built; then call again with the same `rng`. `size` is (width, height) px
     of the image.
@@ -149,7 +148,10 @@ def two_radii(rng: Generator, size: Size) -> Scene | None:
 def _side_by_side(
     rng: Generator, studio: Studio, radii: Floats, order: Floats, gap: tuple[float, float], fans: tuple[float, float]
 ) -> Scene | None:
-    """Return the scene of cables beside a common curve, at `order` times `gap` in the middle and times `fans` at its ends."""
+    """Return the scene of cables along a common curve, at offsets `order` times a distance.
+
+    The distance is drawn from the range `gap` in the middle of the curve, and from `fans` at its ends.
+    """
     length, thickest = rng.uniform(0.45, 0.85), float(radii.max())
     middle = oriented_curve(random_curves(rng, 1, length, 0.08 + 8 * thickest)[0], rng.uniform(-0.4, 0.4))
     middle = middle + studio.shift_in_view(rng, middle)
@@ -161,7 +163,7 @@ def _side_by_side(
 
 
 def cables_beside(rng: Generator, middle: Floats, offsets: list[Floats], radii: Floats, most: int) -> list[Floats]:
-    """Return the axes of cables on the table at offsets (P,) m beside a planar curve; their ends are up to `most` steps short."""
+    """Return the axes of cables on the table at offsets (P,) m from a planar curve, each end shortened by up to `most` steps."""
     axes = []
     for offset, radius in zip(offsets, radii, strict=True):
         first, last = rng.integers(0, most, 2)
@@ -170,7 +172,7 @@ def cables_beside(rng: Generator, middle: Floats, offsets: list[Floats], radii: 
 
 
 def _eased(t: Floats) -> Floats:
-    """Return a smooth step (R,): 0 up to 0, 1 from 1."""
+    """Return a smooth step function of t (R,): 0 for t <= 0, 1 for t >= 1."""
     t = np.clip(t, 0, 1)
     return np.asarray(t * t * (3 - 2 * t))
 

@@ -1,1 +1,1 @@
-"""Sequences with known truth: cables in motion, hidden at times, and how well they are followed."""
+"""Evaluate the tracking of cables in motion that are hidden at times, on sequences with known truth."""

@@ -1,9 +1,7 @@
-"""The bill of the steps that find objects over time: `python -m doo3d.evaluation.sequences.ablations`.
+"""Measure the benefit of each step of tracking: `python -m doo3d.evaluation.sequences.ablations`.
 
 The frames of a sequence are detected once, and combined with all steps and without one at a time.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,28 +27,28 @@ _PLACE = "doo3d.track"
 
 
 def _first(value: Any, *_: Any) -> Any:
-    """Return the first argument: in place of a function that changes it."""
+    """Return the first argument unchanged; it replaces functions that would change it."""
     return value
 
 
 def _never(*_: Any) -> bool:
-    """Return False: in place of a function that tells whether something holds."""
+    """Return False; it replaces functions that test a condition."""
     return False
 
 
 def _all_apart(skipped: Floats, *_: Any) -> Bools:
-    """Return True for every cut: in place of a function that tells which count."""
+    """Return True for every cut; it replaces the function that selects those that count."""
     return np.ones(len(skipped), dtype=bool)
 
 
 def _all_measured(chains: Sequence[Any]) -> tuple[Floats, Floats]:
-    """Return the lengths of chains, as if all of each was measured."""
+    """Return the lengths of chains, as if each was measured over its whole length."""
     lengths = np.array([chain.length for chain in chains])
     return lengths, np.zeros_like(lengths)
 
 
 def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
-    """Tell for each frame whether its shape from earlier frames fits better than that from later ones."""
+    """Return for each frame whether its shape from earlier frames fits better than that from later ones."""
     pairs = zip(forward, backward, strict=True)
     return [before is not None and after is not None and before.cost <= after.cost for before, after in pairs]
 
@@ -60,32 +58,32 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
     "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
     "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
-    "strands cut where joined wrongly": {f"{_PLACE}.second_pass:cut_misjoined": _first},
-    "strands of a wrong length are not cut": {f"{_PLACE}.cutting:_are_apart": _all_apart},
-    "both passes decided together": {f"{_PLACE}.second_pass:_earlier_counts": _nearer_fit},
+    "strands cut where joined wrongly": {f"{_PLACE}.frame_evidence:cut_misjoined": _first},
+    "strands of a wrong length are not cut": {f"{_PLACE}.strand_cutting:_are_apart": _all_apart},
+    "both passes decided together": {f"{_PLACE}.follow:_prefer_forward": _nearer_fit},
     "depth of the frames smoothed over time": {
-        f"{_PLACE}.objects:steadied": _first,
-        f"{_PLACE}.detect_sequence:steadied": _first,
+        f"{_PLACE}.objects:smooth_depth_over_time": _first,
+        f"{_PLACE}.detect_sequence:smooth_depth_over_time": _first,
     },
-    "and less where it moves along the line of sight": {f"{_PLACE}.depth_in_time:_loosened": _first},
-    "torn depth corrected by all readings": {f"{_PLACE}.steady_depth:TORN_SHARE": math.inf},
+    "and less where it moves along the line of sight": {f"{_PLACE}.inverse_range_smoother:_relax_stiffness": _first},
+    "torn depth corrected by all readings": {f"{_PLACE}.depth_smoothing:TORN_SHARE": math.inf},
     "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
-    "hidden parts carried": {f"{_PLACE}.smoothing:carry_hidden": _first},
-    "places smoothed over time": {f"{_PLACE}.smoothing:whittaker_smooth": _first},
-    "depth of the object smoothed over time": {f"{_PLACE}.smoothing:steady_shapes": _first},
+    "hidden parts carried": {f"{_PLACE}.shape_smoothing:carry_hidden": _first},
+    "places smoothed over time": {f"{_PLACE}.shape_smoothing:whittaker_smooth": _first},
+    "depth of the object smoothed over time": {f"{_PLACE}.shape_smoothing:smooth_joint_depth": _first},
 }
-"""Name of a step -> "module:NAME" in the source code -> what is put there in its place."""
+"""Name of a step -> "module:NAME" in the source code -> its replacement."""
 
 
 class Outcome(NamedTuple):
-    """What the frames of one or more sequences came to: their records, and the processor time of combining them, s."""
+    """The records of the frames of one or more sequences, and the processor time of combining them, s."""
 
     rows: list[Record]
     seconds: float
 
 
 def outcomes_of(frames: Sequence[FirstPass], config: Config, steps: Sequence[str]) -> dict[str, Outcome]:
-    """Return the outcome of a sequence with all steps, under the name "", and without each of some steps."""
+    """Return the outcome of a sequence with all steps, named "", and without each of the given steps."""
     result = {}
     for step in ("", *steps):
         with replaced(STEPS.get(step, {})):
@@ -97,9 +95,10 @@ def outcomes_of(frames: Sequence[FirstPass], config: Config, steps: Sequence[str
 
 
 def table(sequences: Sequence[tuple[TrueSequence | RecordedSequence, str]], steps: Sequence[str]) -> Iterator[str]:
-    """Yield the lines of a Markdown table of what each step gives in sequences, each with its sensor.
+    """Yield the lines of a Markdown table of the benefit of each step; sequences : each with the name of its sensor.
 
-    A column "+3 -1" counts frames that the step makes right and wrong, "hidden" and "jumps" are values with and without it.
+    A cell "+3 -1" counts the frames that the step makes right and wrong; "hidden" and "jumps" are values with and without the
+    step.
     """
     config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
     found: dict[str, Outcome] = {step: Outcome([], 0.0) for step in ("", *steps)}
@@ -129,11 +128,12 @@ def main(
     width: int = 640,
     captures: list[Path] | None = None,
 ) -> Iterator[str]:
-    """Take out each step that finds objects over time, and yield the lines of a table.
+    """Measure tracking without each of its steps, and yield the lines of a table.
 
-    own : motions that need no file, or none. seeds, start : sequences of each motion, and the first seed. frames : of each
-    sequence, 30 a second. motions : a file of motion capture, repeated for more. sensor, width : the camera that sees them, and
-    px of its images, which are 480 px high. captures : a folder of captures with truth.npz, repeated for more.
+    own : names of motions that need no file, separated by commas; may be empty. seeds, start : number of sequences of each
+    motion, and first seed. frames : number per sequence, 30 per second. motions : file of motion capture; repeat for more.
+    sensor, width : simulated camera, and width of its images in px, which are 480 px high. captures : folder of captures with
+    truth.npz; repeat for more.
     """
     names: list[str | Path] = [*([] if own == "none" else own.split(",")), *(motions or [])]
     chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [

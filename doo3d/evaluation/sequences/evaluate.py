@@ -1,6 +1,4 @@
-"""Detect in sequences with known truth: each frame for itself, with earlier frames only, and with all frames."""
-
-from __future__ import annotations
+"""Evaluate sequences with known truth: each frame alone, with earlier frames only, and with all frames."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -17,9 +15,9 @@ from ...errors import DooError
 from ...pipeline import detect_with_stages
 from ...track.detect_sequence import combine, motion_of, with_poses
 from ...track.first_pass import check_mode, first_pass_config
-from ...track.objects import steady_objects
+from ...track.image_strands import strands_in_image
+from ...track.objects import find_smoothed_objects
 from ...track.observations import Observation, observe
-from ...track.without_depth import strands_in_image
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
 from ..benchmark.pictures import panels, truth_chain
@@ -41,11 +39,11 @@ VARIANTS = {
     "oracle-past": "the truth where it was measured, in this frame and earlier ones",
     "oracle-both": "the truth where it was measured, in this frame, earlier and later ones",
 }
-"""The variants that the records of a sequence compare, and what is known in each."""
+"""Variants that are compared in a sequence: name -> the frames or truth that each one uses."""
 
 
 def _ratio(name: str, title: tuple[str, str], width: int, of: str, to: str, digits: int, factor: float = 1.0) -> Column:
-    """Return a column of the sum of one value over that of another."""
+    """Return a column with the sum of one value divided by the sum of another."""
 
     def summarize(rows: Records) -> dict[str, Any]:
         total = sum(row[to] for row in rows)
@@ -69,11 +67,10 @@ COLUMNS = (
     number(("time", "ms"), 7, "ms", 0, np.mean),
     _ratio("time_ratio", ("of", "single"), 7, "ms", "ms_single", 2),
 )
-"""The columns of the table: frames correct by the strict rule, and right in the image; frames without any chain, which have no
-nodes; distance of the nodes of the chains from their points of the material, mm, of all, of those where the sensor measured
-nothing, and of the others; RMS distance of hidden parts from the true axis, median over frames; of 1,000 nodes, those that move
-more than 5 radii against the material since the frame before; processor time per frame, and as a multiple of that of single
-frames."""
+"""Columns of the table: frames correct by the strict rule, and right in the image; frames without a chain, which have no nodes;
+mean distance of the chains' nodes from their material points in mm, of all nodes, of those that the sensor did not measure, and
+of the others; RMS distance of hidden parts from the true axis, median over frames; jumps per 1,000 nodes (moves of more than 5
+radii against the material since the frame before); processor time per frame, and as a multiple of that of single frames."""
 
 
 def sequence_benchmark(config: Config, give_count: bool = True) -> Benchmark:
@@ -83,7 +80,7 @@ def sequence_benchmark(config: Config, give_count: bool = True) -> Benchmark:
 
 
 def sequence_case(sequence: TrueSequence | RecordedSequence, sensor: str = "d435") -> Case:
-    """Return the case of a sequence, whose frames the sensor sees."""
+    """Return the case of a sequence, whose frames are rendered with a simulated sensor."""
     records = len(VARIANTS) * len(sequence)
     return Case(sequence.name, sequence.name, partial(_itself, sequence), (), sequence.seed, sensor, records)
 
@@ -94,7 +91,7 @@ def _itself(sequence: TrueSequence | RecordedSequence) -> TrueSequence | Recorde
 
 @dataclass(frozen=True)
 class FirstPass:
-    """What is kept of one frame once it is detected for itself; its images are not.
+    """The results of detecting one frame alone, without its images.
 
     Attributes
     ----------
@@ -103,13 +100,13 @@ class FirstPass:
     truth
         the cable.
     measured
-        (K,) bool, the nodes of the cable that the sensor measured.
+        (K,) bool, which nodes of the cable the sensor measured.
     score
         the score of the detection.
     camera
         the intrinsics.
     seconds
-        processor time of the detection, and of finding the strands in it, s.
+        processor time of the detection and of finding its strands, s.
     """
 
     observation: Observation
@@ -121,9 +118,9 @@ class FirstPass:
 
 
 def measure_sequence(case: Case, config: Config, give_count: bool = True) -> list[Record]:
-    """Render a sequence, detect in it in three variants, and compare the chains and two oracles (see VARIANTS) with the cable.
+    """Render a sequence, detect its cable in three variants, and score these and two oracles (see VARIANTS).
 
-    Images are rendered, used and dropped one after the other.
+    Images are rendered and discarded one after the other.
 
     Parameters
     ----------
@@ -132,7 +129,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     config
         the settings; for 3-D.
     give_count
-        whether to tell the detection that there is one object.
+        whether the detection is given the number of objects, 1.
 
     Returns
     -------
@@ -163,7 +160,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     for variant, past_only in ORACLES.items():
         truths, measured = [frame.truth for frame in frames], [frame.measured for frame in frames]
         detections[variant], seconds[variant] = oracle_detections(truths, measured, past_only), float("nan")
-    found = max((item.length for item in steady_objects(observations, config)[1]), default=float("nan"))
+    found = max((item.length for item in find_smoothed_objects(observations, config)[1]), default=float("nan"))
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:
@@ -174,7 +171,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
 
 
 def first_pass(rendered: Rendered, config: Config) -> FirstPass:
-    """Detect in a frame for itself. A frame that cannot be used shows no more than its image."""
+    """Run the detection in one frame alone; if it fails, keep only the strands in the color image."""
     frame, (truth,) = rendered.frame, rendered.truths
     config = first_pass_config(config)
     start = time.process_time()
@@ -194,17 +191,17 @@ def first_pass(rendered: Rendered, config: Config) -> FirstPass:
 
 
 def _or_single(detection: Detection, single: Detection) -> Detection:
-    """Return the detection of a tracker; that of the frame alone as long as there is nothing to track."""
+    """Return the detection of a tracker; the single-frame detection as long as the tracker has no object."""
     return detection if detection.chains else replace(single, chains=tuple(replace(chain, id=None) for chain in single.chains))
 
 
 def variant_rows(
     variant: str, frames: Sequence[FirstPass], detections: Sequence[Detection], more: Mapping[str, Any] = MappingProxyType({})
 ) -> list[Record]:
-    """Return the values of each frame in one variant, and more; the longest chain of a frame is compared node by node.
+    """Return the record of each frame in one variant, with the values of `more`.
 
-    `nodes_seen` and `nodes_hidden` are the distances of its nodes from their points of the material where the sensor measured
-    these, and where it did not, mm.
+    The longest chain of a frame is compared node by node: `nodes_seen` and `nodes_hidden` are the distances in mm of its nodes
+    from their material points, where the sensor measured these and where it did not.
     """
     truths = [frame.truth for frame in frames]
     offsets = node_offsets([_longest(each) for each in detections], truths, keeps_direction=variant not in ("single", "forward"))

@@ -1,6 +1,4 @@
-"""Motions of one cable: captured from real cables, dragged over a table, and knots pulled tight."""
-
-from __future__ import annotations
+"""Draw motions of one cable: captured from real cables, dragged over a table, and knots pulled tight."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,9 +11,10 @@ from scipy.spatial.transform import Rotation
 from ...errors import InputError
 from ...types import Camera, Floats
 from ..scenes.curves import STEP, curve_crossings, random_curves, resample_polyline
-from ..scenes.families import MIN_BEND_RADII, RADII
+from ..scenes.families import RADII
 from ..scenes.harnesses.motion import load_array
 from ..scenes.model import Table
+from ..scenes.placing import MIN_BEND_RADII
 from ..scenes.stacking import min_bend_radius, resting_heights, spline_axis
 from ..scenes.studio import FOCAL_LENGTHS_PX, MARGIN_FRACTION, TABLE_COLORS, Studio, make_studio
 from ..scenes.wound_families import KNOTS, alternating, planar_knot
@@ -24,36 +23,36 @@ FRAME_RATE = 30.0
 """Frames per second of a sequence."""
 
 CAPTURE_RATE = 100.0
-"""Positions of the markers per second."""
+"""Sampling rate of the motion capture, positions per second."""
 
 CAPTURED_RADII = (0.003, 0.006)
-"""m, least and greatest radius of a cable whose motion was captured: the files do not hold it."""
+"""Least and greatest radius in m for captured motions, whose files do not hold the radius."""
 
 MIN_DISTANCE = 0.45
-"""m from the camera to a moving cable at least."""
+"""Least distance from the camera to a moving cable, m."""
 
 VIEW_DRAWS, MIN_SEEN_LENGTH = 30, 0.7
-"""Draws of a camera, and share of a cable's length that nine of ten images show: who records a cable looks at it."""
+"""Number of random cameras that are tried; fraction of a cable's apparent length that nine of ten images must show."""
 
 MAX_MARKER_STEP = 3.0
-"""Median distances from one marker to the next; farther, and the markers do not follow each other along one cable."""
+"""Greatest distance from one marker to the next, in median distances; above it, the markers are not in order along one cable."""
 
 MAX_ATTEMPTS = 600
-"""Draws of a motion before it is given up: of the first nine seeds of a dragged cable one needs 151."""
+"""Greatest number of attempts to draw a motion; of the first nine seeds of a dragged cable, one needs 151."""
 
 Size = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion of one cable before a camera that stands still, in the camera's optical frame.
+    """The motion of one cable in front of a static camera, in the camera's optical frame.
 
     Attributes
     ----------
     axes
-        for each of T frames (P, 3) m, the center line of the cable, from the same tip on.
+        center line of the cable in each of T frames, (P, 3) m, always starting at the same tip.
     radius
-        m.
+        radius of the cable, m.
     camera
         the intrinsics and the image size.
     table
@@ -70,20 +69,20 @@ class Motion:
 
 
 def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Motion | None:
-    """Return the motion of a real cable, from a file of motion capture, before a camera at a random place.
+    """Return the motion of a real cable from a file of motion capture, seen by a camera at a random place.
 
     The cable is a cubic spline through the markers.
 
     Parameters
     ----------
     path
-        npy file of (T, K, 3) float m: positions of K markers along the cable from tip to tip, 100 times a second, z up.
+        .npy file, (T, K, 3) float, m: positions of K markers along the cable from tip to tip, 100 per second, z up.
     rng
         draws the camera, the cable's radius and the start.
     size
         (width, height) px of the image.
     frames
-        number of frames, 30 a second.
+        number of frames, 30 per second.
 
     Raises
     ------
@@ -93,8 +92,7 @@ def captured_motion(path: Path, rng: Generator, size: Size, frames: int) -> Moti
     last = (frames - 1) * CAPTURE_RATE / FRAME_RATE
     if markers.ndim != 3 or markers.shape[1] < 4 or markers.shape[2] != 3 or len(markers) <= last + 1:
         raise InputError(
-            f"{path}: shape {markers.shape}, expected (T, K, 3) with K >= 4 markers and T > {last + 1:.0f}",
-            code="truth-invalid",
+            f"{path}: shape {markers.shape}, expected (T, K, 3) with K >= 4 markers and T > {last + 1:.0f}", code="truth-invalid"
         )
     steps = np.linalg.norm(np.diff(markers, axis=1), axis=2)
     if not (steps.max() <= MAX_MARKER_STEP * np.median(steps)):
@@ -122,9 +120,10 @@ def _camera(rng: Generator, size: Size) -> Camera:
 
 
 def _turned_to_camera(rng: Generator, positions: Floats, camera: Camera) -> Floats:
-    """Return positions (T, K, 3) m, z up, as a camera sees them that looks at their middle, so near that they just fit the image.
+    """Transform positions (T, K, 3) m, z up, to a random camera that looks at their middle and just holds them in its image.
 
-    Of a number of draws, the first from which most frames do not look along the cable is taken, else the best.
+    Cameras that look along the cable are rejected: the result is from the first of VIEW_DRAWS cameras that is not, else from the
+    best.
     """
     best, most_seen = np.zeros(0), -1.0
     for _ in range(VIEW_DRAWS):
@@ -146,7 +145,7 @@ def _turned_to_camera(rng: Generator, positions: Floats, camera: Camera) -> Floa
 
 
 def dragged_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
-    """Return the motion of a cable with loops that is dragged over a table by one end: each point follows the one before it."""
+    """Draw the motion of a looped cable that is dragged over a table by one end; each point follows the one before it."""
     studio, radius = make_studio(rng, size), rng.uniform(*RADII)
     length = rng.uniform(0.6, 0.9)
     curve = random_curves(rng, 1, length, 4 * MIN_BEND_RADII * radius)[0]
@@ -162,7 +161,7 @@ def dragged_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
 
 
 def followed(curve: Floats, head: Floats) -> Floats:
-    """Return a curve (P, 2) m after its first point was pulled to `head`: each point is drawn by the one before it."""
+    """Return a curve (P, 2) m after its first point was pulled to `head` (2,) m; each point follows the one before it."""
     result = curve.copy()
     result[0] = head
     for k in range(1, len(curve)):
@@ -175,7 +174,7 @@ def followed(curve: Floats, head: Floats) -> Floats:
 
 
 def knot_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
-    """Return the motion of a loose knot on a table whose ends are pulled apart, so that it shrinks."""
+    """Draw the motion of a loose knot on a table whose ends are pulled apart, so that it shrinks."""
     studio, radius = make_studio(rng, size, (0.6, 0.85)), rng.uniform(0.0022, 0.0032)
     knot = planar_knot(rng, studio, *KNOTS[list(KNOTS)[rng.integers(len(KNOTS))]])
     length = len(knot) * STEP * rng.uniform(1.0, 1.1)
@@ -195,8 +194,8 @@ def knot_motion(rng: Generator, size: Size, frames: int) -> Motion | None:
 def _on_table(rng: Generator, curves: list[Floats], studio: Studio, radius: float, first_over: bool | None) -> Motion | None:
     """Return the motion of a cable along planar curves on a table; None if it bends too much, leaves the image or cannot rest.
 
-    first_over : for a knot, whether the first strand is on top at the first crossing; None lets the strand that comes first along
-    the cable lie below everywhere.
+    first_over : for a knot, whether the first strand is on top at the first crossing; None puts the strand that comes first along
+    the cable below at every crossing.
     """
     axes = []
     for curve in curves:
@@ -213,7 +212,7 @@ def _on_table(rng: Generator, curves: list[Floats], studio: Studio, radius: floa
 
 
 def motion_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the files of motion capture among some paths: each file as given, of a folder all that end in .npy, by name.
+    """Return the files of motion capture in paths: each file as given; for a folder, its *.npy files by name.
 
     Raises
     ------
@@ -231,11 +230,11 @@ def motion_files(paths: Iterable[Path]) -> list[Path]:
 
 
 OWN_MOTIONS: dict[str, Callable[[Generator, Size, int], Motion | None]] = {"dragged": dragged_motion, "knot": knot_motion}
-"""Motions that need no file."""
+"""Motions that are simulated, without a file: name -> function that draws one."""
 
 
 def table_below(motion: Motion, rng: Generator) -> Table:
-    """Return a wall behind a cable in the air, 0.2 to 0.5 m beyond it."""
+    """Return a wall 0.2 to 0.5 m behind a cable in the air."""
     farthest = max(float(axis[:, 2].max()) for axis in motion.axes)
     tilt = rng.uniform(-0.15, 0.15, 2)
     normal = np.array([*tilt, -1.0]) / np.sqrt(1 + tilt @ tilt)

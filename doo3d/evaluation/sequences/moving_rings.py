@@ -1,7 +1,5 @@
 """Measure rings in motion: `python -m doo3d.evaluation.sequences.moving_rings`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 
@@ -23,7 +21,7 @@ from .motions import FRAME_RATE
 from .scenes import SKIN_COLORS, Hand, solid_of, timed
 
 HIDDEN_SHARE, LIFT = 0.3, 0.04
-"""Share of the ring that the hand hides, and m by which the ring's waves rise from the table."""
+"""Fraction of the ring that the hand hides, and height of the ring's waves above the table, m."""
 
 NODES = "nodes_seen nodes_hidden"
 COLUMNS = (
@@ -34,13 +32,13 @@ COLUMNS = (
     number(("nodes,", "worst of ten, mm"), 0, NODES, 1, partial(np.percentile, q=90), name="nodes_90"),
     number(("hidden,", "mean, mm"), 0, "nodes_hidden", 1, np.mean),
 )
-"""The columns of the table; only a closed chain has nodes, see `variant_rows`."""
+"""Columns of the table; only closed chains have nodes, see `variant_rows`."""
 
 
-def moving_ring(seed: int, frames: int = 60, hands: bool = True, sensor: str = "d435") -> Iterator[Rendered]:
-    """Render a ring that is bent, shifted and turned above a table while a hand passes; the same arguments give the same.
+def moving_ring(seed: int, frames: int = 60) -> Iterator[Rendered]:
+    """Render a ring that is bent, shifted and turned above a table while a hand passes; equal arguments give equal frames.
 
-    seed, frames : of the sequence; its ring turns by half a radian in 2 s. hands : whether the hand passes.
+    seed, frames : seed and length of the sequence; the ring turns by half a radian in 2 s.
     """
     rng = np.random.default_rng([seed, 5])
     studio, radius = make_studio(rng, (640, 480)), rng.uniform(0.002, 0.0035)
@@ -55,14 +53,14 @@ def moving_ring(seed: int, frames: int = 60, hands: bool = True, sensor: str = "
         points = points * length / size + (0.03 * np.sin(time), 0.02 * time - 0.02, radius)
         axis = spline_axis(_evenly(points), closed=True)
         cable = Truth(studio.to_camera(axis), radius, closed=True, color=color)
-        solid = solid_of(hand, cable.axis, index) if hands else None
+        solid = solid_of(hand, cable.axis, index)
         solids = () if solid is None else (solid,)
         scene = Scene(f"{index:04d}", f"ring-{seed}", seed, studio.camera, (cable,), solids, studio.table(), studio.light)
-        yield timed(scene, index, sensor)
+        yield timed(scene, index, "d435")
 
 
 def _curve(waves: Floats, phases: Floats, time: float) -> Floats:
-    """Return points (P, 3) m of a ring of about 0.1 m radius at a time in s, from the same point of the material on."""
+    """Return points (P, 3) m of a ring of about 0.1 m radius at a time in s, starting at the same material point."""
     angles = np.linspace(0, 2 * np.pi, 400, endpoint=False)
     bent = np.ones(len(angles))
     for k in range(len(waves)):
@@ -73,27 +71,24 @@ def _curve(waves: Floats, phases: Floats, time: float) -> Floats:
 
 
 def _evenly(points: Floats) -> Floats:
-    """Return evenly spaced points of a closed curve, from its first on: the material does not stretch along it."""
+    """Return evenly spaced points of a closed curve, starting at its first, since the material does not stretch."""
     around = np.concatenate((points, points[:1]))
     return resample(around, np.linspace(0.0, arc_length(around)[-1], len(around)))[:-1]
 
 
 def measure(seed: int, frames: int) -> list[Record]:
-    """Return a record of each frame, detected for itself ("single") and in a sequence; see `variant_rows`."""
+    """Return the records of each frame, detected alone ("single") and in a sequence; see `variant_rows`."""
     config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
     known = [first_pass(each, config) for each in moving_ring(seed, frames)]
     observations = [frame.observation for frame in known]
     together = list(combine(observations, config))
-    return [
-        *variant_rows("single", known, [each.detection for each in observations]),
-        *variant_rows("sequence", known, together),
-    ]
+    return [*variant_rows("single", known, [each.detection for each in observations]), *variant_rows("sequence", known, together)]
 
 
 def table(seeds: int = 4, frames: int = 60) -> Iterator[str]:
-    """Yield the lines of a Markdown table of rings in motion, with a hand before them.
+    """Yield the lines of a Markdown table of rings in motion while a hand passes in front.
 
-    seeds : sequences. frames : of each, 30 a second.
+    seeds : number of sequences. frames : number per sequence, 30 per second.
     """
     return markdown_table("rings", [row for seed in range(seeds) for row in measure(seed, frames)], COLUMNS)
 

@@ -1,6 +1,4 @@
-"""Measure sequences before a camera that moves: `python -m doo3d.evaluation.sequences.moving_views`."""
-
-from __future__ import annotations
+"""Measure sequences of a moving camera: `python -m doo3d.evaluation.sequences.moving_views`."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -25,14 +23,14 @@ from .motions import FRAME_RATE, OWN_MOTIONS
 from .scenes import SKIN_COLORS, Sequence, make_sequence
 
 SWING_DEGREES, SHIFT, SECONDS = (14.0, 9.0, 6.0), 0.03, (3.7, 5.3, 4.4)
-"""Greatest turns of the camera about the scene's middle, round its x, y and z axes, and m that it is shifted besides; s that each
-turn takes there and back."""
+"""Greatest rotations of the camera about the scene's middle, around its x, y and z axes; its shift in m; period of each rotation
+in s."""
 
 CLOTH_SIDE, CLOTH_PIXELS, CLOTH_BLURS = 0.4, 512, ((1.0, 0.12), (6.0, 0.15), (40.0, 0.1))
-"""m and pixels of a side of the table cloth's print; blur (px) and standard deviation of each of the clouds it is made of."""
+"""Print of the table cloth: side in m and in px; blur (px) and standard deviation of each noise image that is added to it."""
 
 BOXES = 4
-"""Boxes that stand on the table round a cable."""
+"""Number of boxes on the table around a cable."""
 
 ALONE = "each frame alone"
 COLUMNS = (
@@ -44,17 +42,17 @@ COLUMNS = (
     number(("worst,", "mm"), 0, "pose_error", 2, np.max),
     number(("ms", "a frame"), 0, "ms", 0, np.mean),
 )
-"""The columns of the table; see `variant_rows` for the nodes."""
+"""Columns of the table; see `variant_rows` for the nodes."""
 
 
 @dataclass(frozen=True)
 class MovingView(Sequence):
-    """A sequence as a camera sees it that moves round it, above a table with a cloth and boxes.
+    """A sequence seen by a moving camera, above a table with a cloth and boxes.
 
     Attributes
     ----------
     poses
-        (T, 4, 4) m, from the camera to the frame of a camera that stands still, which `motion` is in.
+        (T, 4, 4) transforms from the camera to the optical frame of a static camera, in which `motion` is given, m.
     boxes
         the boxes on the table.
     """
@@ -71,16 +69,16 @@ class MovingView(Sequence):
 def moving_view(
     motion: str, seed: int, frames: int = 120, level: str = "hard", speed: float = 1.0, at_rest: bool = False
 ) -> MovingView:
-    """Return a sequence seen by a camera that moves; the same arguments give the same.
+    """Return a sequence seen by a moving camera; equal arguments give equal sequences.
 
     Parameters
     ----------
     motion, seed, frames, level
-        as for `make_sequence`, of a motion on a table.
+        as for `make_sequence`; only motions on a table.
     speed
-        how many times as fast as usual the camera moves; 0: it stands still.
+        factor of the camera's usual speed; 0 for a static camera.
     at_rest
-        whether the cable stays as it is in the first frame.
+        whether the cable keeps the shape and place of the first frame.
     """
     base = make_sequence(motion, seed, frames=frames, level=level)
     if at_rest:
@@ -98,7 +96,7 @@ def moving_view(
 
 
 def _cloth(table: Table, rng: Generator) -> Print:
-    """Return the print of a table cloth."""
+    """Draw the print of a table cloth."""
     along = np.linalg.svd(table.normal[None])[2][1:]
     picture = np.ones((CLOTH_PIXELS, CLOTH_PIXELS))
     for blur, strength in CLOTH_BLURS:
@@ -108,7 +106,7 @@ def _cloth(table: Table, rng: Generator) -> Print:
 
 
 def _boxes(base: Sequence, table: Table, rng: Generator) -> Iterator[Solid]:
-    """Yield boxes on the table, round the place where the cable moves."""
+    """Draw boxes on the table, around the area in which the cable moves."""
     assert table.cloth is not None
     across = table.cloth.axes
     places = (np.concatenate(base.motion.axes) - table.point) @ across.T
@@ -124,7 +122,7 @@ def _boxes(base: Sequence, table: Table, rng: Generator) -> Iterator[Solid]:
 
 
 def measure(view: MovingView, config: Config, sensor: str = "d435") -> list[Record]:
-    """Return a record of each frame for each variant: every frame alone, and sequences by what is known of the camera's poses.
+    """Return a record of each frame in each variant: frames alone, and sequences with known, estimated or unused camera poses.
 
     A record is that of `variant_rows`, with the processor time of its frame (`ms`) and, where poses are estimated, their error
     (`pose_error`, mm at the middle of the scene).
@@ -153,10 +151,10 @@ def measure(view: MovingView, config: Config, sensor: str = "d435") -> list[Reco
 
 
 def table(seeds: int = 2, frames: int = 120, speed: float = 1.0, at_rest: bool = False) -> Iterator[str]:
-    """Yield the lines of a Markdown table: sequences before a camera that moves, by what is known of its poses.
+    """Yield the lines of a Markdown table: sequences of a moving camera, one line for each use of its poses.
 
-    seeds : sequences of each motion. frames : of each, 30 a second. speed : of the camera, 1 as usual. at_rest : whether the
-    cables stay as they are in the first frame.
+    seeds : number of sequences of each motion. frames : number per sequence, 30 per second. speed : factor of the camera's usual
+    speed. at_rest : whether the cables keep the shape and place of the first frame.
     """
     config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
     views = [moving_view(motion, seed, frames, speed=speed, at_rest=at_rest) for motion in OWN_MOTIONS for seed in range(seeds)]

@@ -1,42 +1,40 @@
-"""Measure over a whole sequence whether every node of a chain stays the same point of the material.
+"""Measure over a sequence whether each node of a chain stays at the same point of the material.
 
-And what a perfect estimator would reach: one that knows the cable wherever the camera measured it, and no more.
+Oracles give the limit that a perfect estimator could reach: one that knows the true cable wherever the camera measured it.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from ...track.registration import exact_lengths, to_lengths
+from ...track.registration import exact_lengths, relax_lengths
 from ...track.rings import ring_joints
 from ...types import Bools, Chain, Detection, Floats, Ints
 from ..metrics.nodes import axis_points
 from ..scenes.model import Truth
 
 NODES = 50
-"""Evenly spaced nodes of a chain that are compared with the material, so that chains of all numbers of segments count alike."""
+"""Number of evenly spaced nodes of a chain that are compared with the material, whatever its number of segments."""
 
 JUMP_RADII = 5.0
-"""Radii; a node that moves farther than this against its point of the material, since the frame before, jumps."""
+"""Distance, in radii, that a node must move against its material point since the frame before to count as a jump."""
 
 ORACLES = {"oracle-past": True, "oracle-both": False}
-"""The perfect estimators, and whether they know earlier frames only."""
+"""Name of each perfect estimator -> whether it knows earlier frames only."""
 
 
 def node_offsets(chains: Sequence[Chain | None], truths: Sequence[Truth], keeps_direction: bool) -> Floats:
-    """Return how far each node of an object is from its point of the material, in every frame of a sequence.
+    """Return the vector from each node's material point to the node, in every frame of a sequence, m.
 
     Parameters
     ----------
     chains
-        the chain of the object in each of T frames; None where there is none. Of a ring only closed chains count.
+        the chain of the object in each of T frames; None where there is none. For a ring, only closed chains count.
     truths
-        the true cable in each frame, whose points follow each other from the same tip, or the same point of a ring, in all.
+        the true cable in each frame; its points start at the same tip, or the same material point of a ring, in all frames.
     keeps_direction
-        True if the chains have to run the same way in all frames, and those of a ring begin at the same place: the best of all
-        ways counts. False: the best one in each frame by itself.
+        True chooses the chain's direction, and the first node of a ring, once for all frames, with the least error. False chooses
+        them in each frame.
 
     Returns
     -------
@@ -57,7 +55,7 @@ def node_offsets(chains: Sequence[Chain | None], truths: Sequence[Truth], keeps_
 
 
 def _ways(chain: Chain, is_ring: bool) -> Floats:
-    """Return the nodes of a chain in both directions, and of a ring from each of them on: (W, 50, 3) m."""
+    """Return the nodes of a chain in W orders, (W, 50, 3) m: both directions, and for a ring each first node."""
     if not is_ring:
         nodes = chain.nodes(NODES)
         return np.array([nodes, nodes[::-1]])
@@ -66,7 +64,7 @@ def _ways(chain: Chain, is_ring: bool) -> Floats:
 
 
 def true_nodes(truth: Truth) -> Floats:
-    """Return the points of the material that the nodes of a chain should be at: (50, 3) m, evenly spaced along the axis."""
+    """Return the material points where the nodes of a chain should be: (50, 3) m, evenly spaced along the axis."""
     return axis_points(truth, _arcs(truth))
 
 
@@ -76,9 +74,9 @@ def _arcs(truth: Truth) -> Floats:
 
 
 def measured_nodes(truth: Truth, depth: Floats) -> Bools:
-    """Tell which nodes of a cable the sensor measured: seen by the camera, where depth is not lost.
+    """Return which nodes of a cable the sensor measured, (50,) bool: those that the camera sees at a pixel with depth.
 
-    truth : the cable as rendered. depth : (H, W) m, 0 = none. Returns (50,) bool.
+    truth : the cable as rendered. depth : (H, W) m, 0 = no reading.
     """
     arcs = _arcs(truth)
     if not (depth > 0).any():
@@ -91,16 +89,16 @@ def measured_nodes(truth: Truth, depth: Floats) -> Bools:
 
 
 def find_jumps(offsets: Floats, radius: float) -> tuple[Bools, Bools]:
-    """Tell where nodes jump: where they move by over 5 radii more, or less, than their point of the material.
+    """Find the jumps of nodes: moves that differ by more than 5 radii from those of their material points.
 
-    Each frame is compared with the last one before it that has a chain, since a frame without one does not excuse a jump.
+    Each frame is compared with the last earlier one with a chain, since a frame without a chain does not excuse a jump.
 
     Parameters
     ----------
     offsets
         (T, K, 3) m, from `node_offsets`.
     radius
-        of the cable, m.
+        radius of the cable, m.
 
     Returns
     -------
@@ -122,9 +120,9 @@ def oracle_detections(truths: Sequence[Truth], measured: Sequence[Bools], past_o
     truths
         the true open cable in each of T frames.
     measured
-        for each frame the nodes that the sensor measured there, (K,) bool, as `measured_nodes` tells.
+        which nodes the sensor measured in each frame, (K,) bool, from `measured_nodes`.
     past_only
-        whether it knows earlier frames only, or later ones, too.
+        whether the estimator knows earlier frames only; otherwise also later ones.
 
     Returns
     -------
@@ -134,22 +132,22 @@ def oracle_detections(truths: Sequence[Truth], measured: Sequence[Bools], past_o
     chains = []
     for truth, nodes, fixed, exact in zip(truths, oracle_nodes(true, seen, past_only), seen, true, strict=True):
         segment = float(np.linalg.norm(np.diff(exact, axis=0), axis=1).mean())
-        joints = exact_lengths(to_lengths(nodes, segment, fixed), segment)
+        joints = exact_lengths(relax_lengths(nodes, segment, fixed), segment)
         hidden = ~(fixed[:-1] & fixed[1:])
         chains.append(Chain(joints, segment, truth.radius, occluded=hidden, from_time=hidden, id=0))
     return [Detection((chain,), frame=f"{k:04d}") for k, chain in enumerate(chains)]
 
 
 def oracle_nodes(true: Floats, measured: Bools, past_only: bool) -> Floats:
-    """Return the nodes that a perfect estimator knows.
+    """Return the node positions of a perfect estimator, (T, K, 3) m.
 
-    A node that is measured in a frame is known there. Another is where it was when it was last measured, and has moved since as
-    the nodes have that are measured now, in between linearly, beyond the last one as that. If there are none, it moves on as it
-    did between the last two frames, or keeps its place where later frames are known. With later frames, the same is done from
-    the next frame in which it is measured, and both are averaged by how near they are in time. The first frame is known wholly,
-    and with later frames the last.
+    A node has its true position in frames that measure it. In other frames, its last measured position is moved as the nodes
+    measured now have moved since: their motion is interpolated linearly along the cable, and constant beyond the outermost of
+    them. If no node is measured, the node repeats its motion between the last two frames, or keeps its place if later frames are
+    known. With later frames, the same is done from the next frame that measures the node, and both positions are averaged,
+    weighted by nearness in time. The first frame is known completely; with later frames, so is the last.
 
-    true : (T, K, 3) m, the nodes in T frames. measured : (T, K) bool. Returns (T, K, 3) m.
+    true : (T, K, 3) m, the nodes in T frames. measured : (T, K) bool.
     """
     known = measured.copy()
     known[0] = True
@@ -170,7 +168,7 @@ def oracle_nodes(true: Floats, measured: Bools, past_only: bool) -> Floats:
 
 
 def _carried(true: Floats, known: Bools, start: int, t: int, k: int, at: Ints) -> Floats:
-    """Return the node k (3,) m of frame `start`, moved on to frame t as the nodes that are known there."""
+    """Return node k of frame `start`, moved to frame t by the motion of the nodes that are known there: (3,) m."""
     if not known.any():
         return np.asarray(true[start, k])
     moved = true[t, known] - true[start, known]

@@ -1,6 +1,4 @@
-"""Cables in motion that another renderer wrote to disk, with their truth."""
-
-from __future__ import annotations
+"""Read sequences of a moving cable with truth, written to disk by another renderer."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,14 +15,14 @@ from ..truth_arrays import FILE, with_seen
 
 @dataclass(frozen=True)
 class RecordedSequence:
-    """A capture of one cable in motion, as `sequence_case` takes it; its depth is that of the capture.
+    """A capture of one cable in motion, for `sequence_case`, with the depth of the capture.
 
     Attributes
     ----------
     name
         name of the capture's folder.
     cases
-        a case for each frame, whose cable has the same point of the material at the same place of its axis in all frames.
+        a case for each frame; in all frames, the axis of the cable starts at the same material point.
     """
 
     name: str
@@ -49,11 +47,11 @@ class RecordedSequence:
 
 
 def recorded_sequences(folders: Iterable[Path], frames: int) -> list[RecordedSequence]:
-    """Return the captures of moving cables in folders, or below them; the first `frames` frames of each.
+    """Return the captures of moving cables in or below folders, with the first `frames` frames of each.
 
     Raises
     ------
-    InputError : there is none, a capture cannot be read, or it shows another number of cables than one.
+    InputError : there is no capture, one cannot be read, or it does not show exactly one cable.
     """
     result = []
     for folder in folders:

@@ -1,6 +1,4 @@
-"""Sequences of scenes: a cable in motion, hands that pass before it, and frames that lose their depth."""
-
-from __future__ import annotations
+"""Build sequences of scenes: a cable in motion, hands that pass in front of it, and losses of depth."""
 
 import zlib
 from collections.abc import Iterator
@@ -19,31 +17,31 @@ from ..scenes.studio import cable_color
 from .motions import FRAME_RATE, MAX_ATTEMPTS, OWN_MOTIONS, Motion, Size, captured_motion, table_below
 
 SKIN_COLORS = ((196, 148, 120), (120, 84, 66), (48, 49, 52))
-"""8-bit RGB of hands and of a gripper."""
+"""Colors of hands and of a gripper, 8-bit RGB."""
 
 HIDDEN_SHARE, HIDDEN_SECONDS = (0.10, 0.40), (0.3, 2.0)
-"""Share of a cable that a hand hides, and for how long, s."""
+"""Least and greatest fraction of a cable that a hand hides, and duration, s."""
 
 PASSING_SECONDS = 0.2
-"""s that a hand takes to come in, and to leave."""
+"""Time in s in which a hand enters, and in which it leaves."""
 
 MAX_LOST_FRAMES = 4
-"""Frames without any depth in a row at most."""
+"""Greatest number of successive frames without any depth."""
 
 EVENT_SECONDS = 2.0
-"""s of a sequence for each hand that passes, one after the other, and for each loss of depth."""
+"""Length of a sequence in s per passing hand, and per loss of depth."""
 
 LEVELS = ("hard", "easy")
-"""With hands that pass and losses of depth, and without."""
+"""Levels of difficulty: with passing hands and losses of depth, and without both."""
 
 
 @dataclass(frozen=True)
 class Hand:
     """A solid that passes between the camera and a cable.
 
-    start, end : frames. middle : share of the cable's length at which it is. hidden : share of its length that it hides.
-    nearness : its distance from the camera as a fraction of the cable's. aside : unit vector (2,) in the image plane along which
-    it comes and goes. color : 8-bit RGB.
+    start, end : first and last frame. middle : position of its middle, as a fraction of the cable's length. hidden : fraction of
+    the cable's length that it hides. nearness : its distance from the camera as a fraction of the cable's. aside : unit vector
+    (2,) in the image plane along which it enters and leaves. color : 8-bit RGB.
     """
 
     start: float
@@ -57,20 +55,20 @@ class Hand:
 
 @dataclass(frozen=True)
 class Loss:
-    """Depth that is not measured: in frames start to end, over a part (from, to) of the cable's length, or in the whole image."""
+    """A loss of depth in frames start to end: over a part (from, to) of the cable's length, or in the whole image."""
 
     start: int
     end: int
     part: tuple[float, float] | None
 
     def holds(self, index: int) -> bool:
-        """Tell whether a frame is one of these."""
+        """Return whether a frame index is within the loss."""
         return self.start <= index < self.end
 
 
 @dataclass(frozen=True)
 class Sequence:
-    """A cable in motion with all that happens before it.
+    """A cable in motion, with the hands and the losses of depth that hide it.
 
     Attributes
     ----------
@@ -81,9 +79,9 @@ class Sequence:
     motion
         the cable, the camera and the table.
     hands
-        the solids that pass before it.
+        the solids that pass in front of the cable.
     losses
-        where depth is not measured.
+        the losses of depth.
     color
         8-bit RGB of the cable.
     """
@@ -120,14 +118,14 @@ class Sequence:
 
 
 def timed(scene: Scene, index: int, sensor: str, without_depth: bool = False) -> Rendered:
-    """Render a scene as the frame of an index, 30 a second, with all of its depth or without any."""
+    """Render a scene as a frame with the time of an index at 30 per second; `without_depth` removes all depth."""
     rendered = render(scene, sensor)
     depth = np.zeros_like(rendered.frame.depth) if without_depth else rendered.frame.depth
     return replace(rendered, frame=replace(rendered.frame, depth=depth, timestamp=index / FRAME_RATE))
 
 
 def solid_of(hand: Hand, axis: Floats, index: int) -> Solid | None:
-    """Return a hand as it is in a frame; None if it is not there."""
+    """Return the solid of a hand in a frame; None if the hand is absent."""
     passing = PASSING_SECONDS * FRAME_RATE
     if not hand.start - passing < index < hand.end + passing:
         return None
@@ -160,14 +158,14 @@ def make_sequence(motion: str | Path, seed: int, size: Size = (640, 480), frames
     size
         (width, height) px of the images.
     frames
-        number of frames, 30 a second.
+        number of frames, 30 per second.
     level
         "hard": hands pass and depth is lost; "easy": neither.
 
     Raises
     ------
     InputError : the file cannot be read as motion capture.
-    ValueError : there is no such motion, or none can be drawn.
+    ValueError : there is no motion of this name, or none could be drawn.
     """
     if level not in LEVELS:
         raise ValueError(f"no level {level!r}: there are {', '.join(LEVELS)}")
@@ -190,7 +188,7 @@ def make_sequence(motion: str | Path, seed: int, size: Size = (640, 480), frames
 
 
 def _hand(rng: Generator, first: float, last: float) -> Hand:
-    """Return a hand that passes between two frames."""
+    """Draw a hand that passes between two frames."""
     passing = 2 * PASSING_SECONDS * FRAME_RATE
     frames = min(rng.uniform(*HIDDEN_SECONDS) * FRAME_RATE, max(last - first - passing, 1.0))
     start = rng.uniform(first + passing / 2, max(last - passing / 2 - frames, first + passing / 2))

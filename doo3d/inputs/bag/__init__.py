@@ -1,1 +1,1 @@
-"""Recordings: ROS 1 and ROS 2 bags and those of RealSense's SDK, without ROS."""
+"""Read ROS 1 and ROS 2 bags and recordings of RealSense's SDK, without ROS."""

@@ -1,4 +1,4 @@
-"""Foxglove's messages in MCAP files, protobuf or JSON, as the ROS messages that they correspond to.
+"""Decode Foxglove's messages in MCAP files (protobuf or JSON) to the corresponding ROS messages.
 
 Field numbers: github.com/foxglove/foxglove-sdk, schemas/proto; protobuf.dev/programming-guides/encoding.
 """
@@ -25,10 +25,10 @@ KINDS = {
     "foxglove.FrameTransform": "tf2_msgs/msg/TFMessage",
     "foxglove.FrameTransforms": "tf2_msgs/msg/TFMessage",
 }
-"""Schema -> the message type that it is read as."""
+"""Foxglove schema -> corresponding ROS message type."""
 
 SERIALIZATIONS = ("protobuf", "json")
-"""Serializations that are read; the encoding of a topic is the schema and one of these: "foxglove.RawImage protobuf"."""
+"""Supported serializations; the encoding of a topic is its schema and one of these, such as "foxglove.RawImage protobuf"."""
 
 # fields of a schema, numbered from 1, each name:kind: a format of struct, "packed" for doubles, "varint", "text", "bytes", or
 # another schema, with a star if it is repeated
@@ -76,7 +76,7 @@ def decode(data: bytes, encoding: str) -> Any:
 
 
 def header(data: bytes, encoding: str) -> tuple[int, str]:
-    """Return the time, ns, and the frame of a message; ValueError if it is damaged."""
+    """Return the time in ns and the frame_id of a message; raise ValueError if it is damaged."""
     message = decode(data, encoding)
     stamped = message.transforms[0] if hasattr(message, "transforms") else message
     return stamped.header.stamp.sec * 10**9 + stamped.header.stamp.nanosec, stamped.header.frame_id
@@ -90,9 +90,9 @@ def _fields(schema: str) -> dict[int, tuple[str, str]]:
 
 
 def _message(data: bytes, schema: str, fields: Iterator[int]) -> dict[str, Any]:
-    """Return field -> value of a protobuf message; fields that the schema has not are skipped, missing ones are left out.
+    """Return field -> value of a protobuf message; unknown fields are skipped, missing ones are left out.
 
-    `fields` yields as often as a message and those within it may have fields.
+    `fields` is an iterator that limits the number of fields of the message and of those within it.
     """
     values: dict[str, Any] = {}
     at = 0

@@ -1,4 +1,4 @@
-"""A bag as a whole: its files, the index of its messages, and their decoding. No ROS is needed."""
+"""Open a bag, index its messages and decode them, without ROS."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class TopicIndex:
         return len(self.times)
 
     def location(self, index: int) -> MessageLocation:
-        """Return where message number `index` (from 0) of the topic is in the bag, to be read by `Bag.message`.
+        """Return the location in the bag of message number `index` (from 0) of the topic, for `Bag.message`.
 
         The result is (number of the file in the bag, byte offset of the chunk, byte offset of the message, length in bytes). The
         chunk offset is -1 if the message is not in a compressed chunk. The message offset is within the decompressed chunk or,
@@ -278,7 +278,7 @@ def stamp_of(path: Path) -> Stamp:
 def open_bag(path: Path, stamp: Stamp) -> Bag:
     """Return the open bag at `path`; repeated calls with the same arguments return the same Bag.
 
-    `stamp` is the result of `stamp_of(path)`: once a file of the bag has changed, the bag is opened anew. Only the bag opened
+    `stamp` is the result of `stamp_of(path)`: once a file of the bag has changed, the bag is opened again. Only the bag opened
     last is kept, so that all frames of a bag share one open bag in each process.
     """
     return Bag(path)

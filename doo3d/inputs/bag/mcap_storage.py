@@ -1,4 +1,4 @@
-"""MCAP files (mcap.dev/spec): records of one byte op code, eight bytes length and data; messages are in chunks or outside."""
+"""Read MCAP files (mcap.dev/spec): records of op code (1 byte), length (8 bytes) and data, in chunks or outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Images and clouds from ROS messages: sensor_msgs/Image, CompressedImage, PointCloud2."""
+"""Convert ROS messages to images and clouds: sensor_msgs/Image, CompressedImage, PointCloud2."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def encoding_of(message: Any) -> str:
         return str(message.encoding)
     if _TRANSPORT in message.format:
         return _TRANSPORT
-    head = bytes(message.data[:26])  # of a PNG: bits per channel, and 0 for grey, are the last two of these
+    head = bytes(message.data[:26])  # of a PNG: bits per channel, and 0 for gray, are the last two of these
     return _PNG16 if head.startswith(b"\x89PNG") and head[24:] == b"\x10\0" else "compressed"
 
 
@@ -61,15 +61,15 @@ def is_depth(encoding: str) -> bool:
 
 
 def is_color(encoding: str) -> bool:
-    """Return whether an encoding, as from `encoding_of`, is one of colour or grey images that can be read.
+    """Return whether an encoding, as from `encoding_of`, is one of color or gray images that can be read.
 
-    True for 8-bit RGB, BGR, grey, Bayer and YUV 4:2:2 encodings (of an Image), and for "compressed" (of a CompressedImage).
+    True for 8-bit RGB, BGR, gray, Bayer and YUV 4:2:2 encodings (of an Image), and for "compressed" (of a CompressedImage).
     """
     return encoding in _TO_RGB or encoding.lower() in _TO_RGB or encoding == "compressed"
 
 
 def is_gray(encoding: str) -> bool:
-    """Return whether an encoding is one of grey images, "mono8" or "8UC1"; false for compressed images."""
+    """Return whether an encoding is one of gray images, "mono8" or "8UC1"; false for compressed images."""
     return encoding in _GREY
 
 
@@ -114,7 +114,7 @@ def depth_of(message: Any, scale: float) -> Array:
 
 
 def _compressed_depth(message: Any) -> Array:
-    """Decode compressed_depth_image_transport: 16UC1 as stored, 32FC1 as a / (value - b) with its parameters, 0 = none."""
+    """Decode compressed_depth_image_transport: 16UC1 as stored, 32FC1 as a / (value - b) with a, b of the header; 0 = none."""
     (_, a, b), data = _after_header(message)
     image = decode_rvl(data) if _is_rvl(message) else _decompress(data)
     if not message.format.startswith("32FC1") or image.dtype != np.uint16 or image.ndim != 2:
@@ -139,7 +139,7 @@ def _is_rvl(message: Any) -> bool:
 
 
 def color_of(message: Any) -> Array:
-    """Return the colour of an image message, (H, W, 3) uint8 RGB; a grey image gets three equal channels.
+    """Return the color of an image message, (H, W, 3) uint8 RGB; a gray image gets three equal channels.
 
     Raises
     ------
@@ -193,12 +193,12 @@ def _decompress(data: bytes) -> Array:
 
 
 def cloud_of(message: Any) -> tuple[Array, Array | None]:
-    """Return the points and colours of a PointCloud2 message; points that are not finite are left out.
+    """Return the points and colors of a PointCloud2 message; points that are not finite are left out.
 
     Returns
     -------
-    (points, colours): the N points left, (N, 3) float64 m, in the coordinate frame that the message's header names, and their
-    colours, (N, 3) uint8 RGB, or None if the message has no colours.
+    (points, colors): the N points left, (N, 3) float64 m, in the coordinate frame that the message's header names, and their
+    colors, (N, 3) uint8 RGB, or None if the message has no colors.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Relation of colour and depth in a bag: pairing in time, transforms between the cameras, camera poses."""
+"""Relate color and depth in a bag: pairing in time, transforms between the cameras, camera poses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MAX_INTRINSICS_DIFFERENCE_PX = 0.01  # cameras whose intrinsics differ by less 
 
 
 def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: float, required: bool) -> tuple[Array, str]:
-    """Find the colour image nearest in time to each depth image.
+    """Find the color image nearest in time to each depth image.
 
     The times are those in the message headers if all messages of both topics have one, else the times of recording.
 
@@ -30,21 +30,21 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
     path
         path of the bag, named in the error.
     depth, color
-        messages of the depth and of the colour topic.
+        messages of the depth and of the color topic.
     tolerance
         largest time difference, s.
     required
-        whether it is an error if no depth image has a colour image.
+        whether it is an error if no depth image has a color image.
 
     Returns
     -------
-    (indices, note). indices : (D,) int for D depth images, for each the index into `color` of its colour image, or -1 if none is
-    within the tolerance. One colour image may belong to several depth images. note : a sentence if no depth image has a colour
+    (indices, note). indices : (D,) int for D depth images, for each the index into `color` of its color image, or -1 if none is
+    within the tolerance. One color image may belong to several depth images. note : a sentence if no depth image has a color
     image, else empty.
 
     Raises
     ------
-    InputError : colour is required, and no depth image has a colour image within the tolerance.
+    InputError : color is required, and no depth image has a color image within the tolerance.
     """
     stamped = depth.stamped and color.stamped
     depth_times, times = depth.clock(stamped), color.clock(stamped)
@@ -67,10 +67,10 @@ def pair_by_time(path: Path, depth: TopicIndex, color: TopicIndex, tolerance: fl
 def color_geometry(
     bag: Bag, index: Mapping[str, TopicIndex], depth: Stream, color: Stream, transforms: Transforms, time: int
 ) -> tuple[Lens, tuple[tuple[float, ...], ...] | None]:
-    """Return the colour camera with its lens, and the transform from the depth camera to the colour camera.
+    """Return the color camera with its lens, and the transform from the depth camera to the color camera.
 
     The transform comes from RealSense's extrinsics or from the tree of coordinate frames (/tf). It is the identity if the depth
-    topic is depth aligned to colour, or if both images have the same frame_id.
+    topic is depth aligned to color, or if both images have the same frame_id.
 
     Parameters
     ----------
@@ -85,13 +85,13 @@ def color_geometry(
 
     Returns
     -------
-    (lens, transform). The lens is that of the colour images, or of the depth images if the colour topic has no CameraInfo but the
+    (lens, transform). The lens is that of the color images, or of the depth images if the color topic has no CameraInfo but the
     same pixels. The transform is the four rows of a (4, 4) matrix, x_color = transform @ x_depth, m, or None if the pixels of
     both images coincide, so that no alignment is needed.
 
     Raises
     ------
-    InputError : the transform or the colour camera's intrinsics are not in the bag.
+    InputError : the transform or the color camera's intrinsics are not in the bag.
     """
     assert depth.lens is not None
     frames, is_same_size = (depth.topic_index.frame, color.topic_index.frame), color.size == depth.size

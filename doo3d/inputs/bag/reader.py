@@ -1,4 +1,4 @@
-"""Bags: ROS 1 `.bag`, ROS 2 folders (SQLite or MCAP), `.mcap`, `.db3`, and those of RealSense's SDK. No ROS is needed."""
+"""Open bags as captures, without ROS: ROS 1 `.bag`, ROS 2 folders (SQLite or MCAP), `.mcap`, `.db3`, RealSense's SDK."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ _OPTICAL = "optical"  # in the name of a frame whose origin is the camera (REP 1
 class BagCapture:
     """A bag opened as a capture: ROS 1, ROS 2 or RealSense's SDK.
 
-    There is one frame per depth image, with the colour image nearest in time; if no colour image is within `options.tolerance`
-    (s), the frame has no colour; if that is so for all frames, a note says so. A bag without depth images gives one frame per
-    cloud or, without clouds either, one per colour image. Frames are in order of time, as in the message headers. Poses are
+    There is one frame per depth image, with the color image nearest in time; if no color image is within `options.tolerance`
+    (s), the frame has no color; if that is so for all frames, a note says so. A bag without depth images gives one frame per
+    cloud or, without clouds either, one per color image. Frames are in order of time, as in the message headers. Poses are
     camera to world and come from /tf; the world is the coordinate frame named map, odom or world.
 
-    Of a damaged bag all complete messages are read. One frame is added at its end, which fails to load with an InputError about
+    In a damaged bag, all complete messages are read, and one frame is added at the end, whose loading raises an InputError about
     the damage.
 
     Raises
     ------
-    InputError : the bag cannot be read, or has no depth image, cloud or colour image.
+    InputError : the bag cannot be read, or has no depth image, cloud or color image.
     MissingDependency : the package rosbags is not installed.
     """
 
@@ -111,7 +111,7 @@ def _topic_lines(index: Mapping[str, TopicIndex], streams: Streams) -> list[str]
 
 @dataclass(frozen=True)
 class _BagSetup:
-    """The parts common to all frames of a bag. extrinsics : rows of the (4, 4) from depth to colour, None if aligned."""
+    """The parts common to all frames of a bag. extrinsics : rows of the (4, 4) depth-to-color transform, None if aligned."""
 
     path: Path
     stamp: Stamp
@@ -148,7 +148,7 @@ def _frames(
     options: ReadOptions,
     color: Mapping[int, MessageLocation] | None = None,
 ) -> list[FrameRef]:
-    """Return the frames of a topic in order of time; `color` has the location of the color image by number of the message."""
+    """Return the frames of a topic in order of time; color : number of a depth message -> location of its color image."""
     times, frames = topic_index.clock(), []
     for number, i in enumerate(np.argsort(times, kind="stable").tolist()):
         name, time = f"{number:06d}", int(times[i])
@@ -172,7 +172,7 @@ def _check_options(path: Path, streams: Streams, options: ReadOptions) -> None:
 
 
 def _check_base_frame(path: Path, transforms: Transforms, options: ReadOptions) -> None:
-    """Raise InputError if the option `pose` names a coordinate frame that the tf of the bag has not."""
+    """Raise InputError if the option `pose` names a coordinate frame that is not in the tf of the bag."""
     name = _base_frame(options)
     if name is not None and name not in transforms.frames:
         listed = ", ".join(transforms.frames)

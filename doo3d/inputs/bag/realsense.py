@@ -1,10 +1,9 @@
-"""Conventions of bags of RealSense's SDK: names of topics, the unit of depth, extrinsics.
+"""Apply the conventions of bags of RealSense's SDK: names of topics, unit of depth, extrinsics.
 
-Source: librealsense: `src/media/readme.md` and `src/media/ros/ros_file_format.h` (names of topics),
-`ros_writer.cpp` and `src/device.cpp` (what the messages mean). A stream's topics begin with
-`/device_<d>/sensor_<s>/<Stream>_<i>`; its images are at `image/data`, its intrinsics at `info/camera_info`. Depth is `mono16`
-in units that the option `Depth Units` of its sensor gives in metres. `tf/<group>` is the transform from the group's reference
-to the stream: p_stream = R p_reference + t.
+Source: librealsense: `src/media/readme.md` and `src/media/ros/ros_file_format.h` (names of topics), `ros_writer.cpp` and
+`src/device.cpp` (what the messages mean). A stream's topics begin with `/device_<d>/sensor_<s>/<Stream>_<i>`; its images are at
+`image/data`, its intrinsics at `info/camera_info`. Depth is `mono16` in units that the option `Depth Units` of its sensor gives
+in metres. `tf/<group>` is the transform from the group's reference to the stream: p_stream = R p_reference + t.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from .index import Bag, TopicIndex
 from .tf import values_of
 
 DEPTH_ALONE = "read the depth alone, with --input-option color_topic=none"
-"""Remedy for color that cannot be aligned."""
+"""Remedy in the error about color that cannot be aligned."""
 
 _STREAM = re.compile(r"(/device_\d+/sensor_\d+)/([^/]+)/image/data")
 
@@ -60,14 +59,14 @@ def depth_scale(bag: Bag, index: Mapping[str, TopicIndex], topic: str) -> float:
 
 
 def extrinsics(bag: Bag, index: Mapping[str, TopicIndex], depth: str, color: str) -> Floats:
-    """Return the (4, 4) transform from the depth to the colour camera, x_color = T @ x_depth, m.
+    """Return the (4, 4) transform from the depth to the color camera, x_color = T @ x_depth, m.
 
     Parameters
     ----------
     bag, index
         the bag, and its messages by topic name.
     depth, color
-        the topics of the depth and of the colour images.
+        the topics of the depth and of the color images.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Common parts of the bag storages: messages with their locations in a file, found by a scan over the file's records.
+"""Scan the records of bag files for messages and their locations: common base of the bag storages.
 
-A scan from the front needs no index, so a recording that was cut off, or whose recorder was killed, is read by the same code
+A scan from the front needs no index, so that a recording that was cut off, or whose recorder was killed, is read by the same code
 as a complete one. If the file is not compressed, the scan reads only the headers of messages.
 """
 
@@ -18,30 +18,32 @@ from ...errors import require
 R = TypeVar("R")  # what a format says of a record: its op code, or its fields
 
 MessageLocation = tuple[int, int, int, int]
-"""Number of the file, offset of its chunk (-1: not compressed), offset in the chunk or in the file, length; bytes."""
+"""Location of a message: number of the file, offset of its chunk (-1 if not compressed), offset in the chunk or file, length
+(bytes)."""
 
 READ_TYPES = {
     *(f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo", "PointCloud2")),
     *("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage", "geometry_msgs/msg/Transform", "std_msgs/msg/Float32"),
 }
-"""Message types that are read; others are skipped."""
+"""Supported message types; others are skipped."""
 
 MAX_CHUNK_BYTES = 1 << 28
-"""Bytes of a decompressed chunk: recorders begin a new one at 1 to 16 MB, unless a single message is larger."""
+"""Greatest size of a decompressed chunk in bytes; recorders start a new one at 1 to 16 MB, unless a single message is larger."""
 
 _MAX_TOPICS = 4096  # of a file: robots have some hundreds
 _MAX_FAULTS = 20  # of a file that are described
 _FREE_RECORDS, _MIN_RECORD_BYTES = 10_000, 4
-"""Records that any file may have, and bytes of the file for each further one: repeated messages compress to about 10."""
+"""Allowed number of records in any file, and bytes of the file per further record; repeated messages compress to about 10
+bytes."""
 
 _FREE_BYTES, _MAX_RATIO = 1 << 28, 200
-"""Bytes to which any file may unpack, and for each byte of the file: depth images compress to a third or a tenth."""
+"""Allowed unpacked bytes of any file, and greatest compression ratio beyond them; depth images compress to a third or a tenth."""
 
 _PIECE_BYTES = 1 << 22  # read or decompressed at once without a look at the size: both take the memory for what they may return
 
 
 class DamagedRecord(Exception):
-    """Raised for a record of a bag file that is malformed, or longer than the rest of the file."""
+    """The error for a record of a bag file that is malformed, or longer than the rest of the file."""
 
 
 class Topic(NamedTuple):
@@ -97,8 +99,8 @@ class Storage:
     topics
         all topics in the file; complete after `scan`.
     faults
-        damage found by `scan`, of which the first is described: phrases to be put after the file's name, such as "ends after 3
-        of 7 chunks".
+        descriptions of the first damage found by `scan`, as phrases that follow the file's name, such as "ends after 3 of 7
+        chunks".
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
@@ -108,13 +110,13 @@ class Storage:
         self._records = 0
 
     def count_record(self) -> None:
-        """Count a record or row that `scan` comes to; DamagedRecord if the file cannot hold so many."""
+        """Count a record or row in `scan`; raise DamagedRecord if there are more than the file can hold."""
         self._records += 1
         if self._records > _FREE_RECORDS + self.size // _MIN_RECORD_BYTES:
             raise DamagedRecord(f"holds more than {self._records - 1} records, too many for its size")
 
     def add_fault(self, fault: str) -> None:
-        """Take note of damage, unless much of it is described already."""
+        """Add a description of damage, unless there are many already."""
         if len(self.faults) < _MAX_FAULTS:
             self.faults.append(fault)
 
@@ -150,7 +152,8 @@ def ros2_type(kind: str) -> str:
 class Chunked(Storage, Generic[R]):
     """Base class of open bag files whose messages lie in chunks, blocks compressed as a whole (ROS 1 and MCAP).
 
-    The chunk decompressed last is kept in memory. A record is what the format says of it, the offset of its data, and its length.
+    The last decompressed chunk is kept in memory. A record is a tuple: header in the form of the format, offset and length of its
+    data.
     """
 
     def __init__(self, path: Path, number: int = 0) -> None:
@@ -168,28 +171,28 @@ class Chunked(Storage, Generic[R]):
     __del__ = close
 
     def records(self, file: BinaryIO, at: int, end: int) -> Iterator[tuple[R, int, int]]:
-        """Yield the records of a file or a decompressed chunk from byte `at` to `end`; DamagedRecord if they are damaged."""
+        """Yield the records of a file or a decompressed chunk from byte `at` to `end`; raise DamagedRecord at damage."""
         raise NotImplementedError
 
     def record(self, source: BinaryIO, chunk: int, head: R, at: int, length: int) -> Iterator[Message]:
-        """Yield the message of a record, if it is one of a type that is read; take note of schemas and topics."""
+        """Yield the message of a record if its type is supported; remember schemas and topics."""
         raise NotImplementedError
 
     def decompress(self, at: int) -> bytes:
-        """Return the decompressed content of the chunk whose record's data is at a byte of the file; DamagedRecord if damaged."""
+        """Decompress the chunk whose record's data starts at byte `at` of the file; raise DamagedRecord if it is damaged."""
         raise NotImplementedError
 
     def add_topic(self, number: int, topic: Topic) -> None:
-        """Take note of the topic of a channel, unless the channel has one; DamagedRecord if there are too many."""
+        """Remember the topic of a channel, unless it has one; raise DamagedRecord if there are too many."""
         if len(self.channels) >= _MAX_TOPICS and number not in self.channels:
             raise DamagedRecord(f"declares more than {_MAX_TOPICS} topics")
         if self.channels.setdefault(number, topic) is topic and topic not in self.topics:
             self.topics.append(topic)
 
     def scan_chunk(self, at: int, length: int, first: Callable[[], int | None]) -> Iterator[Message]:
-        """Yield the messages of the chunk whose record has `length` bytes of data at a byte of the file.
+        """Yield the messages of the chunk whose record has `length` bytes of data at byte `at` of the file.
 
-        `first` returns the offset of its first record in the file, or None if the chunk is compressed.
+        `first` returns the offset of the chunk's first record in the file, or None if the chunk is compressed.
         """
         try:
             begin = first()
@@ -220,11 +223,11 @@ class Chunked(Storage, Generic[R]):
 
 
 def decompress(data: bytes, decompressor: Any) -> bytes:
-    """Return what data decompress to, by a decompressor of bz2, lz4 or zstd; at most `MAX_CHUNK_BYTES`.
+    """Decompress data with a decompressor of bz2, lz4 or zstd, to at most `MAX_CHUNK_BYTES`.
 
     Raises
     ------
-    DamagedRecord : they decompress to more, are cut off or damaged.
+    DamagedRecord : the data decompress to more, are cut off or damaged.
     """
     try:
         content = bytearray(decompressor.decompress(data, _PIECE_BYTES))
@@ -242,7 +245,10 @@ def decompress(data: bytes, decompressor: Any) -> bytes:
 
 
 def unzstd(data: bytes) -> bytes:
-    """Decompress Zstandard data; DamagedRecord if it is damaged, MissingDependency without backports.zstd (Python < 3.14)."""
+    """Decompress Zstandard data.
+
+    Raises DamagedRecord if it is damaged, MissingDependency without the package backports.zstd (Python < 3.14).
+    """
     zstd = require("compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd", "bags")
     return decompress(data, zstd.ZstdDecompressor())
 
@@ -253,7 +259,7 @@ def unlz4(data: bytes) -> bytes:
 
 
 def check_chunk(size: int) -> None:
-    """Raise DamagedRecord if a chunk decompresses to more bytes than recorders write into one."""
+    """Raise DamagedRecord if the decompressed size of a chunk (bytes) exceeds `MAX_CHUNK_BYTES`."""
     if size > MAX_CHUNK_BYTES:
         raise DamagedRecord(f"decompresses to more than {MAX_CHUNK_BYTES} bytes")
 

@@ -1,4 +1,4 @@
-"""ROS 1 bag files, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of header fields and data; messages are in chunks."""
+"""Read ROS 1 bag files, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of header fields and data, in chunks."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Rosbag1(Chunked[_Fields]):
             yield Message(topic, stamp, (self.number, chunk, at, length))
 
     def decompress(self, at: int) -> bytes:
-        """Return the decompressed content of a chunk; its first bytes tell whether it is bz2 or lz4; see Chunked."""
+        """Decompress a chunk, whose first bytes identify bz2 or lz4; see Chunked."""
         data = read_exactly(self.file, at, int.from_bytes(read_exactly(self.file, at - 4, 4), "little"))
         return decompress(data, bz2.BZ2Decompressor()) if data.startswith(b"BZh") else unlz4(data)
 

@@ -1,4 +1,4 @@
-"""RVL, the lossless code of depth images by A. D. Wilson, *Fast Lossless Depth Image Compression* (ACM ISS 2017).
+"""Decode RVL, lossless depth images by A. D. Wilson, *Fast Lossless Depth Image Compression* (ACM ISS 2017).
 
 An image is a run of zeros, a run of readings, and so on: the number of zeros, the number of readings, and for each reading its
 difference d from the reading before, as 2 d or -2 d - 1. A number is written in nibbles of three bits, the lowest first, with
@@ -21,7 +21,7 @@ _MAX_BYTES_PER_PIXEL = 4  # of an image of single readings: a nibble for each of
 
 
 def rvl_size(data: bytes) -> tuple[int, int]:
-    """Return (width, height) in px of an image in RVL, after ROS's header of compressedDepth; InputError if it is cut off."""
+    """Return (width, height) px of an RVL image, whose data follow ROS's compressedDepth header; InputError if cut off."""
     if len(data) < _SIZE.size:
         raise _damaged("it ends before its size")
     width, height = _SIZE.unpack_from(data)
@@ -32,7 +32,7 @@ def rvl_size(data: bytes) -> tuple[int, int]:
 
 
 def decode_rvl(data: bytes) -> Array:
-    """Return the depth in an image in RVL, after ROS's header of compressedDepth, (H, W) uint16 as stored.
+    """Decode an RVL image, whose data follow ROS's compressedDepth header: depth (H, W) uint16 as stored.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def decode_rvl(data: bytes) -> Array:
 
 
 def _numbers(nibbles: Array) -> Array:
-    """Return the numbers, (K,) int64, that nibbles are the code of; an incomplete number at the end is left out."""
+    """Decode nibbles to the numbers (K,) int64 that they represent; an incomplete number at the end is left out."""
     last = np.flatnonzero(nibbles < 8)
     if not len(last):
         return np.zeros(0, np.int64)

@@ -1,4 +1,4 @@
-"""SQLite files of ROS 2 bags: a table of topics, a table of messages."""
+"""Read SQLite files of ROS 2 bags: a table of topics, a table of messages."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Db3(Storage):
             self._database.execute("PRAGMA writable_schema = ON")  # else SQLite refuses a file with fewer pages than declared
 
     def _is_too_long(self) -> bool:
-        """Return whether SQLite took more steps for a query than a table of the file's size needs, which ends the query."""
+        """Return whether a query took more steps than a table of the file's size needs; SQLite then aborts it."""
         self._steps += _STEPS_AT_ONCE
         return self._steps > _FREE_STEPS + _STEPS_PER_BYTE * self.size
 
@@ -45,7 +45,7 @@ class Db3(Storage):
         return self._database.execute(query, values)
 
     def _check_tables(self) -> None:
-        """Raise DamagedRecord unless topics and messages are plain tables: views and computed columns may run without end."""
+        """Raise DamagedRecord unless topics and messages are plain tables, since views and computed columns may never end."""
         for name in ("topics", "messages"):
             kinds = self._execute("SELECT type, rootpage > 0 FROM sqlite_master WHERE lower(name) = ?", (name,)).fetchall()
             columns = self._execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,)).fetchall()

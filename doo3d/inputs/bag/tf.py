@@ -1,4 +1,4 @@
-"""Poses of frames over time from the transforms of a bag (tf2_msgs/TFMessage), each of a child in its parent."""
+"""Compute poses of coordinate frames over time from the transforms of a bag (tf2_msgs/TFMessage)."""
 
 from __future__ import annotations
 
@@ -74,7 +74,8 @@ class Transforms:
 
         The world is the first of the frames "map", "odom" and "world" that is above `frame` in the tree. Between two transforms
         at most 1 s apart, the pose is interpolated. Up to 0.1 s before the first transform the first one is used, up to 0.1 s
-        after the last transform the last one. None if the tree has none of the three frames, or no transform at this time.
+        after the last transform the last one. The result is None if none of the three frames is above, or there is no transform
+        at this time.
         """
         path = self._path(frame)
         world = next((name for name in FIXED if name in path[1:]), None)

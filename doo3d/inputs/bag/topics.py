@@ -1,4 +1,4 @@
-"""Choice of the topics of a bag for depth, colour and clouds, with the intrinsics of their cameras."""
+"""Choose the topics of a bag for depth, color and clouds, with the intrinsics of their cameras."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Stream:
     lens
         pinhole camera and lens distortion; None if unknown.
     scale
-        units per metre of depth images with integer pixels; without meaning for other images.
+        units per metre of depth images with integer pixels; meaningless for other images.
     """
 
     topic_index: TopicIndex
@@ -56,22 +56,22 @@ class Stream:
 
 
 class Streams:
-    """The topics of a bag to read: a depth and a colour topic, or a cloud topic.
+    """The topics of a bag to read: a depth and a color topic, or a cloud topic.
 
-    A topic that the options name is taken. Otherwise topics are chosen by name and encoding: best a depth topic whose name says
-    that it is aligned to colour or rectified, and a colour topic with color or rgb in its name that shares the most leading parts
-    of the depth topic's name. Clouds are read if `options.cloud_topic` names a topic, or if the bag has no depth images and
+    Topics named in the options are used. Otherwise topics are chosen by name and encoding: preferably a depth topic whose name
+    says that it is aligned to color or rectified, and a color topic with color or rgb in its name that shares the most leading
+    parts of the depth topic's name. Clouds are read if `options.cloud_topic` names a topic, or if the bag has no depth images and
     either no color images or the options set neither `depth_topic` nor `color_topic`.
 
     Attributes
     ----------
     depth, color
-        topic of the depth images, with a known lens, and topic of the colour images; None if the bag has none, or the option is
+        topic of the depth images, with a known lens, and topic of the color images; None if the bag has none, or the option is
         "none", or `options.cloud_topic` names a topic.
     cloud
-        messages of the cloud topic; None if no clouds are read. If it is set, it is to be read instead of `color`.
+        messages of the cloud topic; None if no clouds are read. If set, it is read instead of `color`.
     unread_depth
-        why a topic that its name says is of depth is not read; empty if there is none.
+        reason why a topic with depth in its name is not read; empty if there is no such topic.
 
     Raises
     ------
@@ -116,7 +116,7 @@ class Streams:
         return streams
 
     def _why_unread(self) -> str:
-        """Return why the first topic whose name says depth is not read; empty if there is none."""
+        """Return the reason why the first topic with depth in its name is not read; empty if there is none."""
         for name, stream in self._images.items():
             if _is_lossy_depth(stream):
                 return f"{name} is depth in 8 bits (JPEG), which loses it: record compressedDepth or the raw topic"
@@ -149,7 +149,7 @@ class Streams:
         return self._images[self._best(candidates, rank, key).topic.name] if candidates else None
 
     def _best(self, candidates: list[TopicIndex], rank: Callable[[TopicIndex], tuple[Any, ...]], key: str) -> TopicIndex:
-        """Return the candidate of least rank; raise InputError if two have the same."""
+        """Return the candidate of lowest rank; raise InputError if two share it."""
         best = min(map(rank, candidates))
         first, *tied = sorted((each for each in candidates if rank(each) == best), key=lambda each: each.topic.name)
         if tied:
@@ -249,6 +249,6 @@ def _is_lossy_depth(stream: Stream) -> bool:
 
 
 def _names_depth(topic: str) -> bool:
-    """Return whether the last two parts of a topic's name speak of depth and not of color: camera/depth/image_raw."""
+    """Return whether the last two parts of a topic's name contain depth but not color, as in camera/depth/image_raw."""
     parts = _TRANSPORT.sub("", topic.lower()).rsplit("/", 2)[-2:]
     return any("depth" in part for part in parts) and not re.search(r"colou?r|rgb", parts[-1].replace("depth_to_color", ""))

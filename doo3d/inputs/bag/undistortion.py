@@ -1,4 +1,4 @@
-"""Lens distortion: images resampled to those of a pinhole camera, with OpenCV's models."""
+"""Remove lens distortion: resample images to those of a pinhole camera, with OpenCV's models."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Lens:
     model
         name of the distortion model as in sensor_msgs/CameraInfo or RealSense's SDK, such as "plumb_bob" or "equidistant".
     coefficients
-        in the order of that model (plumb_bob: k1, k2, p1, p2, k3); empty or all zero without distortion.
+        coefficients in the order of that model (plumb_bob: k1, k2, p1, p2, k3); empty or all zero without distortion.
     """
 
     camera: Camera

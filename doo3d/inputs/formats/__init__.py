@@ -1,1 +1,1 @@
-"""One file per capture format, each a reader that `inputs.FORMATS` names."""
+"""Read the capture formats: one file per reader that `inputs.FORMATS` names."""

@@ -1,6 +1,4 @@
-"""Readers of cloud files: PLY and PCD through Open3D, NPZ and NPY through numpy."""
-
-from __future__ import annotations
+"""Read cloud files: PLY and PCD with Open3D, NPZ and NPY with numpy."""
 
 import math
 import re
@@ -27,7 +25,7 @@ _MAX_POINT_BYTES = 64  # of an array of points: three coordinates of 16 bytes
 
 
 class Points(NamedTuple):
-    """Points, colours and sensor position read from a cloud file, in the file's own coordinates.
+    """Points, colors and sensor position read from a cloud file, in the file's own coordinates.
 
     Attributes
     ----------
@@ -38,7 +36,7 @@ class Points(NamedTuple):
     viewpoint
         (3,) position of the sensor, m; None if unknown.
     notes
-        a sentence for each thing that was assumed or converted.
+        a sentence for each assumption and conversion.
     """
 
     points: Array
@@ -48,12 +46,12 @@ class Points(NamedTuple):
 
 
 def damaged(path: Path, reason: str) -> InputError:
-    """Return the error for a file that is cut off or damaged, or of another format than it seems."""
+    """Return the error for a file that is cut off, damaged, or in another format than its name or first bytes suggest."""
     return InputError(f"{path}: is cut off or damaged: {reason}", code="file-damaged")
 
 
 def read_open3d(path: Path, kind: str) -> Points:
-    """Read points, colours and viewpoint of a PLY or PCD file by Open3D.
+    """Read points, colors and viewpoint of a PLY or PCD file by Open3D.
 
     `kind` is "ply" or "pcd". Only a PCD file has a viewpoint, in its header; the header's default 0 0 0 1 0 0 0 counts as
     unknown.
@@ -97,7 +95,7 @@ def _check_announced(path: Path, kind: str) -> None:
 
 
 def _check_ascii_pcd(path: Path, count: int) -> None:
-    """Count the rows of an ASCII PCD: if it ends too early, Open3D silently fills the points up with noise."""
+    """Check the number of rows of an ASCII PCD; if rows are missing, Open3D silently adds random points."""
     text = path.read_bytes()
     match = re.search(rb"^DATA\s+ascii\s*\n", text, re.MULTILINE)
     if not match:
@@ -127,7 +125,7 @@ def _pcd_viewpoint(path: Path) -> Array | None:
 
 
 def _first_message(text: str) -> str:
-    """Return the first line of Open3D's messages without colour codes and prefix."""
+    """Return the first line of Open3D's messages, without terminal color codes and prefix."""
     first = re.sub(r"\x1b\[[\d;]*m", "", text).splitlines()[0]
     return re.sub(r"^\[Open3D \w+\]\s*", "", first)
 

@@ -1,6 +1,4 @@
-"""Readers of laser scans: LAS and LAZ through laspy, E57 through pye57."""
-
-from __future__ import annotations
+"""Read laser scans: LAS and LAZ with laspy, E57 with pye57."""
 
 import re
 import struct
@@ -34,14 +32,14 @@ _UNIT_RANGE_M = (0.001, 1000.0)  # length of a unit; radians and degrees are rec
 
 
 def read_las(path: Path, converted: bool = True, classes: tuple[int, ...] | None = None) -> Points:
-    """Read the points (m) and colours of a LAS or LAZ file; the viewpoint is None.
+    """Read the points (m) and colors of a LAS or LAZ file; the viewpoint is None.
 
-    The unit that the file's coordinate system declares, such as feet, is converted to metres unless `converted` is False. Of a
-    file with classes, `classes` are kept; None: wires (13 and 14) if there are any, else all points.
+    The unit that the file's coordinate system declares, such as feet, is converted to metres unless `converted` is False. If
+    points have classes, only those in `classes` are kept; None keeps wires (13 and 14) if there are any, else all points.
 
-    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colours are
-    uint8: the file's 16-bit colours (LAS 1.4 R15, Point Data Record Format 2) are reduced to 8 bits, or taken as they are if no
-    value is above 255. Colours that are all zero count as absent.
+    Coordinates are float64 with the file's scale and offset applied, so that UTM coordinates keep their precision. Colors are
+    uint8: the file's 16-bit colors (LAS 1.4 R15, Point Data Record Format 2) are reduced to 8 bits, or taken as they are if no
+    value is above 255. Colors that are all zero count as absent.
 
     Raises
     ------
@@ -77,7 +75,7 @@ def read_las(path: Path, converted: bool = True, classes: tuple[int, ...] | None
 
 
 def _kept_classes(found: Array, classes: tuple[int, ...] | None, path: Path) -> tuple[Array, list[str]]:
-    """Return which points (N,) bool have one of the classes, and a note if wires are taken by themselves."""
+    """Return which points have one of the classes, (N,) bool, and a note if wires were chosen by default."""
     chosen = _WIRES if classes is None else classes
     kept = np.isin(found, chosen)
     if classes is not None and not kept.any():
@@ -91,7 +89,7 @@ def _kept_classes(found: Array, classes: tuple[int, ...] | None, path: Path) -> 
 
 
 def _declared_units(las: Any) -> tuple[Floats | None, list[str]]:
-    """Return the length of the units of x, y, z (3,) in m that the file declares if one is no metre, with a note."""
+    """Return the declared units of x, y, z as lengths in m, (3,), with a note; None if all are metres."""
     records = {record.record_id: record for record in reversed([*las.vlrs, *(las.evlrs or ())])}
     if (wkt := records.get(_WKT)) is not None:
         text = getattr(wkt, "string", None) or wkt.record_data_bytes().decode("utf-8", "replace")
@@ -108,14 +106,17 @@ def _declared_units(las: Any) -> tuple[Floats | None, list[str]]:
 
 
 def _last_unit(text: str) -> tuple[str, float]:
-    """Return name and length (m) of the last unit of length in well-known text, that of the axes; the metre without one."""
+    """Return name and length (m) of the last unit of length in well-known text, the unit of the axes; default metre."""
     low, high = _UNIT_RANGE_M
     units = [(name, float(length)) for name, length in _UNIT.findall(text) if not name.lower().startswith(("deg", "rad"))]
     return next((unit for unit in reversed(units) if low <= unit[1] <= high), _METRE)
 
 
 def _las_fault(path: Path) -> str:
-    """Return the fault of a header that declares more records than the file can hold (laspy would read on for hours), or ""."""
+    """Return the fault of a header that declares more records than the file can hold, else "".
+
+    laspy would read such a file for hours.
+    """
     size = path.stat().st_size
     header = read_head(path, _LAS_HEADER_BYTES).ljust(_LAS_HEADER_BYTES, b"\0")
     header_size, points_at, records, record_format, record_bytes, points = struct.unpack_from("<HIIBHI", header, 94)
@@ -150,7 +151,7 @@ def read_e57(path: Path, scan: int) -> Points:
     The file stores points in the scanner's frame with the scanner's pose, a rotation R and a translation t in m; the points
     returned are x_file = R x_scanner + t (ASTM E2807), and the viewpoint is t, the scanner's position. If the pose is absent or
     the identity, as in merged clouds, the viewpoint is None. Points marked as invalid are left out. Coordinates in the file may
-    be cartesian or spherical; colours are scaled to 8 bits.
+    be cartesian or spherical; colors are scaled to 8 bits.
 
     Raises
     ------
@@ -171,7 +172,10 @@ def read_e57(path: Path, scan: int) -> Points:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[ModuleType, Any, Any]]:
-    """Yield pye57's library, the open file, which stays open, and its scans; what the library raises becomes an InputError."""
+    """Yield pye57's library, the open file and its scans; errors of the library become InputErrors.
+
+    The file stays open for further scans.
+    """
     require("pye57", "e57")
     library = require("pye57.libe57", "e57")
     if not path.stat().st_size:
@@ -187,12 +191,12 @@ def _opened(path: Path) -> Iterator[tuple[ModuleType, Any, Any]]:
 
 @lru_cache(maxsize=1)
 def _image_file(path: str, changed: int, size: int) -> Any:
-    """Return the open file, kept for all of its scans, whose headers are parsed at once; time and size tell a new version."""
+    """Return the open file, cached for all of its scans; modification time and size identify its version."""
     return require("pye57.libe57", "e57").ImageFile(path, "r")
 
 
 def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Array | None]:
-    """Return (N, 3) m in the scanner's frame and (N, 3) uint8 colours or None, of the points not marked invalid."""
+    """Return (N, 3) m in the scanner's frame and (N, 3) uint8 colors or None, of the points not marked invalid."""
     records = node["points"]
     prototype = library.StructureNode(records.prototype())
     axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if all(map(prototype.isDefined, axes))), None)
@@ -224,7 +228,7 @@ def _e57_points(library: ModuleType, image: Any, node: Any) -> tuple[Floats, Arr
 
 
 def _color_limits(library: ModuleType, node: Any, colors: Floats) -> tuple[float, float]:
-    """Return the values of black and of full colour: those of the scan, else those of 8 bits, or of 16 if 8 are too few."""
+    """Return the color values of black and white: the declared ones, else those of 8 bits, or of 16 bits if values exceed 8."""
     if node.isDefined("colorLimits"):
         limits = node["colorLimits"]
         low, high = (float(limits[f"colorRed{end}"].value()) for end in ("Minimum", "Maximum"))

@@ -1,6 +1,4 @@
-"""Reader of meshes (OBJ, STL, OFF, PLY with faces) through trimesh: points drawn evenly on the faces."""
-
-from __future__ import annotations
+"""Read meshes (OBJ, STL, OFF, PLY with faces) with trimesh, as points sampled evenly on the faces."""
 
 import re
 from pathlib import Path
@@ -14,7 +12,7 @@ from ._cloud_files import MAX_CLOUD_HEADER_BYTES, Points, damaged
 from ._text_clouds import count_lines
 
 MESHES = ("obj", "stl", "off")
-"""Kinds of files that hold meshes; a PLY file may hold one."""
+"""Kinds of mesh files; a PLY file may also hold a mesh."""
 
 _STL_HEAD = 84  # bytes before the triangles of a binary STL, the last four of which are their number
 _STL_TRIANGLE_BYTES = 50
@@ -29,7 +27,7 @@ def has_faces(head: bytes) -> bool:
 
 
 def read_mesh(path: Path, kind: str) -> Points:
-    """Read a mesh in m, of a kind of `MESHES` or "ply", as points drawn evenly on its faces, the same at each call.
+    """Read a mesh (m) as points sampled evenly on its faces, the same in each call; kind : one of `MESHES`, or "ply".
 
     The colors are those of the vertices or faces; textures are not read. A mesh without faces gives its vertices.
 

@@ -1,4 +1,4 @@
-"""Arrays in an NPZ file: their names and headers, and their data read part by part."""
+"""Read the arrays in an NPZ file: names, headers, and data part by part."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def has_depth(path: Path) -> bool:
 
 
 def find_arrays(path: Path) -> dict[str, ArrayStack]:
-    """Return the arrays that make up frames, under the names of `STACKS` and `SMALL`.
+    """Return the arrays of the frames, by the names in `STACKS` and `SMALL`.
 
-    An array of another usual name counts only if it has the shape and type of its kind.
+    An array with an alternative name is accepted only if it has the shape and type of its kind.
 
     Raises
     ------
@@ -70,16 +70,16 @@ def find_arrays(path: Path) -> dict[str, ArrayStack]:
 
 
 class ArrayStack:
-    """An array in the file, read part by part; parts requested in order are read without decompressing anew.
+    """An array in the file, read part by part; parts requested in order are decompressed only once.
 
-    np.load unpacks an array as a whole: 3.7 GB for the depth of 1000 frames of 1280x720 float32, even for a single frame.
+    np.load would unpack the whole array: 3.7 GB for the depth of 1000 frames of 1280x720 float32, even for a single frame.
 
     Attributes
     ----------
     stored
-        name in the file; `name` is that here.
+        name in the file; `name` is the name in doo3d.
     shape, dtype
-        of the array.
+        shape and type of the array.
     stacked
         whether the array has one part per frame along its first axis; false if one part applies to all frames.
     part_shape, part_bytes

@@ -1,10 +1,8 @@
-"""Readers of clouds in text files: rows of numbers with or without names and counts (XYZ, PTS, CSV), and Leica's PTX.
+"""Read clouds in text files: rows of numbers with or without names and counts (XYZ, PTS, CSV), and Leica's PTX.
 
-PTX: a scan is its numbers of columns and rows, the position and the axes of the scanner in four lines, a 4x4 matrix for row
-vectors, and a line x y z intensity [r g b] for each cell, 0 0 0 if the cell has no measurement; further scans follow.
+In PTX, a scan consists of its numbers of columns and rows, four lines with the position and the axes of the scanner, a 4x4 matrix
+for row vectors, and a line x y z intensity [r g b] for each cell, 0 0 0 if the cell has no measurement. Further scans follow.
 """
-
-from __future__ import annotations
 
 import re
 import sys
@@ -45,7 +43,7 @@ class Table(NamedTuple):
     announced
         number of rows that the file announces; None if it does not.
     decimal_comma
-        whether numbers have a comma for the point.
+        whether numbers have a decimal comma.
     is_cloud
         whether the first row begins with three numbers, or has numbers in the columns x, y and z.
     """
@@ -59,7 +57,7 @@ class Table(NamedTuple):
 
 
 def find_table(lines: Iterable[str]) -> Table | None:
-    """Return the table in a text, with what comes before its first row (names, a count); None if there is no row."""
+    """Find the table in a text, with the names and the count before its first row; None if there is no row."""
     names, count = tuple[str, ...](), None
     for i, line in enumerate(lines):
         text = line.strip().lstrip("\ufeff")
@@ -90,7 +88,7 @@ def _has_point(cells: Sequence[str], names: tuple[str, ...]) -> bool:
 
 
 def read_text(path: Path) -> Points:
-    """Read a text file with a point per row: x y z in m, with r g b if they are named or the last of six or seven columns.
+    """Read a text file with one point per row: x y z in m, and r g b if these are named or the last of 6 or 7 columns.
 
     Columns are separated by blanks, tabs, commas or semicolons; lines that begin with # or // are comments. A line of names, in a
     comment or not, says which columns are x, y, z, r, g and b; a line with one whole number is a count of rows. Without names,
@@ -122,7 +120,7 @@ def read_text(path: Path) -> Points:
 
 
 def _lines_of(path: Path) -> Iterator[str]:
-    """Yield the lines of a text; InputError at one that is too long to be a point."""
+    """Yield the lines of a text file; raise InputError at a line too long for a point."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         while line := file.readline(_MAX_LETTERS + 1):
             if len(line) > _MAX_LETTERS:
@@ -131,7 +129,7 @@ def _lines_of(path: Path) -> Iterator[str]:
 
 
 def count_lines(path: Path) -> int:
-    """Return the number of lines of a file; one of millions of letters counts as many."""
+    """Return the number of lines of a file; a line of millions of characters counts as many lines."""
     with path.open("rb") as file:
         return max(sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b"")), path.stat().st_size // _MAX_LINE)
 
@@ -157,7 +155,7 @@ def read_ptx(path: Path) -> Points:
 
     Raises
     ------
-    InputError : the file is cut off, or a line has other numbers than its format prescribes.
+    InputError : the file is cut off, or a line does not have the numbers that the format prescribes.
     """
     check_points(count_lines(path), str(path))
     lines, at, scans = (line for line in _lines_of(path) if line.strip()), 0, list[Points]()

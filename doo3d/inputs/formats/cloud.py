@@ -1,6 +1,4 @@
-"""Point clouds and meshes: one in a file (PLY, text, NPZ, LAS, OBJ, ...), several in an E57 file, a folder of any of these."""
-
-from __future__ import annotations
+"""Open point clouds and meshes as captures: a file (PLY, text, NPZ, LAS, OBJ, E57 ...) or a folder of such files."""
 
 import re
 from functools import partial
@@ -54,8 +52,8 @@ class CloudCapture:
     def can_read(path: Path) -> bool:
         """Return whether `path` is a cloud file by its first bytes or its suffix, or a folder with such files.
 
-        In a folder the suffix decides; an NPZ file counts only if it has an array `points`, and texts, arrays, OBJ, STL and OFF
-        count only if everything in the folder is a cloud.
+        In a folder, the suffix decides; an NPZ file counts only if it has an array `points`, and texts, arrays, OBJ, STL and OFF
+        count only if all files in the folder are clouds.
         """
         if not path.is_dir():
             return path.is_file() and _kind(path) is not None
@@ -81,7 +79,7 @@ def _frames_of(file: Path, options: ReadOptions, single: bool) -> list[FrameRef]
 
 
 def _is_cloud(file: Path) -> bool:
-    """Return whether a file in a folder is a cloud: by its suffix; an NPZ, which other formats use too, by its arrays."""
+    """Return whether a file in a folder is a cloud by its suffix; an NPZ file, also used by other formats, by its arrays."""
     if file.suffix.lower() != ".npz" or not file.is_file():
         return file.suffix.lower() in SUFFIXES and file.is_file()
     try:
@@ -116,7 +114,7 @@ def _kind(path: Path) -> str | None:
 
 
 def _is_mesh(path: Path) -> bool:
-    """Return whether a cloud file holds faces, of which points are drawn; False if it cannot be read."""
+    """Return whether a cloud file holds faces, to be sampled; False if it cannot be read."""
     try:
         kind = _kind(path)
         return kind in MESHES or (kind == "ply" and has_faces(read_head(path, HEAD_BYTES)))
@@ -138,7 +136,7 @@ def _load(path: Path, scale: float | None, classes: tuple[int, ...] | None, name
 
 
 def _read(path: Path, scan: int, converted: bool, classes: tuple[int, ...] | None) -> Points:
-    """Read a cloud; formats that a native library reads, in a process of their own."""
+    """Read a cloud; formats that need a native library are read in a separate process."""
     kind = _kind(path) or ""
     if kind == "las":
         return isolated(read_las, path, converted, classes, where=str(path))
@@ -154,7 +152,7 @@ def _read(path: Path, scan: int, converted: bool, classes: tuple[int, ...] | Non
 
 
 def _colors_8_bit(colors: Array | None) -> Array | None:
-    """Return colours as uint8; floats are scaled from 0 to 1."""
+    """Return colors as uint8; floats are scaled from 0 to 1."""
     if colors is None or colors.dtype == np.uint8:
         return colors
     if not np.issubdtype(colors.dtype, np.floating) or not ((colors >= 0) & (colors <= 1)).all():

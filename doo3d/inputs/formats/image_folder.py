@@ -1,4 +1,4 @@
-"""The reader of all formats that are folders of images: each is a row of `inputs.layouts`."""
+"""Read all formats that are folders of images; each is a Layout, as in `inputs.layouts`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Sensor(NamedTuple):
     Attributes
     ----------
     camera
-        the intrinsics, and the size that the image must have for them if it is known.
+        the intrinsics, and the required size of the image if it is known.
     scale
         units of the depth image per metre, such as 1000 for millimetres.
     array_scale
@@ -49,7 +49,7 @@ class Sensor(NamedTuple):
 
 
 class Files(NamedTuple):
-    """The files of one frame, and what its layout says about it.
+    """The files and further data of one frame, as listed by its layout.
 
     Attributes
     ----------
@@ -62,13 +62,13 @@ class Files(NamedTuple):
     masks
         mask images; the object is where any of them is above zero.
     time
-        s; None if unknown.
+        time of the frame, s; None if unknown.
     pose
         (4, 4) camera to world, m, or the file with it; None if unknown.
     sensor
-        camera and unit of this image alone; None: those of the capture.
+        camera and unit of this frame; None for those of the capture.
     fault
-        sentence and code of the error with which loading fails; None if nothing is missing.
+        sentence and code of the error that loading raises; None if nothing is missing.
     number
         number of the frame in the layout's files of poses.
     root
@@ -90,11 +90,11 @@ class Files(NamedTuple):
     source: Path | None = None
 
     def with_color(self, color: Path | FrameRef | None, missing: str) -> Files:
-        """Return the frame with a color image; if that is None, with the fault `missing`."""
+        """Return the frame with a color image; if `color` is None, with the fault `missing`."""
         return self._replace(color=color, fault=None if color is not None else (missing, "color-missing"))
 
     def completed(self, complete: Callable[[Files], Files]) -> Files:
-        """Return the frame completed by a function, or with the InputError of the function as its fault."""
+        """Return the frame completed by a function; an InputError of the function becomes its fault."""
         try:
             return complete(self)
         except InputError as error:
@@ -103,32 +103,34 @@ class Files(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """A format of images in folders: calling it opens a capture.
+    """A format of images in folders; calling it opens a capture.
 
     Attributes
     ----------
     format, what
         name and short description of the format.
     can_read
-        whether an existing file or folder has this layout.
+        function that returns whether an existing file or folder has this layout.
     frames
-        from path, options and a list that notes are added to: the files of each frame, in order.
+        function of path, options and a list to which it adds notes; returns the files of each frame, in order.
     camera
-        from path, frames and size of the depth images: the camera where no file beside the images has one; None: there is none.
+        function of path, frames and size of the depth images; returns the camera if no file beside the images has one. None if
+        the format has no such camera.
     searched
-        whether the camera is searched in files beside the images.
+        whether to search the camera in files beside the images.
     registered
         whether depth images have the pixels of the color camera even if there are no color images.
     unit
         units of the depth images per metre.
     poses
-        from path, options and a list that notes are added to: a function frame -> pose; by default that of `frames`.
+        function of path, options and a list to which it adds notes; returns a function from a frame to its pose. By default,
+        `Files` has the pose.
     partial_masks
-        whether masks belong to single objects, so that an empty or full union is no mask.
+        whether masks belong to single objects, so that an empty or full union counts as no mask.
     upright
-        whether photographs are rotated by EXIF, from the path.
+        function of the path that returns whether photographs are rotated by EXIF.
     options
-        names of the reading options that the format honors.
+        names of the reading options that the format supports.
     """
 
     format: str

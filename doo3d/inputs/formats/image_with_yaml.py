@@ -1,6 +1,4 @@
-"""Depth images, each with its camera in a YAML file beside it or in the options; a colour image may belong to it."""
-
-from __future__ import annotations
+"""List depth images with their camera in a YAML file beside each or in the options, and with optional color images."""
 
 import re
 from pathlib import Path
@@ -35,7 +33,7 @@ class DepthImageInfo(BaseModel):
     depth_scale
         units of the depth image per metre.
     color, mask
-        paths of the colour and of the mask image, relative to the YAML file; None if there is no such image.
+        paths of the color and of the mask image, relative to the YAML file; None if there is no such image.
     pose
         camera to world as the four rows of a (4, 4) matrix, x_world = pose @ x_camera, m; None if unknown.
     timestamp

@@ -1,10 +1,8 @@
-"""A data set of LeRobot whose depth is stored as video: codes of 12 bits in HEVC, decoded by PyAV.
+"""Read data sets of LeRobot with depth stored as video: codes of 12 bits in HEVC, decoded by PyAV.
 
 Layout: github.com/huggingface/lerobot, docs "LeRobotDataset v3.0": meta/info.json, videos/<feature>/chunk-*/file-*.mp4,
 data/chunk-*/file-*.parquet; version 2 has videos/chunk-*/<feature>/episode_*.mp4.
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
@@ -38,7 +36,7 @@ Stamp = tuple[int, int]  # time of change in ns and size in bytes of a file
 
 
 class _Place(NamedTuple):
-    """Where a frame is: the video file, its stamp, and the number of the frame in it from 0."""
+    """The location of a frame: video file, its stamp, and number of the frame in the video, from 0."""
 
     file: Path
     stamp: Stamp
@@ -46,7 +44,7 @@ class _Place(NamedTuple):
 
 
 class _Coding(NamedTuple):
-    """How depth is coded: depths in m at the least and the greatest code, shift in m, and whether it is logarithmic."""
+    """The coding of depth: depths in m of the least and the greatest code, shift in m, and whether it is logarithmic."""
 
     least: float
     greatest: float
@@ -54,7 +52,7 @@ class _Coding(NamedTuple):
     is_log: bool
 
     def metres(self, codes: Array, bits: int) -> Floats:
-        """Return the depth in m, (H, W) float32, of codes of so many bits; code 0 is no reading, depth 0."""
+        """Convert depth codes of a number of bits to depth, (H, W) float32 m; code 0 (no reading) becomes depth 0."""
         largest = (1 << bits) - 1
         table = np.arange(largest + 1) / largest
         if self.is_log:
@@ -124,7 +122,7 @@ class LeRobotCapture:
 
 
 def _entries(feature: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a feature says of its video, the names without the word before the dot: video.is_depth_map, is_depth_map."""
+    """Return the entries of a feature about its video, with names shortened from video.is_depth_map to is_depth_map."""
     parts = (part for part in (feature, feature.get("video_info"), feature.get("info")) if isinstance(part, dict))
     return {str(key).rpartition(".")[2]: value for part in parts for key, value in part.items()}
 
@@ -166,7 +164,7 @@ def _places(path: Path, feature: str) -> list[_Place]:
 
 
 def _times(path: Path, count: int, fps: Any) -> list[float | None]:
-    """Return the times in s: those of the parquet files, or without these by the frames per second; None without either."""
+    """Return the times of the frames in s, from the parquet files or else the frame rate; None without both."""
     rate = float(fps) if isinstance(fps, int | float) and 0 < fps < math.inf else None
     files = sorted((path / "data").rglob("*.parquet"))
     if not files:
@@ -194,7 +192,7 @@ def _load(name: str, depth: _Place, color: _Place | None, coding: _Coding, pinho
 
 
 def _codes(decoded: Any, file: Path) -> tuple[Array, int]:
-    """Return the depth codes of a decoded frame, (H, W) uint16, as they are in its gray or luma plane, and their bits."""
+    """Return the depth codes of a decoded frame, (H, W) uint16, from its gray or luma plane, and their number of bits."""
     component, plane = decoded.format.components[0], decoded.planes[0]
     if component.bits not in _CODE_BITS or decoded.format.is_rgb or decoded.format.is_big_endian:
         sentence = f"{file}: has pixels of the format {decoded.format.name}, expected depth codes such as gray12le"
@@ -211,7 +209,7 @@ def _color(place: _Place, shape: tuple[int, ...]) -> Array:
 
 @lru_cache(maxsize=64)
 def _presentation_times(file: Path, stamp: Stamp) -> tuple[int, ...]:
-    """Return the presentation times of the frames of a video in its units, increasing, from the file without decoding."""
+    """Read the presentation times of a video's frames without decoding, in the video's time unit, increasing."""
     with guarded(file), require("av", _EXTRA).open(str(file)) as container:
         stream = container.streams.video[0]
         check_pixels(stream.width, stream.height, str(file))
@@ -231,7 +229,7 @@ class _Video:
         self._next = -1
 
     def frame(self, number: int) -> Any:
-        """Return the decoded frame of a number, a frame of PyAV.
+        """Return the decoded PyAV frame with a number.
 
         Raises
         ------
@@ -254,5 +252,5 @@ class _Video:
 
 @lru_cache(maxsize=2)
 def _video(file: Path, stamp: Stamp) -> _Video:
-    """Return one reader for all frames of a video, also of frames unpickled here; `stamp` tells a changed file."""
+    """Return the reader that all frames of a video share, also unpickled ones; `stamp` identifies the file's version."""
     return _Video(file, stamp)

@@ -1,6 +1,4 @@
-"""Frames as arrays in an NPZ file written by `numpy.savez`: depth, K, and optionally color, mask, pose, timestamps."""
-
-from __future__ import annotations
+"""Read frames from arrays in an NPZ file of `numpy.savez`: depth, K, and optionally color, mask, pose, timestamps."""
 
 from functools import lru_cache, partial
 from pathlib import Path
@@ -104,7 +102,7 @@ def _frame_count(path: Path, arrays: dict[str, ArrayStack]) -> int:
 
 @lru_cache(maxsize=len(STACKS))
 def _stack(path: Path, changed: int, name: str, stored: str) -> ArrayStack:
-    """Return one reader for all frames of a file, also of frames unpickled here; `changed`, its time, tells a new version."""
+    """Return the reader that all frames of a file share, also unpickled ones; `changed` is the file's modification time."""
     return ArrayStack(path, name, stored)
 
 
@@ -140,7 +138,7 @@ def _metres(depth: Array, scale: float | None, where: str) -> Array:
 
 
 def _pinhole(values: Floats, where: str) -> Pinhole:
-    """Return fx, fy, cx, cy of an array of these four, or of a camera matrix (3, 3) or (4, 4)."""
+    """Return fx, fy, cx, cy (px) from an array of these four numbers, or from a camera matrix (3, 3) or (4, 4)."""
     if values.shape == (4,):
         fx, fy, cx, cy = values.tolist()
         return fx, fy, cx, cy

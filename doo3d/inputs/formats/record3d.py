@@ -1,9 +1,7 @@
-"""A recording of the iPhone app Record3D: a `.r3d` file, a ZIP that is read in place.
+"""Read recordings of the iPhone app Record3D: `.r3d` files, which are ZIP archives.
 
 The format as its author describes it: github.com/marek-simonik/record3d, issues 7, 24, 36, 64, 93, 94 and 108.
 """
-
-from __future__ import annotations
 
 import stat
 import struct
@@ -36,7 +34,7 @@ _MAX_OVERHEAD_BYTES = 64  # of LZFSE data longer than its content: headers of bl
 class Record3DCapture:
     """A recording of the iPhone app Record3D (`.r3d`), opened as a capture.
 
-    There is one frame per pair of files `rgbd/<n>.depth` and `rgbd/<n>.jpg`. Depth is in metres. Colour and intrinsics are scaled
+    There is one frame per pair of files `rgbd/<n>.depth` and `rgbd/<n>.jpg`. Depth is in metres. Color and intrinsics are scaled
     to the size of the depth image. Poses are camera to world for the optical frame (x right, y down, z forward), converted from
     the app's camera frame (x right, y up, z backward). The file is a ZIP; its members are read in place, not unpacked to disk.
     """
@@ -97,12 +95,12 @@ def _open(path: Path) -> zipfile.ZipFile:
 
 @lru_cache(maxsize=1)
 def _opened(path: Path, changed: int) -> zipfile.ZipFile:
-    """Return one open archive for all frames of a recording; `changed`, its time, tells a new version."""
+    """Return the open archive that all frames of a recording share; `changed` is the file's modification time."""
     return _open(path)
 
 
 def _member(path: Path, opened: zipfile.ZipFile, name: str, max_bytes: int) -> bytes:
-    """Return the content of the member `name` of the ZIP; at most `max_bytes` are unpacked."""
+    """Read the member `name` of the ZIP; at most `max_bytes` are unpacked."""
     if name not in opened.namelist():
         raise InputError(f"{path}: {name} is missing", code="file-missing")
     with guarded(f"{path}: {name}"), opened.open(name) as file:
@@ -125,7 +123,7 @@ def _load(
 
 
 def _color(path: Path, opened: zipfile.ZipFile, stem: str, size: tuple[int, int]) -> Array:
-    """Read the colour of a frame, (H, W, 3) uint8 RGB, scaled to the size (W, H) of the depth."""
+    """Read the color of a frame, (H, W, 3) uint8 RGB, scaled to the size (W, H) of the depth."""
     data = _member(path, opened, f"{FOLDER}{stem}.jpg", _MAX_IMAGE_BYTES)
     return scaled_to_depth(read_color(path / FOLDER / f"{stem}.jpg", data=data), size[::-1], f"{path}: {FOLDER}{stem}")
 
@@ -186,13 +184,13 @@ def _size(path: Path, metadata: dict[str, Any], *keys: str) -> tuple[int, int]:
 
 
 def _row(metadata: dict[str, Any], key: str, stem: str) -> Any:
-    """Return the frame's element of the list `key` in the metadata, or None."""
+    """Return the frame's element of the list `key` in the metadata; None if there is none."""
     rows = metadata.get(key)
     return rows[int(stem)] if isinstance(rows, list) and stem.isdecimal() and int(stem) < len(rows) else None
 
 
 def _time(metadata: dict[str, Any], stem: str) -> float | None:
-    """Return the time since the first frame, s, from the recording's timestamps or its frame rate; or None."""
+    """Return the time since the first frame in s, from the timestamps or the frame rate; None if both are missing."""
     time, rate = _row(metadata, "frameTimestamps", stem), metadata.get("fps")
     if isinstance(time, int | float):
         return float(time)
@@ -200,7 +198,7 @@ def _time(metadata: dict[str, Any], stem: str) -> float | None:
 
 
 def _pinhole(path: Path, metadata: dict[str, Any], stem: str, size: tuple[int, int], options: ReadOptions) -> Pinhole:
-    """Return fx, fy, cx, cy in pixels of the depth, scaled from the metadata's, which are in pixels of the colour."""
+    """Return fx, fy, cx, cy in pixels of the depth, scaled from the metadata's, which are in pixels of the color."""
     if options.camera is not None:
         return options.camera
     width, height = _size(path, metadata, "w", "h")

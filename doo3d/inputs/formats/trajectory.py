@@ -1,6 +1,4 @@
-"""Tables of text: lines with times, and camera poses in the format of the TUM RGB-D benchmark."""
-
-from __future__ import annotations
+"""Read text tables with times, and camera poses in the format of the TUM RGB-D benchmark."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,7 +31,7 @@ class Trajectory:
     poses
         (N, 4, 4), camera to world: x_world = pose @ x_camera, m.
     notes
-        what was mended in reading the file: a sentence if its lines were not sorted by time.
+        repairs made while reading: a sentence if the lines were not sorted by time.
     """
 
     times: Floats
@@ -149,12 +147,13 @@ def read_lines(path: Path, columns: int, layout: str) -> list[Row]:
 def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[str]]:
     """Return the rows of a table in order of the times in their first words.
 
-    `rows` is the table that `read_lines` read from `path`: (line number, words) per row. Of rows of the same time the first is
+    `rows` is the table that `read_lines` read from `path`: (line number, words) per row. If rows have equal times, the first is
     kept.
 
     Returns
     -------
-    (times, rows, notes): (N,) s, increasing; the N rows of these times; a sentence each if rows were sorted or left out.
+    (times, rows, notes): times (N,) s, increasing; the N rows of these times; a sentence if rows were sorted, another if some
+    were left out.
 
     Raises
     ------
@@ -174,7 +173,7 @@ def sort_by_time(path: Path, rows: list[Row]) -> tuple[Floats, list[Row], list[s
 def associate(one: Floats, other: Floats, tolerance: float) -> list[tuple[int, int]]:
     """Pair the times of two lists that are nearest to each other, each time in one pair at most.
 
-    Of all pairs within the tolerance, that with the least difference is taken first, as by the benchmark's associate.py.
+    Pairs within the tolerance are chosen in order of increasing difference, as by the benchmark's associate.py.
 
     Parameters
     ----------

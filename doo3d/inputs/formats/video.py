@@ -1,6 +1,4 @@
-"""A video file for the 2-D mode, decoded by OpenCV and FFmpeg frame by frame."""
-
-from __future__ import annotations
+"""Read video files for the 2-D mode, decoded by OpenCV and FFmpeg frame by frame."""
 
 import re
 from dataclasses import dataclass
@@ -70,14 +68,18 @@ class VideoCapture:
 
 
 def _is_azure_kinect(path: Path) -> bool:
-    """Return whether a file is a Matroska of Azure Kinect's recorder, whose tags, before the images, begin with K4A_."""
+    """Return whether a file is a Matroska recording of Azure Kinect, which has tags that start with K4A_."""
     head = read_head(path, _AZURE_KINECT_HEAD_BYTES)
     return head.startswith(b"\x1aE\xdf\xa3") and b"K4A_" in head
 
 
 @dataclass(frozen=True)
 class _VideoContent:
-    """frames : number of complete frames. fps : frames per second, None if unknown. truncated : the file ends within a frame."""
+    """The content of a video.
+
+    frames : number of complete frames. fps : frames per second, None if unknown. truncated : whether the file ends within a
+    frame.
+    """
 
     frames: int
     fps: float | None
@@ -144,7 +146,7 @@ def _not_opened(path: Path, message: str) -> InputError:
 
 
 def _overruns(path: Path) -> bool:
-    """Return whether the last top-level part of an AVI, MP4 or MOV is longer than the rest of the file; False for others."""
+    """Return whether the last top-level part of an AVI, MP4 or MOV exceeds the end of the file; False for other formats."""
     size, at = path.stat().st_size, 0
     with path.open("rb") as file:
         while at < size:
@@ -202,7 +204,7 @@ class _Reader:
 
 @lru_cache(maxsize=1)
 def _reader(path: Path, stamp: tuple[int, int]) -> _Reader:
-    """Return one reader for all frames of a video, also of frames unpickled here; `stamp` tells a changed file."""
+    """Return the reader that all frames of a video share, also unpickled ones; `stamp` identifies the file's version."""
     return _Reader(path)
 
 

@@ -1,1 +1,1 @@
-"""Rigs of several calibrated cameras: their calibration files, their images, and the rectification of a pair."""
+"""Read rigs of calibrated cameras: calibration files, images, and the rectification of a stereo pair."""

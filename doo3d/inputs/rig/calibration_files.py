@@ -1,10 +1,8 @@
-"""Calibrations of stereo pairs, in the files that ZED cameras, OpenCV and ROS write.
+"""Read calibrations of stereo pairs, in the files of ZED cameras, OpenCV and ROS.
 
 Sources: Stereolabs' zed-open-capture, examples/include/calibration.hpp, and zed-opencv-native's Python (SN*.conf); OpenCV's
 samples/cpp/stereo_calib.cpp (M1, D1, M2, D2, R, T); ROS's sensor_msgs/CameraInfo and camera_calibration_parsers (K, D, R, P).
 """
-
-from __future__ import annotations
 
 import configparser
 import re
@@ -29,7 +27,7 @@ Unit = Literal["m", "mm"]
 Values = dict[str, Any]
 
 UNITS: dict[str, float] = {"m": 1.0, "mm": 1000.0}
-"""Unit of a translation -> its number per metre."""
+"""Unit of a translation -> number of units per metre."""
 
 _CALIBRATION_SUFFIXES = (".conf", ".ini", ".yaml", ".yml", ".xml", ".json")
 _ZED_SIZES = {"2K": (2208, 1242), "FHD1200": (1920, 1200), "FHD": (1920, 1080), "HD": (1280, 720), "SVGA": (960, 600)}
@@ -55,10 +53,11 @@ def read_stereo_pair(files: Sequence[Path], size: Size | None, unit: Unit | None
         (width, height) px of one camera's images, which chooses among the resolutions of a ZED and has to agree with the
         file; None if unknown.
     unit
-        the unit of the translation between the cameras; None: the format's own, mm for ZED and m for ROS. OpenCV's has none.
+        the unit of the translation between the cameras; None for the format's own unit, mm for ZED and m for ROS. OpenCV's format
+        has none.
     rectified
-        whether the images are rectified already, so that only the projection matrices of ROS, or focal length and baseline
-        of OpenCV's P1 and P2, count.
+        whether the images are rectified already, so that only the projection matrices of ROS, or focal length and baseline of
+        OpenCV's P1 and P2, are used.
 
     Raises
     ------
@@ -81,7 +80,7 @@ def read_stereo_pair(files: Sequence[Path], size: Size | None, unit: Unit | None
 
 
 def find_pair_calibration(folder: Path, size: Size) -> Path | None:
-    """Return the file in a folder with the calibration of a stereo pair whose views lie side by side in images of a size.
+    """Find the calibration file of a stereo pair whose views are side by side in images of a given size.
 
     size : (width, height) px of an image with both views. None if there is no such file.
     """
@@ -99,7 +98,7 @@ def find_pair_calibration(folder: Path, size: Size) -> Path | None:
 
 
 def _content(file: Path) -> Values:
-    """Return the keys and values of a file, as ZED, OpenCV or ROS write them; matrices are nested or flat lists of numbers."""
+    """Read the keys and values of a file of ZED, OpenCV or ROS; matrices are nested or flat lists of numbers."""
     data, where = read_bytes(file, MAX_YAML_BYTES), str(file)
     suffix = file.suffix.lower()
     with guarded(file):
@@ -131,7 +130,10 @@ def _xml_value(node: ElementTree.Element) -> Any:
 
 
 def _zed_pair(values: Values, source: str, size: Size | None, unit: Unit, rectified: bool) -> StereoPair:
-    """Return the pair of a ZED's factory calibration at the images' resolution: translation in mm, rotation as a vector."""
+    """Return the pair of a ZED's factory calibration for the images' resolution.
+
+    The translation is in mm, the rotation is a rotation vector.
+    """
     known = {name: each for name, each in _ZED_SIZES.items() if f"LEFT_CAM_{name}" in values}
     name = next((name for name, each in known.items() if each == size), None)
     if size is None or name is None:
@@ -162,7 +164,10 @@ def _zed_pair(values: Values, source: str, size: Size | None, unit: Unit, rectif
 
 
 def _ros_pair(contents: Sequence[Values], names: Sequence[str], size: Size | None, unit: Unit, rectified: bool) -> StereoPair:
-    """Return the pair of two CameraInfos: R rectifies each camera, and P of the right one has -fx times the baseline."""
+    """Return the pair of two CameraInfo messages.
+
+    R is the rectifying rotation of each camera; P of the right camera holds -fx times the baseline.
+    """
     lenses, turns, shifts = list[Lens](), list[Floats](), list[Floats]()
     for values, name in zip(contents, names, strict=True):
         matrix = numbers(_first(values, ("projection_matrix", "P"), name), 12, f"{name}: P", "intrinsics-invalid").reshape(3, 4)
@@ -187,7 +192,7 @@ def _ros_pair(contents: Sequence[Values], names: Sequence[str], size: Size | Non
 
 
 def _opencv_pair(values: Values, source: str, size: Size | None, unit: Unit | None, rectified: bool) -> StereoPair:
-    """Return the pair of what OpenCV's stereoCalibrate returned, under the names that programs give it."""
+    """Return the pair of results of OpenCV's stereoCalibrate, under the usual names of programs."""
     if rectified:
         sentence = "rectified images have no distortion and no R: give intrinsics and poses of both cameras in the rig file"
         raise InputError(f"{source}: {sentence}", code="rig-invalid")
@@ -209,7 +214,7 @@ def _opencv_pair(values: Values, source: str, size: Size | None, unit: Unit | No
 
 
 def _size_in(values: Values, source: str) -> Size | None:
-    """Return the (width, height) px that a file of OpenCV names; None if it names none."""
+    """Return the image size (width, height) px in a file of OpenCV; None if it has none."""
     given: Any = next((values[key] for key in _SIZES if key in values), None)
     if given is None and {"image_width", "image_height"} <= values.keys():
         given = [values["image_width"], values["image_height"]]
@@ -243,7 +248,7 @@ def _object(values: Values, key: str, source: str) -> Mapping[str, Any]:
 
 
 def _first(values: Mapping[str, Any], names: Sequence[str], source: str) -> Any:
-    """Return the value of the first of several keys that a file has."""
+    """Return the value of the first key in `names` that a file has."""
     for name in names:
         if name in values:
             return values[name]
@@ -251,7 +256,7 @@ def _first(values: Mapping[str, Any], names: Sequence[str], source: str) -> Any:
 
 
 def _tagged(values: Mapping[str, Any], stems: Sequence[str], tags: Sequence[str], source: str) -> Any:
-    """Return the value whose key is one of several words with one of several tags before or after it: K1, left_camera_matrix."""
+    """Return the value whose key is a stem with a tag before or after it, such as K1 or left_camera_matrix."""
     plain = {re.sub("[^a-z0-9]", "", str(key).lower()): value for key, value in values.items()}
     for stem in stems:
         for name in (name for tag in tags for name in (stem + tag, tag + stem)):
@@ -266,6 +271,6 @@ def _number(values: Mapping[str, Any], names: Sequence[str], where: str) -> floa
 
 
 def _floats(given: Any, where: str) -> tuple[float, ...]:
-    """Return the distortion coefficients of a lens, however nested."""
+    """Return the distortion coefficients of a lens from a list of any nesting."""
     count: Callable[[Any], int] = np.size
     return tuple(numbers(given, count(given), where, "lens-invalid").tolist())

@@ -1,4 +1,4 @@
-"""The images of a stereo pair, as its cameras took them, and how they are found: side by side in one image, or in two folders."""
+"""Find and read the unrectified images of a stereo pair: side by side in one image, or in two folders."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ class CameraImages:
     name
         name of the camera.
     half
-        half of the image that is the camera's, "left" or "right"; None: all of it.
+        half of the image that belongs to the camera, "left" or "right"; None for the whole image.
     files
         name of the frame -> image.
     masks
-        name of the frame -> masks, whose union is the object; without an entry there is none.
+        name of the frame -> masks, whose union is the object; frames without a mask are missing.
     """
 
     name: str
@@ -84,7 +84,7 @@ class CameraImages:
         return image, np.any(masks, axis=0) if masks else None
 
     def of_frame(self, name: str) -> CameraImages:
-        """Return the images of one frame alone, which a reference to that frame needs."""
+        """Return the camera's images with one frame only, for a reference to that frame."""
         masks = {name: self.masks[name]} if name in self.masks else {}
         return CameraImages(self.name, self.half, {name: self.files[name]}, masks)
 
@@ -99,7 +99,7 @@ class CameraImages:
         return self._own(mask) if self.is_half(file) else mask
 
     def is_half(self, mask: Path) -> bool:
-        """Return whether a mask shows both cameras' views side by side, as the images do."""
+        """Return whether a mask contains both cameras' views side by side, like the images."""
         return self.half is not None and image_size(mask) == image_size(next(iter(self.files.values())))
 
 
@@ -111,16 +111,16 @@ def find_images(path: Path, folder: Path | None, name: str, half: str | None) ->
     path
         the capture: a folder, or an image of both cameras side by side.
     folder
-        the camera's folder in it; None: the folder itself. If several cameras have one folder, the names of their images have
-        the name of the camera in them.
+        the camera's folder in it; None for the folder itself. If several cameras share a folder, the names of their images
+        contain the name of the camera.
     name
         name of the camera.
     half
-        half of each image that is the camera's; None: all of it.
+        half of each image that belongs to the camera, "left" or "right"; None for the whole image.
 
     Raises
     ------
-    InputError : there are no images, or the file is none.
+    InputError : there are no images, or the file is not an image.
     """
     if path.is_file():
         if path.suffix.lower() not in PHOTO_SUFFIXES:
@@ -136,7 +136,7 @@ def find_images(path: Path, folder: Path | None, name: str, half: str | None) ->
 
 
 def paired(left: CameraImages, right: CameraImages) -> tuple[CameraImages, CameraImages]:
-    """Return the images of both cameras under common names of the frames: equal but for the cameras' names, or paired by order.
+    """Pair the images of both cameras by file name, ignoring the cameras' names, or else by order; frames get common names.
 
     Raises
     ------
@@ -166,8 +166,8 @@ def with_masks(
 ) -> tuple[CameraImages, CameraImages]:
     """Return the images of both cameras with their masks, in files named like the images.
 
-    A mask is of a camera if it lies in a folder of that camera, or has its name in its own. Any other mask belongs to both
-    cameras if it shows both views side by side, else to the left camera. Several masks of a frame (`000_left_mask_0`,
+    A mask belongs to a camera if it is in a folder of that camera, or if its name contains the camera's. Any other mask belongs
+    to both cameras if it has both views side by side, else to the left camera. Several masks of a frame (`000_left_mask_0`,
     `000_left_mask_1`) are parts of the object.
 
     Parameters
@@ -212,13 +212,13 @@ def with_masks(
 
 
 def _places(images: CameraImages, root: Path) -> list[Path]:
-    """Return the folders in which masks are looked for if nothing says where they are."""
+    """Return the default folders in which masks are searched."""
     beside = next(iter(images.files.values())).parent
     return [*(folder / name for folder in dict.fromkeys((beside, root)) for name in _MASK_FOLDERS), beside]
 
 
 def _masks_in(place: Path, images: CameraImages, other: CameraImages, is_left: bool) -> dict[str, tuple[Path, ...]]:
-    """Return the masks of a camera's frames in a folder: its own, or those of no camera by their names."""
+    """Return name of each frame -> masks of a camera in a folder: those named after it, or after no camera."""
     if own := images_in(place / images.name, PHOTO_SUFFIXES):
         return _named_like(images, own)
     files, folders = images_in(place, PHOTO_SUFFIXES), [next(iter(each.files.values())).parent for each in (images, other)]
@@ -249,7 +249,7 @@ def _mentions(stem: str, name: str) -> bool:
 
 
 def _without(stem: str, name: str) -> str:
-    """Return a name of a file without the name of the camera; the name itself if nothing else is left."""
+    """Return a file name without the name of the camera, or unchanged if nothing else would be left."""
     rest = re.sub(r"([-_. ])[-_. ]+", r"\1", _word(name).sub("", stem)).strip("-_. ")
     return rest or stem
 

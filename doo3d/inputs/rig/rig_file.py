@@ -1,6 +1,4 @@
-"""The file that describes a rig: its cameras, where each has its images, and their calibration."""
-
-from __future__ import annotations
+"""Read the file that describes a rig: its cameras, the folders of their images, and their calibration."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -24,7 +22,7 @@ _OURS = {"cameras", "calibration"}  # keys of which a rig file has at least one,
 
 
 class RigCamera(BaseModel):
-    """One camera of a rig, as its file describes it."""
+    """The description of one camera in a rig file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -62,7 +60,7 @@ class RigFile(BaseModel):
 
 
 def read_rig_file(path: Path) -> RigFile:
-    """Read a rig file, or take a calibration file of a stereo pair for a rig of its two cameras; paths in it become absolute.
+    """Read a rig file, or a calibration file of a stereo pair as a rig of its two cameras; paths become absolute.
 
     Raises
     ------
@@ -90,7 +88,7 @@ def read_rig_file(path: Path) -> RigFile:
 
 
 def _resolved(values: dict[str, Any], path: Path) -> dict[str, Any]:
-    """Return the content of a rig file with poses read and paths of files that belong to the rig made absolute."""
+    """Return the content of a rig file with its pose files read and its paths made absolute."""
     values, root = dict(values), path.parent
     given = values.get("calibration")
     given = [given] if isinstance(given, str) else given
@@ -141,7 +139,7 @@ def _check(rig: RigFile, path: Path) -> None:
 
 
 def is_depth_rig(rig: RigFile) -> bool:
-    """Return whether the cameras of a rig measure depth: whether they have captures of their own."""
+    """Return whether the cameras of a rig are depth cameras, which have captures of their own."""
     return any(camera.capture is not None for camera in rig.cameras)
 
 

@@ -1,4 +1,4 @@
-"""The calibration of a stereo pair, and its rectification to two pinhole cameras whose rows are epipolar lines."""
+"""Define the calibration of a stereo pair, and rectify it to two pinhole cameras whose rows are epipolar lines."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from ...types import Array, Bools, Camera, Floats
 from ..bag.undistortion import FISHEYE, Lens, rectifying_maps
 
 BASELINE_RANGE_M = (1e-3, 10.0)
-"""m; cameras nearer to each other or farther apart are no stereo pair: their unit is wrong."""
+"""Least and greatest baseline of a stereo pair in m; outside this range, the unit must be wrong."""
 
 MAX_ROTATION_ERROR = 1e-3
-"""Of the entries of R Rᵀ - 1: matrices in text files are rounded."""
+"""Greatest absolute entry of R Rᵀ - 1 for a rotation matrix R, since matrices in text files are rounded."""
 
 MAX_BASELINE_TILT = 1.0
-"""Length of the baseline across the rows of the left image per length along them: beyond, the cameras stand above each other."""
+"""Greatest ratio of the baseline's component across the left image's rows to that along them; above it, the cameras are
+stacked."""
 
 MASK_LEVEL = 0.5
-"""Share of a pixel of the rectified mask that the object covers."""
+"""Least fraction of a pixel of the rectified mask that the object must cover."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +35,18 @@ class StereoPair:
     left, right
         intrinsics, size and distortion of the left and the right camera.
     rotation
-        R as nine numbers, row by row, and
+        R as nine numbers, row by row, in x_right = R x_left + t between the cameras' optical frames, as from OpenCV's
+    stereoCalibrate.
     translation
-        t as three numbers, m, of x_right = R x_left + t, in the cameras' optical frames: as OpenCV's stereoCalibrate gives them.
+        t as three numbers, m, in the same equation.
     source
-        the file that says so, named in errors.
+        the calibration file, named in errors.
 
     Raises
     ------
-    InputError : on construction, when R is no rotation, the baseline is zero or not that of a stereo pair, the right camera is
-        not to the right of the left one, or a lens cannot be used.
+    InputError : R is not a rotation, the baseline is zero or outside BASELINE_RANGE_M, the right camera is not to the right of
+    the
+        left one, or a lens cannot be used.
     """
 
     left: Lens
@@ -82,7 +85,7 @@ class StereoPair:
 
 @dataclass(frozen=True)
 class RectifiedPair:
-    """Two pinhole cameras, turned so that a point is seen in the same row of both images.
+    """Two pinhole cameras, rotated so that a point is in the same row of both images.
 
     A point at the pixel (u, v) of the left image is at (u - d, v) of the right one, with the disparity d = fx baseline / z.
 
@@ -108,18 +111,18 @@ class RectifiedPair:
 
         Raises
         ------
-        InputError : an image has not the size of its camera.
+        InputError : the size of an image differs from that of its camera.
         """
         return self._rectify(left, 0), self._rectify(right, 1)
 
     def mask(self, mask: Bools, side: int) -> Bools:
-        """Return a mask (H, W) bool of the left (side 0) or right (side 1) image rectified."""
+        """Rectify a mask (H, W) bool of the left (side 0) or right (side 1) image."""
         return np.asarray(self._rectify(mask.astype(np.float32), side) > MASK_LEVEL)
 
     def pixels(self, points: Floats, side: int) -> Floats:
-        """Return the pixels (N, 2) of the left (side 0) or right (side 1) camera's own, distorted image at which points are seen.
+        """Project points to the unrectified, distorted image of the left (side 0) or right (side 1) camera: (N, 2) px.
 
-        points : (N, 3) m, in the rectified left camera's optical frame, as results have them.
+        points : (N, 3) m, in the rectified left camera's optical frame, the frame of results.
         """
         own = points - np.array([side * self.pair.baseline, 0.0, 0.0])
         lens = (self.pair.left, self.pair.right)[side]
@@ -139,7 +142,7 @@ class RectifiedPair:
 
 @lru_cache(maxsize=4)
 def _rectified(pair: StereoPair) -> RectifiedPair:
-    """Rectify a pair: Bouguet's method, as in OpenCV's stereoRectify, with the principal points at the same column."""
+    """Rectify a pair by Bouguet's method, as in OpenCV's stereoRectify, with both principal points in the same column."""
     turn, shift = np.reshape(pair.rotation, (3, 3)), np.array(pair.translation)
     half = cv2.Rodrigues(-cv2.Rodrigues(turn)[0] / 2)[0]  # each camera is turned half way
     x = -half @ shift / np.linalg.norm(shift)

@@ -1,1 +1,1 @@
-"""Helpers that several readers use: images, depth frames, file lists, poses, Open3D, native output."""
+"""Provide helpers of several readers: images, depth frames, file lists, poses, Open3D, native output."""

@@ -1,6 +1,4 @@
-"""Depth and color in files that OpenCV does not decode: arrays that numpy.save wrote (.npy), and OpenEXR."""
-
-from __future__ import annotations
+"""Read depth and color from files that OpenCV does not decode: arrays of numpy.save (.npy), and OpenEXR."""
 
 import math
 import os
@@ -34,7 +32,8 @@ def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Arra
 
     Raises
     ------
-    InputError : the file is missing or damaged, the array has another shape or type, or floats seem to be no metres.
+    InputError : the file is missing or damaged, the array has another shape or type, or floats seem to have another unit than
+    metres.
     """
     array = read_array(path)
     array = array[..., 0] if array.ndim == 3 and array.shape[2] == 1 else array
@@ -47,9 +46,9 @@ def read_depth_array(path: Path, scale: float, float_scale: float = 1.0) -> Arra
 
 
 def to_metres(array: Array, scale: float, float_scale: float = 1.0) -> Array:
-    """Return depth, integers with `scale` or floats with `float_scale` units per metre, as float32 metres.
+    """Convert depth, integers in `scale` or floats in `float_scale` units per metre, to float32 metres.
 
-    The largest value of 16 bits is no reading: cameras write it where their range ends.
+    The largest 16-bit value counts as no reading, since cameras write it beyond their range.
     """
     if array.dtype == np.uint16 and array.max(initial=0) == SATURATED:
         array = np.where(array == SATURATED, 0, array)
@@ -58,11 +57,11 @@ def to_metres(array: Array, scale: float, float_scale: float = 1.0) -> Array:
 
 
 def read_color_array(path: Path) -> Array:
-    """Read a color image from a .npy file as (H, W, 3) uint8 RGB; a grey image gets three equal channels.
+    """Read a color image from a .npy file as (H, W, 3) uint8 RGB; a gray image gets three equal channels.
 
     Raises
     ------
-    InputError : the file is missing or damaged, or is no array (H, W), (H, W, 3) or (H, W, 4) of uint8.
+    InputError : the file is missing or damaged, or is not an array (H, W), (H, W, 3) or (H, W, 4) of uint8.
     """
     array = read_array(path)
     if array.dtype != np.uint8:
@@ -75,7 +74,7 @@ def read_color_array(path: Path) -> Array:
 
 
 def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return shape, whether it is stored column by column, and type of an array that numpy.save wrote; ValueError for another."""
+    """Read the header of a .npy file: shape, whether stored column by column, and type; raise ValueError for other files."""
     version = np.lib.format.read_magic(file)
     if version != (1, 0):  # NumPy reads the header before it looks at the length
         length = int.from_bytes(file.read(4), "little")
@@ -88,7 +87,7 @@ def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
 
 
 def array_header(path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return the header of a .npy file as `read_header` does; OSError if it cannot be read."""
+    """Read the header of the .npy file at a path, see `read_header`; raise OSError if it cannot be read."""
     if not path.is_file():  # such as a pipe, which may have no end
         raise OSError(f"{path} is no file")
     with path.open("rb") as file:
@@ -96,7 +95,7 @@ def array_header(path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
 
 
 def read_array(path: Path) -> Array:
-    """Read the array of numbers in a .npy file; InputError if it is damaged, or announces more than one image can have."""
+    """Read the numeric array of a .npy file; raise InputError if it is damaged or larger than an image may be."""
     check_regular(path)
     with guarded(path), path.open("rb") as file:
         check_not_pointer(path, file.read(_HEAD_BYTES))
@@ -114,9 +113,9 @@ def read_array(path: Path) -> Array:
 
 
 def read_exr(path: Path) -> Array:
-    """Return the depth in an EXR image as stored, (H, W) float32 or uint32.
+    """Read the depth of an EXR image as stored, (H, W) float32 or uint32.
 
-    It is the only channel, one named Z, depth or V, or any of several that are equal, where depth is written as a gray picture.
+    The depth is the only channel, one named Z, depth or V, or any of several equal channels, as in a gray picture.
 
     Raises
     ------

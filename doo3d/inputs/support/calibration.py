@@ -1,6 +1,4 @@
-"""A calibrated camera, and how it is found in the nested objects of a JSON or YAML file."""
-
-from __future__ import annotations
+"""Define a calibrated camera, and find it in the nested objects of a JSON or YAML file."""
 
 import math
 import re
@@ -13,7 +11,7 @@ import numpy as np
 from ...errors import InputError
 
 Pinhole = tuple[float, float, float, float]
-"""fx, fy, cx, cy in px."""
+"""Intrinsics of a pinhole camera: fx, fy, cx, cy in px."""
 _MAX_DEPTH = 6  # nested objects that are searched
 _MAX_VALUES = 64  # numbers that are read of one matrix
 _MIN_UNITS_PER_M = 50.0  # a depth scale above is units per metre (1000: mm, 5000), one below
@@ -36,11 +34,11 @@ class Calibration(NamedTuple):
     pinhole
         the tuple (fx, fy, cx, cy) in px.
     size
-        (width, height) in px of the images that it is for; None if the file does not say.
+        (width, height) of the camera's images in px; None if the file does not state it.
     scale
-        units of the depth images per metre; None if the file does not say.
+        units of the depth images per metre; None if the file does not state them.
     label
-        file name and names of the objects in the file around the camera, to tell the depth camera from the color camera.
+        file name and keys of the objects around the camera in the file, which distinguish depth and color cameras.
     file
         the file that it was read from.
     distorted
@@ -56,7 +54,7 @@ class Calibration(NamedTuple):
 
 
 def cameras_in(values: Any, path: Path, label: str, depth: int = 0) -> Iterator[Calibration]:
-    """Yield the camera that an object is, or else the cameras in the objects within it.
+    """Yield the camera that an object describes, or else the cameras of the objects within it.
 
     Parameters
     ----------
@@ -138,7 +136,7 @@ def _pinhole_in(keys: Mapping[str, Any], path: Path) -> Pinhole | None:
 
 
 def _flat(values: Any) -> list[float]:
-    """Return the numbers in nested lists, row by row; NaN for anything that is no number, and for lists of several lengths."""
+    """Return the numbers in nested lists, row by row; NaN for other values, and for lists of unequal lengths."""
     try:
         numbers: list[float] = np.asarray(values, dtype=float).ravel().tolist()  # YAML reads 1e3 as text
         return numbers
@@ -149,8 +147,8 @@ def _flat(values: Any) -> list[float]:
 def check_pinhole(numbers: list[float], where: str) -> Pinhole:
     """Check the numbers of a camera and return its fx, fy, cx, cy in px.
 
-    They are these 4 numbers, or a matrix of 9 (3x3), 12 (3x4) or 16 (4x4), row by row; one of 9 also column by column. `where` is
-    the file and the name of the matrix in it, for errors.
+    The input is these 4 numbers, or a matrix of 9 (3x3), 12 (3x4) or 16 (4x4) numbers, row by row; a 3x3 matrix may also be
+    column by column. `where` is the file and the name of the matrix in it, for errors.
 
     Raises
     ------
@@ -192,7 +190,7 @@ def _size_in(keys: Mapping[str, Any], path: Path) -> tuple[int, int] | None:
 
 
 def _scale_in(keys: Mapping[str, Any], path: Path) -> float | None:
-    """Return the units per metre, whichever way round the file gives them; None if it does not."""
+    """Return the units per metre, also from a file that has metres per unit; None if it has neither."""
     key = next((key for key in _SCALE_KEYS if key in keys), None)
     if key is None:
         return None

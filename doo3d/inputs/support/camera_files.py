@@ -1,6 +1,4 @@
-"""Camera files: the intrinsics of one or several cameras as JSON, YAML or text, in the forms that tools and devices write."""
-
-from __future__ import annotations
+"""Read camera files: the intrinsics of one or several cameras as JSON, YAML or text, as tools and devices write them."""
 
 import re
 from collections.abc import Iterator
@@ -25,10 +23,10 @@ def read_camera_file(path: Path) -> list[Calibration]:
     """Read the cameras in a JSON, YAML or text file; each camera once, at least one.
 
     A camera is `fx`, `fy`, `cx`, `cy` (also `ppx`, `ppy`), or a matrix `K`, `intrinsic_matrix` or `camera_matrix`: 9 numbers,
-    row by row or column by column, or 4 (fx, fy, cx, cy). Read are thereby Open3D's file, ROS's CameraInfo and calibrations,
-    OpenCV's and Kalibr's YAML, BOP's `camera.json`, ORB-SLAM's settings, and the text of RealSense's tools. A text of 4, 9 or
-    16 numbers alone is a camera, too. The size is `width` and `height`. A `depth_scale` above 50 is taken as units per metre,
-    one below 0.02 as metres per unit, one in between as millimetres per unit.
+    row by row or column by column, or 4 (fx, fy, cx, cy). This covers Open3D's file, ROS's CameraInfo and calibrations, OpenCV's
+    and Kalibr's YAML, BOP's `camera.json`, ORB-SLAM's settings, and the text of RealSense's tools. A text of only 4, 9 or 16
+    numbers is a camera, too. The size is `width` and `height`. A `depth_scale` above 50 means units per metre, one below 0.02
+    metres per unit, one in between millimetres per unit.
 
     Raises
     ------

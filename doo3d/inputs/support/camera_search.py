@@ -1,6 +1,4 @@
-"""The search for the camera of depth images in files beside them: a file is only taken if it fits the size of the images."""
-
-from __future__ import annotations
+"""Search the camera of depth images in files beside them; a camera is only used if it fits the size of the images."""
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -19,8 +17,8 @@ _FOLDERS = ("calib", "calibration", "camera", "intrinsics", "intrinsic", "camera
 _SUFFIXES = (".json", ".yaml", ".yml")
 _MAX_OTHER_FILES = 20  # JSON and YAML files without a camera's name that are looked into; more are annotations
 _PRINCIPAL_POINT_RANGE = (0.4, 0.6)
-"""Share of width and height in which the principal point lies. Depth cameras have 0.46 to 0.54; a camera at its next resolution,
-which is a third larger or smaller, is outside."""
+"""Range of the principal point, as a fraction of width and height. Depth cameras have 0.46 to 0.54; the values of the next
+resolution, a third larger or smaller, are outside."""
 REMEDY = "give --camera FILE (JSON or YAML with fx, fy, cx, cy) or --input-option 'camera=[fx, fy, cx, cy]'"
 _PX = 0.01  # cameras whose intrinsics differ by less are one
 
@@ -35,11 +33,11 @@ def choose_camera(cameras: Sequence[Calibration], size: Size, aligned: bool) -> 
     size
         (width, height) of the depth images in px.
     aligned
-        whether color images belong to the depth images: these are then pixels of the color camera, as a rule.
+        whether color images belong to the depth images, which then usually have the pixels of the color camera.
 
     Raises
     ------
-    InputError : no camera is for images of this size, or several are and their names do not tell which.
+    InputError : no camera is for images of this size, or several are and their names do not identify one.
     """
     distinct, where = _distinct(cameras), cameras[0].file
     if len(distinct) == 1:
@@ -61,7 +59,7 @@ def choose_camera(cameras: Sequence[Calibration], size: Size, aligned: bool) -> 
 
 
 def describe_camera(camera: Calibration) -> list[str]:
-    """Return the notes about a camera that was read from a file: that a distortion is not removed."""
+    """Return the notes about a camera from a file: a sentence if its distortion is not removed."""
     if not camera.distorted:
         return []
     return [f"{camera.file.name} has a lens distortion, which is not removed: undistort the images if they are not yet"]
@@ -72,7 +70,7 @@ def check_size(camera: Calibration, size: Size) -> None:
 
     Raises
     ------
-    InputError : it is for another size; if that has the same shape, the message has the scaled intrinsics.
+    InputError : the camera is for another size; if the aspect ratio is the same, the message has the scaled intrinsics.
     """
     if camera.size is None or camera.size == size:
         return
@@ -86,7 +84,7 @@ def check_size(camera: Calibration, size: Size) -> None:
 
 
 def scaled(pinhole: Pinhole, x: float, y: float) -> Pinhole:
-    """Return fx, fy, cx, cy of images that are wider and higher by factors; a pixel's center has whole coordinates."""
+    """Scale intrinsics to images that are wider by x and higher by y; a pixel's center has whole coordinates."""
     fx, fy, cx, cy = pinhole
     return fx * x, fy * y, (cx + 0.5) * x - 0.5, (cy + 0.5) * y - 0.5
 
@@ -109,7 +107,7 @@ class FoundCamera(NamedTuple):
     camera
         the camera.
     notes
-        the path of the file, unless it is that of Open3D's recorder, and what else is to be said.
+        notes: the path of the file, unless it is that of Open3D's recorder, and remarks about the camera.
     others
         all cameras in the files of that folder, such as that of the color images.
     """
@@ -124,8 +122,8 @@ def find_camera(
 ) -> FoundCamera | None:
     """Return the camera of depth images that a file beside them describes; None if there is none.
 
-    Of the folders, in order, the first with a camera that fits is used. `camera_intrinsic.json` takes precedence over other JSON,
-    YAML and text files whose names speak of a camera, and these over JSON and YAML files of other names.
+    The first folder with a camera that fits is used. `camera_intrinsic.json` takes precedence over other JSON, YAML and text
+    files with a camera word in their names, and these over JSON and YAML files with other names.
 
     Parameters
     ----------
@@ -134,17 +132,17 @@ def find_camera(
     size
         (width, height) of the depth images in px; None if it is unknown: then every camera fits.
     aligned
-        whether color images have the pixels of the depth images: these are then pixels of the color camera, as a rule.
+        whether color images have the pixels of the depth images, which are then usually those of the color camera.
     images
-        the folder of the depth images, if that is another one.
+        the folder of the depth images, if it is not `root`.
     parent
-        the folder above, which other captures may share: only files count whose names speak of a camera in a whole word, and that
-        state the size of these images.
+        the parent folder, which other captures may share: only files count that have a whole camera word in their names and state
+        the size of these images.
 
     Raises
     ------
     InputError : the only files named like a camera file cannot be read as one, their cameras are for images of another size, or
-        several cameras fit and their names do not tell which.
+        several cameras fit and their names do not identify one.
     """
     misfits = list[Calibration]()
     for group, is_own in _groups(dict.fromkeys([root, *([images] if images else [])]), parent):
@@ -164,7 +162,7 @@ def find_camera(
 
 
 def fits(camera: Calibration, size: Size | None) -> bool:
-    """Return whether a camera can be that of images of a size: the size that it states is this one, or the center is likely."""
+    """Return whether a camera fits images of a size: its stated size is equal, or else its principal point is plausible."""
     if size is None or camera.size is not None:
         return size is None or camera.size == size
     low, high = _PRINCIPAL_POINT_RANGE
@@ -177,7 +175,7 @@ def has_camera_file(folder: Path) -> bool:
 
 
 def search_folders(root: Path) -> list[Path]:
-    """Return the folders in which the camera of images below `root` is looked for."""
+    """Return the folders in which the camera of images below `root` is searched."""
     return [root, *(root / name for name in _FOLDERS)]
 
 
@@ -220,7 +218,7 @@ def _is_named(file: Path, words: Collection[str] = _CAMERA_WORDS) -> bool:
 
 
 def _is_viewers(file: Path) -> bool:
-    """Return whether a file is called like that of a snapshot of RealSense's Viewer: <name>_Depth_metadata.csv."""
+    """Return whether a file has the name of a RealSense Viewer snapshot's metadata: <name>_Depth_metadata.csv."""
     return file.suffix.lower() == ".csv" and file.stem.lower().endswith(("depth_metadata", "color_metadata"))
 
 

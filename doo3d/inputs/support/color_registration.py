@@ -1,6 +1,4 @@
-"""Alignment of color images to the pixels of a depth image of another camera."""
-
-from __future__ import annotations
+"""Align color images to the pixels of a depth image of another camera."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,24 +22,24 @@ _OCCLUSION_TOLERANCE = 0.02  # relative depth: a point farther than the nearest 
 
 
 def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera, extrinsics: Floats) -> Array:
-    """Return the colour of each pixel of a depth image; black where the colour camera does not see the surface.
+    """Return the color of each pixel of a depth image; black where the color camera does not see the surface.
 
-    Each depth pixel is projected into the colour image and gets the colour of the nearest pixel there. Surfaces occluded from the
-    colour camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so
-    that objects seen by the colour camera alone keep their colour.
+    Each depth pixel is projected into the color image and gets the color of the nearest pixel there. Surfaces occluded from the
+    color camera are found with a z-buffer. A pixel without depth is projected at the depth of the nearest pixel with depth, so
+    that objects seen by the color camera alone keep their color.
 
     Parameters
     ----------
     color
         (h, w, 3) uint8 RGB, the image of `color_camera`, h x w px.
     color_camera
-        pinhole camera of the colour image.
+        pinhole camera of the color image.
     depth
         (H, W) float m, the image of `camera`, H x W px; 0 or not finite where there is no measurement.
     camera
         pinhole camera of the depth image.
     extrinsics
-        (4, 4), depth camera to colour camera: x_color = extrinsics @ x_depth, m.
+        (4, 4), depth camera to color camera: x_color = extrinsics @ x_depth, m.
 
     Returns
     -------
@@ -59,7 +57,7 @@ def align_color(color: Array, color_camera: Camera, depth: Array, camera: Camera
 
 
 def _projected(distance: Floats, camera: Camera, color_camera: Camera, extrinsics: Floats) -> tuple[Floats, Floats, Floats]:
-    """Project each depth pixel: column and row in the colour image, px, and depth in the colour camera, m; (H, W) float32."""
+    """Project each depth pixel: column and row in the color image, px, and depth in the color camera, m; (H, W) float32."""
     x = ((np.arange(camera.width) - camera.cx) / camera.fx)[None].astype(np.float32)
     y = ((np.arange(camera.height) - camera.cy) / camera.fy)[:, None].astype(np.float32)
     rotation, translation = extrinsics[:3, :3].astype(np.float32), extrinsics[:3, 3].astype(np.float32)
@@ -73,7 +71,10 @@ def _projected(distance: Floats, camera: Camera, color_camera: Camera, extrinsic
 
 
 def _in_front(u: Floats, v: Floats, z: Floats, inside: Bools, valid: Bools, color_camera: Camera, camera: Camera) -> Bools:
-    """Return (H, W) bool: no measured surface is nearer (z-buffer of cells slightly larger than a projected depth pixel)."""
+    """Return for each depth pixel whether no measured surface occludes it from the color camera, (H, W) bool.
+
+    The test is a z-buffer whose cells are slightly larger than a projected depth pixel.
+    """
     cell = np.float32(max(1.0, 1.5 * color_camera.fx / camera.fx, 1.5 * color_camera.fy / camera.fy))
     rows, columns = int(color_camera.height / cell) + 2, int(color_camera.width / cell) + 2
     cells = np.zeros(z.shape, np.intp)
@@ -85,7 +86,7 @@ def _in_front(u: Floats, v: Floats, z: Floats, inside: Bools, valid: Bools, colo
 
 
 def _filled(depth: Array, valid: Bools) -> Floats:
-    """Return (H, W) m with pixels without depth set to the depth of the nearest pixel that has one."""
+    """Fill pixels without depth with the depth of the nearest pixel that has one: (H, W) m."""
     if valid.all():
         return np.asarray(depth, dtype=np.float32)
     _, labels = cv2.distanceTransformWithLabels((~valid).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
@@ -95,11 +96,11 @@ def _filled(depth: Array, valid: Bools) -> Floats:
 
 
 def scaled_to_depth(color: Array, shape: tuple[int, ...], where: str) -> Array:
-    """Return a color image (h, w, 3) uint8 scaled to the shape (H, W) of the depth image, whose pixels see the same.
+    """Scale a color image (h, w, 3) uint8 with the same view to the shape (H, W) of the depth image.
 
     Raises
     ------
-    InputError : it has another aspect ratio; the message begins with `where`.
+    InputError : the image has another aspect ratio; the message begins with `where`.
     """
     height, width = shape
     if abs(color.shape[1] * height / (color.shape[0] * width) - 1) > _MAX_ASPECT_ERROR:
@@ -123,7 +124,7 @@ class ColorCamera(NamedTuple):
 
 
 def find_color_camera(root: Path, cameras: Sequence[Calibration], size: Size) -> ColorCamera | None:
-    """Return the camera of the color images, if a file beside them describes it and its position; None if not.
+    """Find the camera of the color images and its position in files beside them; None if one is missing.
 
     Parameters
     ----------
@@ -136,7 +137,7 @@ def find_color_camera(root: Path, cameras: Sequence[Calibration], size: Size) ->
 
     Raises
     ------
-    InputError : a file of extrinsics holds no pose.
+    InputError : a file of extrinsics does not hold a pose.
     """
     named = [camera for camera in cameras if fits(camera, size) and set(words_of(camera.label)) & _COLOR_WORDS]
     folders = [folder for folder in search_folders(root) if all((folder / name).is_file() for name in _EXTRINSICS)]
@@ -149,7 +150,7 @@ def find_color_camera(root: Path, cameras: Sequence[Calibration], size: Size) ->
 
 
 def sizes_differ(root: Path, color: Size, depth: Size) -> InputError:
-    """Return the error for color images of another size than the depth images, whose cameras are not both known."""
+    """Return the error for color and depth images of different sizes whose cameras are not both known."""
     return InputError(
         f"{root}: the color images are {color[0]}x{color[1]} px, the depth images {depth[0]}x{depth[1]}: to align them, save "
         "intrinsic_depth.txt, intrinsic_color.txt, extrinsic_depth.txt and extrinsic_color.txt (4x4, camera to device) in "

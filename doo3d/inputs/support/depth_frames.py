@@ -1,6 +1,4 @@
-"""Checks of cameras, matrices, poses and units in files of depth images."""
-
-from __future__ import annotations
+"""Check cameras, matrices, poses and units in files of depth images."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -48,7 +46,7 @@ def camera_for(pinhole: Pinhole, shape: tuple[int, ...], size: tuple[int, int] |
 
 
 def depth_of_distance(distance: Array, camera: Camera) -> Array:
-    """Return the depth along the optical axis, (H, W) float32 m, of distances from the optical center along the rays."""
+    """Convert distances from the optical center along the rays to depth along the optical axis, (H, W) float32 m."""
     u, v = (np.arange(camera.width) - camera.cx) / camera.fx, (np.arange(camera.height) - camera.cy) / camera.fy
     return np.asarray(distance / np.sqrt(1 + u**2 + v[:, None] ** 2), dtype=np.float32)
 
@@ -82,7 +80,7 @@ def _measured(depth: Array) -> Array:
 
 
 def _is_plausible(median: float) -> bool:
-    """Return whether a median depth, m, can be that of a depth camera's image."""
+    """Return whether a median depth in m is plausible for a depth camera."""
     return _MIN_MEDIAN_DEPTH_M <= median <= _MAX_MEDIAN_DEPTH_M
 
 
@@ -110,7 +108,8 @@ def check_depth_scale(value: Any, where: str, meaning: str) -> float:
 def pinhole_of(matrix: Any, where: str) -> Pinhole:
     """Return (fx, fy, cx, cy) of a camera matrix [fx, 0, cx; 0, fy, cy; 0, 0, 1], row by row or column by column.
 
-    It is nine numbers in any nesting (a list of 9, or 3x3); None counts as missing. `where` is file and key, named in the error.
+    The matrix is nine numbers in any nesting (a list of 9, or 3x3); None counts as missing. `where` is file and key, named in the
+    error.
 
     Raises
     ------
@@ -162,7 +161,7 @@ def check_pose(pose: Any, where: str) -> Floats:
 
 
 def read_frame_pose(file: Path) -> Floats | None:
-    """Read a file of one pose, (4, 4) camera to world, m; None if it is not finite, as those that tracking lost are.
+    """Read a file of one pose, (4, 4) camera to world, m; None if it is not finite, which marks lost tracking.
 
     Raises
     ------

@@ -1,6 +1,4 @@
-"""The state of input files, for detecting changes without reading their content."""
-
-from __future__ import annotations
+"""Record the state of input files, to detect changes without reading their content."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,7 +16,7 @@ _MAX_ITEMS = 64  # longer lists hold numbers or messages
 
 
 class FramePaths(Mapping[str, list[str]]):
-    """The files that each frame of a capture is read from: frame name -> absolute paths, found when they are asked for.
+    """Mapping from the name of a frame to the absolute paths of its files, which are found when requested.
 
     frames : the frames of the capture.
     """
@@ -60,7 +58,7 @@ def frame_paths(frame: FrameRef) -> list[str]:
 
 
 def _paths_in(value: Any, depth: int) -> Iterator[Path]:
-    """Yield the paths that a loader or one of its arguments holds."""
+    """Yield the paths within a loader or its arguments."""
     items: Iterable[Any] = ()
     if isinstance(value, Path):
         yield value

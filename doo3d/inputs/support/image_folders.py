@@ -1,6 +1,4 @@
-"""Layouts of depth, color and mask images in folders: a sub-folder for each, or all side by side, matched by name."""
-
-from __future__ import annotations
+"""List depth, color and mask images in folders: in a sub-folder for each kind or in one folder, matched by name."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -13,17 +11,20 @@ from .listing import Role, frame_key, images_in, is_depth_content, is_distance, 
 
 COLOR_FOLDERS = ("color", "rgb", "image")  # these names come first, and then any with a word for color in it
 _Parts = dict[str, Path | None]
-"""Part ("depth", "color", "mask") -> the image; None if other frames have one and this one has not."""
+"""Kind of image ("depth", "color", "mask") -> path; None if other frames have this kind but this one does not."""
 _MIN_DEPTH_SHARE = 1 / 3  # of the images of a folder, if no name speaks of depth: a color image and a mask may belong to each
 
 
 def is_depth_folder(folder: Path) -> bool:
-    """Return whether a folder has a sub-folder for depth images, or depth images in it by their names or their content."""
+    """Return whether a folder has a sub-folder of depth images, or contains depth images by name or content."""
     return _depth_folder(folder) is not None or bool(_side_by_side(folder).get("depth"))
 
 
 def is_depth_file(file: Path) -> bool:
-    """Return whether a file is a depth image: by its content, or an image without depth's opposite in a folder called depth."""
+    """Return whether a file is a depth image: by its content, or as an image in a folder called depth.
+
+    In such a folder, images with names or content of another kind do not count.
+    """
     return file.suffix.lower() in DEPTH_SUFFIXES and (
         is_depth_content(file) or ("depth" in (role_of(file.stem), role_of(file.parent.name)) and may_be_depth(file))
     )
@@ -62,7 +63,7 @@ def _files(root: Path, name: str, parts: _Parts) -> Files:
 
 
 def _list_file(path: Path) -> tuple[Path, dict[str, _Parts]]:
-    """Return the folder of the capture, and the frame of a depth image with what lies in the folder for it."""
+    """Return the folder of the capture, and the frame of a single depth image with its color and mask in that folder."""
     found: list[tuple[Path, str, _Parts]] = [(path.parent, path.stem, {"depth": path})]
     for root in (path.parent, path.parent.parent):
         if root == path.parent or _depth_folder(root) == path.parent:
@@ -73,7 +74,7 @@ def _list_file(path: Path) -> tuple[Path, dict[str, _Parts]]:
 
 
 def _list_folder(path: Path, notes: list[str]) -> dict[str, _Parts]:
-    """Return name -> part -> image, None where other frames have this part and this one has not."""
+    """Return name of each frame -> its images by kind; None where only other frames have this kind."""
     folder, others = _depth_folder(path), dict[str, dict[str, Path]]()
     if folder is not None:
         depth = images_in(folder, DEPTH_SUFFIXES)
@@ -120,7 +121,7 @@ def _depth_folders(path: Path) -> list[str]:
 
 
 def _namesake(folder: Path, part: str) -> Path | None:
-    """Return the folder of color images or masks beside a folder of depth images: cam_high or cam_high_rgb for cam_high_depth."""
+    """Return the folder of color images or masks of a depth folder, such as cam_high or cam_high_rgb for cam_high_depth."""
     folder = folder.absolute()
     name = frame_key(folder.name)
     if role_of(folder.name) != "depth" or not name:
@@ -131,7 +132,7 @@ def _namesake(folder: Path, part: str) -> Path | None:
 
 
 def _of_another_size(depth: dict[str, Path], others: dict[str, dict[str, Path]]) -> bool:
-    """Return whether these are snapshots of RealSense's Viewer with color images of another size than their depth."""
+    """Return whether images are RealSense Viewer snapshots whose color and depth have different sizes."""
     files, color = list(depth.values()), list(others.get("color", {}).values())
     return bool(color) and files[0].suffix.lower() == ".raw" and first_size(files) != first_size(color)
 
@@ -147,13 +148,13 @@ def _role_folder(path: Path, role: str) -> Path | None:
 
 
 def _sub_folders(path: Path, role: str) -> list[Path]:
-    """Return the sub-folders with images whose names speak of a role, shortest name first, distances last."""
+    """Return the sub-folders of images with words of a role in their names, shortest name first, distances last."""
     folders = [item for item in path.iterdir() if not item.name.startswith(".") and role_of(item.name) == role and item.is_dir()]
     return sorted(filter(_images_in, folders), key=lambda folder: (is_distance(folder), len(folder.name), folder.name))
 
 
 def _side_by_side(path: Path) -> dict[str, dict[str, Path]]:
-    """Return role -> frame -> image of the images in a folder itself; no "depth" if the folder has no depth images."""
+    """Return role -> frame -> image for the images directly in a folder; without "depth" if there are no depth images."""
     files = sorted((file for file in _images_in(path) if file.is_file()), key=lambda file: natural_key(file.name))
     roles: dict[Path, Role | None] = {file: role_of(file.stem) for file in files}
     depth = [file for file in files if roles[file] == "depth" and may_be_depth(file)]

@@ -1,6 +1,4 @@
-"""Image files, decoded by OpenCV; damage that OpenCV does not report (it returns None or half an image) is an error here."""
-
-from __future__ import annotations
+"""Read image files with OpenCV; damage that OpenCV does not report (None or half an image) raises an error."""
 
 import re
 from collections.abc import Sequence
@@ -42,7 +40,7 @@ _JPEG_MARKER = re.compile(rb"\xff[^\x00\x01\xd0-\xd7\xff]")  # among a JPEG's co
 _MAX_TRIED = 5  # images whose headers are read for their size; no more are damaged
 _FEW_BITS = 1 << 14  # values below: cameras of 12 and 14 bits, and microscopes, stored in 16
 _DARKEST = 0.01  # percent of the pixels that may be darker or brighter than the range: hot pixels
-_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # grey or BGR without alpha, at the bit depth of the file
+_COLOR = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH  # gray or BGR without alpha, at the bit depth of the file
 
 
 def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Array:
@@ -73,7 +71,7 @@ def read_depth(path: Path, scale: float, array_scale: float | None = None) -> Ar
 
 
 def _read_exr(path: Path) -> Array:
-    """Return the depth in an EXR image, decoded in the process for native readers after a check of its size."""
+    """Read the depth of an EXR image, decoded in the process for native readers after a check of its size."""
     check_regular(path)
     with guarded(path):
         head = read_head(path, 64)
@@ -86,7 +84,7 @@ def _read_exr(path: Path) -> Array:
 
 
 def raw_size_file(path: Path) -> Path:
-    """Return the file that RealSense's Viewer writes beside the raw depth of a snapshot, with its size and intrinsics."""
+    """Return the path of the metadata file of a RealSense Viewer snapshot, which has size and intrinsics of the raw depth."""
     return path.with_name(f"{path.stem}_metadata.csv")
 
 
@@ -98,7 +96,7 @@ def _raw_size(path: Path) -> Size:
 
 
 def _read_raw(path: Path) -> Array:
-    """Return the 16-bit depth, (H, W), of a snapshot of RealSense's Viewer."""
+    """Read the raw 16-bit depth (H, W) of a RealSense Viewer snapshot."""
     width, height = _raw_size(path)
     check_pixels(width, height, str(path))
     expected = 2 * width * height
@@ -111,9 +109,9 @@ def _read_raw(path: Path) -> Array:
 
 
 def image_size(path: Path) -> Size | None:
-    """Return (width, height) in px that the header of an image or of an array (.npy) announces; None if it cannot be read.
+    """Read (width, height) px from the header of an image or an array (.npy); None if it cannot be read.
 
-    None also for a pipe, which may have no end.
+    The result is also None for a pipe, which may be endless.
     """
     if not path.is_file():
         return None
@@ -129,9 +127,9 @@ def image_size(path: Path) -> Size | None:
 
 
 def first_size(files: Sequence[Path]) -> Size | None:
-    """Return (width, height) in px of the first of some images whose header can be read; None if there is none.
+    """Return (width, height) px of the first image whose header can be read; None if there is none.
 
-    One that announces more pixels than allowed is damaged, and only counts if all are.
+    An image with more pixels than allowed counts as damaged; it is only used if all images are.
     """
     sizes = [size for size in map(image_size, files[:_MAX_TRIED]) if size is not None]
     return next((size for size in sizes if size[0] * size[1] <= current_limits().max_pixels), next(iter(sizes), None))
@@ -143,7 +141,7 @@ def is_image(path: Path) -> bool:
 
 
 def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> Array:
-    """Read a color image as (H, W, 3) uint8 RGB; a grey image gets three equal channels.
+    """Read a color image as (H, W, 3) uint8 RGB; a gray image gets three equal channels.
 
     Alpha and color profile are ignored. 16-bit values are scaled to 8 bits; floats from 0 to 1 are scaled to 0 to 255.
 
@@ -169,7 +167,7 @@ def read_color(path: Path, upright: bool = False, data: bytes | None = None) -> 
 def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bools:
     """Read a mask image as (H, W) bool: true (the object) where any channel but alpha is above zero.
 
-    A mask that is a pixel off is returned as it is: FrameData crops or pads it, with a note.
+    A mask whose size is wrong by one pixel is returned unchanged: FrameData crops or pads it, with a note.
 
     Parameters
     ----------
@@ -197,7 +195,7 @@ def read_mask(path: Path, shape: tuple[int, ...], upright: bool = False) -> Bool
 
 
 def scaled_range(image: Array) -> tuple[float, float]:
-    """Return the values of a 16-bit image that become 0 and 255: those of its type, or its own where these use few bits."""
+    """Return the values of a 16-bit image that become 0 and 255: the range of its type, or its own if it uses few bits."""
     low, high = np.percentile(image, (_DARKEST, 100 - _DARKEST)).tolist()
     return (low, high) if high < _FEW_BITS else (0, SATURATED)
 
@@ -216,11 +214,11 @@ def _eight_bits(path: Path, image: Array) -> Array:
 
 
 def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:
-    """Read an image with OpenCV's flags from a file, or from `data`; then `path` is the name used in errors.
+    """Decode an image with OpenCV's flags, from a file or from `data`; `path` is then only the name in errors.
 
     Raises
     ------
-    InputError : the file is missing or damaged, is no image, or announces too many pixels.
+    InputError : the file is missing or damaged, is not an image, or announces too many pixels.
     """
     if data is None:
         data = read_encoded(path)
@@ -251,7 +249,7 @@ def decode_image(path: Path, flags: int, data: bytes | None = None) -> Array:
 
 
 def _decode(data: bytes, flags: int) -> tuple[Array | None, str]:
-    """Return what OpenCV decodes an image to, None for no image, and what it and its libraries say about it."""
+    """Decode an image with OpenCV; return it, None on failure, and the messages of OpenCV and its libraries."""
     image, exception = None, ""
     with capture_native_output() as native:
         try:

@@ -1,6 +1,4 @@
-"""Cameras that devices and data sets document, for folders without a camera file."""
-
-from __future__ import annotations
+"""Define documented cameras of devices and data sets, for folders without a camera file."""
 
 from typing import NamedTuple
 
@@ -9,16 +7,16 @@ from .images import Size
 
 
 class KnownCamera(NamedTuple):
-    """A camera of depth images.
+    """A documented camera of depth images.
 
     Attributes
     ----------
     pinhole
         the tuple (fx, fy, cx, cy) in px.
     size
-        (width, height) in px that the images must have; None: any size.
+        required (width, height) of the images in px; None for any size.
     note
-        sentence for the user, in which `{unit}` stands for the unit of depth.
+        sentence for the user; `{unit}` in it is replaced by the unit of depth.
     """
 
     pinhole: Pinhole

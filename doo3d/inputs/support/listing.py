@@ -1,6 +1,4 @@
-"""Images in folders: their roles (depth, color, mask) by names and content, and their match to frames by name."""
-
-from __future__ import annotations
+"""Find the roles of images in folders (depth, color, mask) by name and content, and match them to frames by name."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -33,14 +31,14 @@ def words_of(name: str) -> list[str]:
 
 
 def is_distance(file: Path) -> bool:
-    """Return whether an image is called like Replicator's distances along the rays, or lies in a folder of this name."""
+    """Return whether an image or its folder has the name of Replicator's distances along the rays."""
     return any(RAY_DISTANCE in name.lower() for name in (file.name, file.parent.name))
 
 
 def role_of(name: str) -> Role | None:
-    """Return the role that the words of a name give an image or a folder of images; None without such a word.
+    """Return the role of an image or a folder of images by the words of its name; None without such a word.
 
-    A name with both depth and color in it is of depth (aligned_depth_to_color), a colored preview of depth has no role.
+    A name with both depth and color means depth (aligned_depth_to_color); a colored preview of depth has no role.
     """
     words = set(words_of(name))
     if words & _MASK:
@@ -51,21 +49,21 @@ def role_of(name: str) -> Role | None:
 
 
 def frame_key(stem: str) -> str:
-    """Return the part of a file name that depth, color and mask of a frame share: 000 of 000_depth, frame_0 of frame_0.depth."""
+    """Return the common part of the names of a frame's images: 000 for 000_depth, frame_0 for frame_0.depth."""
     stem = _REPLICATORS_DEPTH.sub("depth", stem)
     rest = _WORD.sub(lambda word: "" if word[0].lower() in _ROLE_WORDS else word[0], stem)
     return re.sub(r"([-_. ])[-_. ]+", r"\1", rest).strip("-_. ")
 
 
 def is_depth_content(file: Path) -> bool:
-    """Return whether a file begins like a depth image: a 16-bit PNG of one channel, or a 2-D array of numbers (.npy)."""
+    """Return whether a file is a depth image by its header: a 16-bit single-channel PNG, or a 2-D array of numbers (.npy)."""
     if file.suffix.lower() == ".npy":
         return _is_depth_array(file)
     return _png_kind(file) == b"\x10\0"
 
 
 def may_be_depth(file: Path) -> bool:
-    """Return whether a file whose name says depth can be depth: no 8-bit PNG or JPEG (a preview), no raw numbers without size."""
+    """Return whether a file with depth in its name can be depth: no 8-bit PNG or JPEG (a preview), no raw data without size."""
     suffix = file.suffix.lower()
     if suffix == ".png":
         return not b"\0" < _png_kind(file)[:1] <= b"\x08"
@@ -75,7 +73,7 @@ def may_be_depth(file: Path) -> bool:
 
 
 def _png_kind(file: Path) -> bytes:
-    """Return the bytes of a PNG with its bits per channel and its kind of color (0: gray); none for another file."""
+    """Return the two bytes of a PNG's header with bits per channel and color type (0: gray); empty for other files."""
     head = read_head(file, 26)
     return head[24:] if head.startswith(_PNG) else b""
 
@@ -114,13 +112,25 @@ def images_in(folder: Path, suffixes: Collection[str] = SUFFIXES) -> dict[str, P
     return images
 
 
+def first_folder(path: Path, *names: str) -> Path | None:
+    """Return the first sub-folder with one of the names; None if there is none."""
+    return next((path / name for name in names if (path / name).is_dir()), None)
+
+
+def depth_images(path: Path) -> dict[str, Path]:
+    """Return stem -> path of the images in the sub-folder depth/; raise InputError if there are none."""
+    if depth := images_in(path / "depth"):
+        return depth
+    raise InputError(f"{path / 'depth'}: holds no depth images", code="folder-empty")
+
+
 def match_images(images: dict[str, Path], names: Mapping[str, object]) -> dict[str, Path]:
     """Match images to frames and return them as a dict frame name -> path.
 
     The stem of an image is its file name without the suffix. If the stem of at least one image is a frame's name, `images` is
     returned unchanged, including images that belong to no frame. Otherwise names are compared without words such as depth, color
-    and mask (color_0001 belongs to depth_0001), provided that each image so belongs to a frame. Otherwise the first image belongs
-    to the first frame and so on, if there are as many images as frames; if not, the dict is empty.
+    and mask (color_0001 belongs to depth_0001); this match is used if each image then belongs to a frame. Otherwise images and
+    frames are matched in order, if their numbers are equal; if not, the dict is empty.
 
     Parameters
     ----------

@@ -1,6 +1,4 @@
-"""Capture of the error messages that C libraries write to the process's stderr, for use in exceptions."""
-
-from __future__ import annotations
+"""Capture the messages that C libraries write to the process's stderr, for use in exceptions."""
 
 import os
 import sys
@@ -15,7 +13,7 @@ _ONE_AT_A_TIME = threading.RLock()  # there is one stderr in a process
 
 
 def _renew_lock() -> None:
-    """Give a forked process a lock of its own: a thread of its parent may have held the former."""
+    """Make a new lock in a forked process, since a thread of its parent may have held the old one."""
     global _ONE_AT_A_TIME
     _ONE_AT_A_TIME = threading.RLock()
 
@@ -29,34 +27,34 @@ _beside: list[IO[str]] = []
 
 @dataclass
 class NativeOutput:
-    """What `capture_native_output` captured: `text`, stripped of blanks at its ends; empty until the `with` block has ended."""
+    """The output captured by `capture_native_output`: `text`, without outer blanks; empty until the `with` block has ended."""
 
     text: str = ""
 
 
 class _OfThisThread:
-    """What takes the place of stdout: it keeps what this thread writes until `end`; everything else is passed to stdout.
+    """A replacement of stdout that keeps the text written by this thread until `end`; all other text goes to stdout.
 
-    It is no IOBase: Python closes one that is no longer used, from whichever thread collects it.
+    The class is not an IOBase, since Python closes an unused IOBase from whichever thread collects it.
     """
 
     def __init__(self, stdout: Any) -> None:
         self._stdout, self._thread, self._texts = stdout, threading.get_ident(), [""]
 
     def write(self, text: str) -> int:
-        """Write a text here, or to stdout."""
+        """Keep a text of this thread; write other text to stdout."""
         if threading.get_ident() != self._thread:
             return 0 if self._stdout is None else int(self._stdout.write(text))
         self._texts.append(str(text))
         return len(text)
 
     def end(self) -> str:
-        """Return what this thread wrote; from here on its texts are passed to stdout as well."""
+        """Return the text that this thread wrote; from now on, its text goes to stdout, too."""
         self._thread = -1
         return "".join(self._texts)
 
     def close(self) -> None:
-        """Leave stdout open: it belongs to the program."""
+        """Do nothing: stdout belongs to the program and stays open."""
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of stdout, such as `isatty` or `flush`."""
@@ -67,8 +65,8 @@ class _OfThisThread:
 def capture_native_output() -> Iterator[NativeOutput]:
     """Capture what C libraries write to stderr (file descriptor 2) and Python to stdout inside a `with` block.
 
-    Yields a NativeOutput; its `text` is filled when the block ends. Other threads go on writing with Python; what their libraries
-    write to stderr is captured as well: keep the block to one call of a library.
+    Yields a NativeOutput; its `text` is filled when the block ends. Other threads can still write with Python, but messages of
+    their libraries to stderr are captured as well, so the block should have only one call of a library.
     """
     captured = NativeOutput()
     with _ONE_AT_A_TIME, tempfile.TemporaryFile() as file:
@@ -89,7 +87,7 @@ def capture_native_output() -> Iterator[NativeOutput]:
 
 
 def _stderr_beside(saved: int) -> Any:
-    """Return a context in which Python's stderr stays where it is, if it is the process's; `saved` is a copy of the latter."""
+    """Return a context in which Python's stderr still writes to the original stderr; `saved` : copy of its file descriptor."""
     with suppress(OSError, ValueError, AttributeError):
         if sys.stderr.fileno() == 2:
             if not (_beside and os.path.sameopenfile(_beside[-1].fileno(), saved)):

@@ -1,6 +1,4 @@
-"""Open3D, imported when it is first needed, since the import takes a second."""
-
-from __future__ import annotations
+"""Import Open3D when it is first needed, since the import takes a second."""
 
 import contextlib
 import ctypes

@@ -1,6 +1,4 @@
-"""Files that hold one pose: of the camera in a robot's base frame, as calibration programs write it."""
-
-from __future__ import annotations
+"""Read files with one pose: the camera in a robot's base frame, as calibration programs write it."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -18,13 +16,13 @@ from ...types import Array, Floats, as_pose
 PoseLike = str | Path | Array | Sequence[Any]
 
 CAPTURE = "capture"
-"""Option `pose`: the capture's own pose of each frame."""
+"""Value of the option `pose` for the capture's own pose of each frame."""
 
 TF = "tf:"
-"""Option `pose`: prefix of the name of a coordinate frame (tf) of a bag, such as tf:base_link."""
+"""Prefix of the option `pose` before the name of a coordinate frame of a bag, such as tf:base_link."""
 
 POSE_FILES = ("pose.yaml", "pose.yml", "pose.json")
-"""Names of the file beside the images that holds the camera's pose in the robot's base frame."""
+"""Names of the file with the camera's pose in the robot's base frame, searched beside the images."""
 
 POSE_KEYS = ("pose", "transform", "transformation", "matrix", "transforms", "T")
 """Keys under which files hold the pose: a 4x4 matrix, seven numbers, or a mapping with position and rotation."""
@@ -39,7 +37,7 @@ EXPECTED = "expected `pose:` with a 4x4 matrix, x, y, z, qx, qy, qz, qw, or `pos
 
 
 def read_pose(pose: PoseLike) -> Floats:
-    """Return a pose, given in one of several forms, as a 4x4 matrix.
+    """Convert a pose in one of several forms to a 4x4 matrix.
 
     Parameters
     ----------
@@ -76,13 +74,13 @@ def read_pose(pose: PoseLike) -> Floats:
 
 
 def pose_file_beside(path: Path) -> Path | None:
-    """Return the pose file of a capture (see POSE_FILES): in its folder, or beside its file; None if there is none."""
+    """Return the pose file of a capture (see POSE_FILES), in its folder or next to its file; None if there is none."""
     folder = path if path.is_dir() else path.parent
     return next((folder / name for name in POSE_FILES if (folder / name).is_file()), None)
 
 
 def _content(path: Path, name: str) -> Any:
-    """Return the numbers in a file, as `as_pose` takes them."""
+    """Read the numbers of a pose from a file, in a form that `as_pose` accepts."""
     suffix = path.suffix.lower()
     data = read_bytes(path, MAX_YAML_BYTES, name)
     if suffix == ".npy":
@@ -112,12 +110,12 @@ def _numbers(value: Any, name: str) -> Any:
 
 
 def _ordered(value: Any, keys: str) -> Any:
-    """Return the values of a mapping with the letters as keys, in order; anything else as it is."""
+    """Return the values of a mapping whose keys are the letters of `keys`, in that order; other values unchanged."""
     return [value.get(key) for key in keys] if isinstance(value, Mapping) else value
 
 
 def _combined(position: Any, rotation: Any, name: str) -> Any:
-    """Return a position (3) with a quaternion (4) as seven numbers, with a rotation matrix (3, 3) as a 4x4 matrix."""
+    """Combine a position (3,) with a quaternion (4,) to seven numbers, or with a rotation matrix (3, 3) to a 4x4 matrix."""
     try:
         position, rotation = (np.asarray(value, dtype=float) for value in (position, rotation))
     except (ValueError, TypeError, OverflowError):

@@ -13,9 +13,14 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
+// and the standard library for all kernels
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -42,6 +47,10 @@ using namespace nb::literals;
 
 using Index = std::int64_t;
 constexpr Index CHANNELS = 3;  // of a color image
+const double PI = std::acos(-1.0);
+
+// The name of an argument that is an array, which is not converted.
+inline auto operator""_array(const char* name, std::size_t) { return nb::arg(name).noconvert(); }
 
 // Add to the elements that the kernels looked at in this thread, which `visits` returns: pixels, points, voxels, cells, or pairs of
 // them. The fixed neighborhood of a pixel or voxel belongs to it. A kernel adds what its loops took, once for a loop, in the thread
@@ -57,15 +66,6 @@ struct Visits {
     ~Visits() { count_visits(count); }
 };
 
-// Python's lock (GIL), released so that other threads run, until `end` or the end of the scope: no Python object may be made meanwhile.
-class ReleasedGil {
-public:
-    void end() { released_.reset(); }
-
-private:
-    std::optional<nb::gil_scoped_release> released_{std::in_place};
-};
-
 // inputs
 template <class T>
 using Vector = nb::ndarray<const T, nb::ndim<1>, nb::device::cpu>;  // of any stride, such as a column
@@ -76,80 +76,61 @@ using StridedMatrix = nb::ndarray<const T, nb::ndim<2>, nb::device::cpu>;  // of
 template <class T>
 using Volume = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-// The values of a vector from Python or of one made here.
-template <class T>
-class Values {
-public:
-    Values(const Vector<T>& values) : data_(values.data()), size_(values.shape(0)), stride_(values.stride(0)) {}
-    Values(const std::vector<T>& values) : data_(values.data()), size_(Index(values.size())) {}
-    T operator()(Index i) const { return data_[i * stride_]; }
-    Index size() const { return size_; }
+// results: a vector becomes an array (size,). Kernels run without Python's lock, see `documented.h`; what they return becomes an array
+// afterwards, whose memory is that of the vector.
 
-private:
-    const T* data_;
-    Index size_, stride_ = 1;
+// Values of an array of N axes in C order; the elements may have another type for Python: bytes that are 0 or 1 are bool.
+template <class T, std::size_t N, class Element = T>
+struct Array {
+    std::vector<T> values;
+    std::array<std::size_t, N> shape;
 };
 
-// results
-template <class T>
-using VectorResult = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
-template <class T>
-using MatrixResult = nb::ndarray<nb::numpy, T, nb::ndim<2>, nb::c_contig>;
-template <class T>
-using VolumeResult = nb::ndarray<nb::numpy, T, nb::ndim<3>, nb::c_contig>;
+using Byte = std::uint8_t;  // a bool of NumPy may hold any byte
 
-template <class T>
-T* release(std::vector<T>&& values, nb::capsule& owner) {
-    auto* kept = new std::vector<T>(std::move(values));
-    owner = nb::capsule(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return kept->data();
+template <class T, class... Sizes>
+Array<T, sizeof...(Sizes)> shaped(std::vector<T>&& values, Sizes... sizes) {
+    return {std::move(values), {std::size_t(sizes)...}};
 }
 
-// Hand a vector to NumPy as an array (size,).
+// Return values as an array (N, columns).
 template <class T>
-VectorResult<T> to_numpy(std::vector<T>&& values) {
+Array<T, 2> rows_of(std::vector<T>&& values, std::size_t columns) {
+    const std::size_t rows = values.size() / columns;
+    return {std::move(values), {rows, columns}};
+}
+
+inline Array<Byte, 1, bool> flags(std::vector<Byte>&& values) {
     const std::size_t size = values.size();
-    nb::capsule owner;
-    T* data = release(std::move(values), owner);
-    return VectorResult<T>(data, {size}, owner);
+    return {std::move(values), {size}};
 }
 
-// Hand a vector to NumPy as an array (rows, columns), in C order.
+namespace nanobind::detail {
+template <class T, std::size_t N, class Element>
+struct type_caster<Array<T, N, Element>> {
+    using Value = Array<T, N, Element>;
+    using Numpy = ndarray<numpy, Element, ndim<N>, c_contig>;
+    static constexpr auto Name = make_caster<Numpy>::Name;
+
+    static handle from_cpp(Value&& array, rv_policy, cleanup_list* cleanup) noexcept {
+        auto* kept = new std::vector<T>(std::move(array.values));
+        const capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+        const Numpy result(reinterpret_cast<Element*>(kept->data()), N, array.shape.data(), owner);
+        return make_caster<Numpy>::from_cpp(result, rv_policy::automatic, cleanup);
+    }
+};
+
 template <class T>
-MatrixResult<T> to_numpy(std::vector<T>&& values, std::size_t rows, std::size_t columns) {
-    nb::capsule owner;
-    T* data = release(std::move(values), owner);
-    return MatrixResult<T>(data, {rows, columns}, owner);
-}
+struct type_caster<std::vector<T>> {
+    using Value = std::vector<T>;
+    static constexpr auto Name = make_caster<Array<T, 1>>::Name;
 
-// Hand a vector to NumPy as an array (layers, rows, columns), in C order.
-template <class T>
-VolumeResult<T> to_numpy(std::vector<T>&& values, std::size_t layers, std::size_t rows, std::size_t columns) {
-    nb::capsule owner;
-    T* data = release(std::move(values), owner);
-    return VolumeResult<T>(data, {layers, rows, columns}, owner);
-}
-
-inline bool* release_bool(const std::vector<std::uint8_t>& flags, nb::capsule& owner) {
-    auto* kept = new bool[flags.size() ? flags.size() : 1];
-    for (std::size_t i = 0; i < flags.size(); ++i) kept[i] = flags[i] != 0;
-    owner = nb::capsule(kept, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
-    return kept;
-}
-
-// Hand a vector of flags to NumPy as bool (size,).
-inline VectorResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags) {
-    nb::capsule owner;
-    bool* data = release_bool(flags, owner);
-    return VectorResult<bool>(data, {flags.size()}, owner);
-}
-
-// Hand a vector of flags to NumPy as bool (rows, columns), in C order.
-inline MatrixResult<bool> to_numpy_bool(const std::vector<std::uint8_t>& flags, std::size_t rows, std::size_t columns) {
-    nb::capsule owner;
-    bool* data = release_bool(flags, owner);
-    return MatrixResult<bool>(data, {rows, columns}, owner);
-}
+    static handle from_cpp(Value&& values, rv_policy policy, cleanup_list* cleanup) noexcept {
+        const std::size_t size = values.size();
+        return make_caster<Array<T, 1>>::from_cpp({std::move(values), {size}}, policy, cleanup);
+    }
+};
+}  // namespace nanobind::detail
 
 template <class T>
 std::vector<T> dense(const Vector<T>& values) {
@@ -209,8 +190,6 @@ inline double squared_distance(const double* a, const double* b, Index dim) {
     }
     return sum;
 }
-
-using Byte = std::uint8_t;  // a bool of NumPy may hold any byte
 
 inline const Byte* bytes_of(const Matrix<bool>& mask) { return reinterpret_cast<const Byte*>(mask.data()); }
 

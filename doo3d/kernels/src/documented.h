@@ -1,10 +1,14 @@
 // Bindings whose docstrings are the comments above them, as `backend/docstrings.py` reads them when the kernels are built.
+//
+// Functions run without Python's lock (GIL), so that other threads run: they make and touch no Python object.
 #pragma once
 
 #include <nanobind/nanobind.h>
 
 #include <string>
 #include <utility>
+
+using WithoutGil = nanobind::call_guard<nanobind::gil_scoped_release>;
 
 // Return the docstring of a function, a class or `Class.method`, and with an empty name that of the module.
 const char* docstring(const std::string& name);
@@ -15,7 +19,7 @@ struct Module : nanobind::module_ {
 
     template <class Function, class... Extra>
     void def(const char* name, Function&& function, const Extra&... extra) {
-        nanobind::module_::def(name, std::forward<Function>(function), extra..., docstring(name));
+        nanobind::module_::def(name, std::forward<Function>(function), extra..., WithoutGil(), docstring(name));
     }
 };
 
@@ -29,17 +33,12 @@ public:
 
     template <class... Arguments, class... Extra>
     Class& def(nanobind::init<Arguments...> constructor, const Extra&... extra) {
-        Base::def(std::move(constructor), extra...);
-        return *this;
-    }
-    template <class Function, class... Extra>
-    Class& def_init(Function&& constructor, const Extra&... extra) {
-        Base::def("__init__", std::forward<Function>(constructor), extra...);
+        Base::def(std::move(constructor), extra..., WithoutGil());
         return *this;
     }
     template <class Function, class... Extra>
     Class& def(const char* name, Function&& method, const Extra&... extra) {
-        Base::def(name, std::forward<Function>(method), extra..., docstring(name_ + "." + name));
+        Base::def(name, std::forward<Function>(method), extra..., WithoutGil(), docstring(name_ + "." + name));
         return *this;
     }
     template <class Getter, class... Extra>

@@ -1,8 +1,6 @@
 // Nearest targets of many points, and how the points around some places spread.
 #include "nearest.h"
 
-#include <array>
-
 namespace {
 
 auto nearest(Matrix<double> points, Matrix<double> targets, double reach) {
@@ -11,10 +9,8 @@ auto nearest(Matrix<double> points, Matrix<double> targets, double reach) {
     require(Index(targets.shape(1)) == dim, "points and targets have different numbers of coordinates");
     require(reach > 0, "reach is not positive");
     for (std::size_t k = 0; k < targets.size(); ++k) require(std::isfinite(targets.data()[k]), "a target is not finite");
-    ReleasedGil released;
     NearestOfPoints found(points.data(), points.shape(0), targets.data(), targets.shape(0), dim, reach);
-    released.end();
-    return std::make_tuple(to_numpy(std::move(found.distance)), to_numpy(std::move(found.index)));
+    return std::make_tuple(std::move(found.distance), std::move(found.index));
 }
 
 // Of points in the order of their first coordinate those beside a center along it are looked at.
@@ -24,7 +20,6 @@ auto neighborhood_sums(Matrix<double> points, Matrix<double> centers, double rea
     for (Index n = 1; n < count; ++n) require(points(n - 1, 0) <= points(n, 0), "points are not in the order of their first coordinate");
     std::vector<double> first(count), sums(13 * size);
     for (Index n = 0; n < count; ++n) first[n] = points(n, 0);
-    ReleasedGil released;
     Visits visits{count};
     for (Index s = 0; s < size; ++s) {
         const double* center = centers.data() + 3 * s;
@@ -43,8 +38,7 @@ auto neighborhood_sums(Matrix<double> points, Matrix<double> centers, double rea
         }
         std::copy(sum.begin(), sum.end(), &sums[13 * s]);
     }
-    released.end();
-    return to_numpy(std::move(sums), size, 13);
+    return rows_of(std::move(sums), 13);
 }
 
 }  // namespace
@@ -65,10 +59,10 @@ void bind_nearest(Module& m) {
     // -------
     // distance : (N,) float64; infinite without a target within reach, as for a point that is not finite
     // index : (N,) int64, index of the nearest target; 0 where the distance is infinite
-    m.def("nearest", &nearest, "points"_a.noconvert(), "targets"_a.noconvert(), "reach"_a);
+    m.def("nearest", &nearest, "points"_array, "targets"_array, "reach"_a);
     // Sum 1, the offsets and the products of their coordinates over the points within `reach` of each of S centers.
     //
     // points : (N, 3) float64, in the order of their first coordinate. centers : (S, 3) float64, in their unit. Returns (S, 13)
     // float64: the number, the sums of three offsets, and those of the 3 x 3 products, row by row.
-    m.def("neighborhood_sums", &neighborhood_sums, "points"_a.noconvert(), "centers"_a.noconvert(), "reach"_a);
+    m.def("neighborhood_sums", &neighborhood_sums, "points"_array, "centers"_array, "reach"_a);
 }

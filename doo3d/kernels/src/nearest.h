@@ -3,9 +3,6 @@
 
 #include "arrays.h"
 
-#include <algorithm>
-#include <numeric>
-
 // A k-d tree over targets (S, D), D = 2 or 3, which are finite: each node splits its targets at the middle one along the axis on
 // which they extend farthest.
 class NearestTarget {

@@ -38,3 +38,9 @@ T quantile(std::vector<T> values, double share) {
     if (rank + 1 == values.size()) return first;
     return first + T(at - double(rank)) * (*std::min_element(values.begin() + rank + 1, values.end()) - first);
 }
+
+// Return the median of the absolute values, at least one.
+inline double absolute_median(std::vector<double> values) {
+    for (double& value : values) value = std::fabs(value);
+    return median(std::move(values));
+}

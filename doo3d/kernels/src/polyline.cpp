@@ -1,10 +1,7 @@
 // Polylines: the small sums that every stage asks for thousands of times.
 #include "polyline.h"
 
-#include <algorithm>
-
-std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds,
-                                   const std::vector<std::uint8_t>& closed) {
+std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds, const std::vector<Byte>& closed) {
     std::vector<double> tangents(bounds.back() * dim);
     count_visits(bounds.back());
     for (std::size_t c = 0; c < closed.size(); ++c) {

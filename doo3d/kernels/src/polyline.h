@@ -3,8 +3,6 @@
 
 #include "arrays.h"
 
-#include <algorithm>
-
 // Return the arc length from the first of P >= 1 points to each.
 inline std::vector<double> arc_lengths(const std::vector<double>& points, Index dim) {
     std::vector<double> along(points.size() / dim);
@@ -16,8 +14,7 @@ inline std::vector<double> arc_lengths(const std::vector<double>& points, Index 
 }
 
 // Return the unit tangents at the points by central differences; one-sided at the ends of a polyline that is not closed.
-std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds,
-                                   const std::vector<std::uint8_t>& closed);
+std::vector<double> tangents_along(const double* points, Index dim, const std::vector<Index>& bounds, const std::vector<Byte>& closed);
 
 // Compute the place at an arc length: `points` gives a coordinate by (point, axis), `along` the arc lengths of points from the first on.
 // Lengths below 0 or beyond the last of `along` give that point.
@@ -31,6 +28,19 @@ void place_at(const Points& points, const std::vector<double>& along, double at,
         place[d] = start;
         if (is_between) place[d] = (points(i + 1, d) - start) / (along[i + 1] - along[i]) * (at - along[i]) + start;
     }
+}
+
+// Return the values at `known` positions of `count`, and straight lines between; level before the first and after the last.
+template <class At>
+std::vector<double> interpolated(const At& values, Index count, const std::vector<Index>& known) {
+    std::vector<double> filled(count, values(known.back()));
+    std::fill(filled.begin(), filled.begin() + known.front(), values(known.front()));
+    for (std::size_t k = 0; k + 1 < known.size(); ++k) {
+        const Index from = known[k], to = known[k + 1];
+        const double slope = (values(to) - values(from)) / double(to - from);
+        for (Index i = from; i < to; ++i) filled[i] = slope * double(i - from) + values(from);
+    }
+    return filled;
 }
 
 // Return the points in the opposite order.

@@ -3,15 +3,14 @@
 
 #include "arrays.h"
 
-#include <algorithm>
-#include <numeric>
-
 // px: chamfer distance of OpenCV (DIST_L2, 3 x 3) between pixels side by side, and across a corner.
 constexpr double STRAIGHT = 0.955, DIAGONAL = 1.3693;
 
 // The True pixels [start, end) of a row.
 struct Run {
     std::int32_t row, start, end;
+
+    Index size() const { return end - start; }
 };
 
 // Return the runs of a mask (height, width), row by row, each from the left.

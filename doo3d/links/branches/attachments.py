@@ -1,7 +1,5 @@
 """Decide for each free end near a strand whether it branches off, or is a tip that touches, overlaps or ends nearby."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

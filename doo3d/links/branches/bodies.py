@@ -4,8 +4,6 @@ At a branch the axes meet at one depth, at a crossing they are one sum of radii 
 strands decide: two straight strands cross; where one turns, it is two branches of the other.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

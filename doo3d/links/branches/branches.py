@@ -1,7 +1,5 @@
 """Find the junctions of branched objects, and return each object as a tree of chains."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

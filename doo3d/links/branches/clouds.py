@@ -4,8 +4,6 @@ Where part of the surface was not measured, the two sides are linked straight ac
 they are connected otherwise.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...geometry.polyline import angle

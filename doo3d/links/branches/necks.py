@@ -4,8 +4,6 @@ The width of the object in the image is measured in cuts parallel to the trunk, 
 below the diameter of the branch shows the background beside a tip.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...geometry.curves import runs

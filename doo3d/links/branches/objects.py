@@ -1,7 +1,5 @@
 """Assemble the pieces between junctions and tips to trees, and find the trunk of each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

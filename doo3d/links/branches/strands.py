@@ -1,7 +1,5 @@
 """Sample the chains of a frame densely along their axes, with radius, tangents and ends; and candidates for their contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

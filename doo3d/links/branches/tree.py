@@ -1,7 +1,5 @@
 """Choose the junctions among all candidates, and cut the chains there."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

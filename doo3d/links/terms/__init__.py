@@ -6,8 +6,6 @@ plus angles in radians times their weights (section `merge` of the settings). A 
 Gap paths are too expensive to compute for all pairs: `gap_path` gives their costs for the pairs that are asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The colors that the strands show at two ends."""
 
-from __future__ import annotations
-
 import math
 
 from ...scene.scene import Scene

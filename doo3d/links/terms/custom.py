@@ -1,7 +1,5 @@
 """The costs of the user, from functions of the ends' points (E, D) and tangents (E, D) to (E, E)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

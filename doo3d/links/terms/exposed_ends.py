@@ -1,7 +1,5 @@
 """Ends in plain view, which are probably real tips."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...scene.scene import Scene

@@ -1,7 +1,5 @@
 """The gap paths between chain ends, and the cost of those that run through free or unknown space."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

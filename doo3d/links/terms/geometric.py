@@ -1,7 +1,5 @@
 """The terms of Keipour et al. (RA-L 2022): distance, direction and curvature, equations 1 to 3."""
 
-from __future__ import annotations
-
 from ...scene.scene import Scene
 from ...types import Floats
 from ..ends import Ends

@@ -1,11 +1,9 @@
-"""Methods that select the object.
+"""Segmentation methods.
 
-Each file holds one method, a function `mask(data, config, seed) -> bool array`: (H, W) for a Frame or an Image, (N,) for a
-Cloud, or `Selected`, such a mask with a note. To add one: a file, a line in SEGMENTERS, its name in `SegmentConfig.method`; or
-a plug-in (entry points "doo3d.segmenters"), whose name `SegmentConfig.method` takes as it is.
+Each file holds one method, a function `mask(data, config, seed)`. It returns the mask of the object, (H, W) bool for a Frame or
+an Image and (N,) bool for a Cloud, or a `MethodResult` with that mask. To add a method, add a file, a line in SEGMENTERS, and its
+name in `SegmentConfig.method`; or write a plug-in (entry points "doo3d.segmenters"), whose name `SegmentConfig.method` accepts.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable
 
@@ -14,9 +12,9 @@ from ...config import SegmentConfig
 from ...plugins import Registry
 from ...types import Bools, Cloud, Frame, Image
 from . import auto, background, everything, hsv, network, onnx, plane, ridge, strands
-from .selected import Selected
+from .result import MethodResult
 
-Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools | Selected]
+Segmenter = Callable[[Frame | Cloud | Image, SegmentConfig, int], Bools | MethodResult]
 
 SEGMENTERS: Registry[Segmenter] = Registry(
     plugins.SEGMENTERS,
@@ -34,5 +32,5 @@ SEGMENTERS: Registry[Segmenter] = Registry(
 
 
 def resolve_method(data: Frame | Cloud | Image, config: SegmentConfig) -> str:
-    """Return the name of the segmentation method to use: `config.method`, or if that is "auto", the method that fits the data."""
+    """Return the name of the segmentation method to use: `config.method`, or the method that fits the data if that is "auto"."""
     return auto.choose_method(data, config) if config.method == "auto" else config.method

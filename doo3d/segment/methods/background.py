@@ -1,6 +1,4 @@
-"""Select pixels that differ from a reference frame without the object."""
-
-from __future__ import annotations
+"""Select the pixels that differ from a reference image of the scene without the object (background subtraction)."""
 
 import os
 from functools import lru_cache
@@ -13,12 +11,13 @@ from ...errors import InputError, unread_code
 from ...guard.image_size import announced_size, read_encoded
 from ...guard.limits import check_pixels
 from ...types import Array, Bools, Cloud, Frame, Image
+from .result import require_image
 
 READ_UPRIGHT = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
-"""Read a reference for photographs turned as its EXIF says, as photographs themselves are read."""
+"""OpenCV flags for a reference of photographs: rotated by its EXIF orientation, as photographs are when they are read."""
 
 READ_AS_STORED = cv2.IMREAD_UNCHANGED
-"""Read a reference for frames as it is stored, like the color of frames: their depth would not follow a turn."""
+"""OpenCV flags for a reference of frames: not rotated, since the depth of a frame would not be rotated with its color."""
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
@@ -46,11 +45,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     InputError : the data is a cloud; the reference is unreadable, of another size or of another type; the reference is in color
         and the frame has no color.
     """
-    if isinstance(data, Cloud):
-        raise InputError(
-            "segment.method is background, which needs a frame with an image: for a cloud use plane or everything",
-            code="method-needs-image",
-        )
+    data = require_image(data, "background")
     reference = _read_reference(str(config.reference), READ_UPRIGHT if isinstance(data, Image) else READ_AS_STORED)
     height, width = data.color.shape[:2] if isinstance(data, Image) else data.depth.shape
     if reference.shape[:2] != (height, width):
@@ -78,7 +73,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
 
 
 def _read_reference(path: str, flags: int) -> Array:
-    """Return the image, BGR if it has color; read again only when the file has changed."""
+    """Return the image of a file, BGR if it has color. It is read again only if the file has changed."""
     try:
         status = os.stat(path)
     except OSError as error:
@@ -88,12 +83,13 @@ def _read_reference(path: str, flags: int) -> Array:
 
 @lru_cache(maxsize=4)
 def _decode(path: str, flags: int, modified: int, size: int) -> Array:
-    """Return the image; `modified` and `size` of the file are there to make another key of the cache."""
+    """Return the image of a file; its time of modification and its size are part of the key of the cache."""
     try:
         data = read_encoded(path, f"segment.reference {path}")
-        if (announced := announced_size(data)) is not None:
+        image = None
+        if announced := announced_size(data):
             check_pixels(*announced, f"segment.reference {path}")
-        image = None if announced is None else cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except (OSError, cv2.error) as error:
         raise InputError(f"segment.reference {path}: cannot be read ({error})", code="file-unreadable") from None
     if image is None:

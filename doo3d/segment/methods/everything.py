@@ -1,12 +1,10 @@
-"""Select everything: the data is already the object."""
-
-from __future__ import annotations
+"""Select all data, which holds nothing but the object."""
 
 import numpy as np
 
 from ...config import SegmentConfig
-from ...errors import InputError
 from ...types import Bools, Cloud, Frame, Image
+from .result import require_depth
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
@@ -23,10 +21,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     ------
     InputError : the data is an Image, since not every pixel of an image can be the object.
     """
-    if isinstance(data, Image):
-        raise InputError(
-            "segment.method is everything, which needs depth: for an image use a mask, hsv or ridge", code="method-needs-depth"
-        )
+    data = require_depth(data, "everything")
     if isinstance(data, Cloud):
         return np.ones(len(data.points), dtype=bool)
     return np.asarray(data.depth > 0)

@@ -1,7 +1,5 @@
 """Select the pixels or points whose color lies in given ranges."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 
@@ -11,7 +9,7 @@ from ...types import Array, Bools, Cloud, Frame, Image
 
 
 def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
-    """Tell which pixels of a color image lie in at least one of several color ranges: (H, W) bool.
+    """Return which pixels of a color image lie in at least one of several color ranges, (H, W) bool.
 
     Parameters
     ----------
@@ -19,7 +17,7 @@ def in_ranges(color: Array, ranges: tuple[HsvRange, ...]) -> Bools:
         (H, W, 3) uint8 RGB.
     ranges
         boxes in OpenCV's 8-bit HSV (hue 0 to 179, saturation and value 0 to 255), bounds included. If the low hue is above the
-        high hue, the box holds the hues from low through red (179, then 0) to high. Without ranges no pixel is selected.
+        high hue, the box contains the hues from low to 179 and from 0 to high. Without ranges no pixel is selected.
     """
     hsv = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2HSV)
     inside = np.zeros(color.shape[:2], dtype=np.uint8)
@@ -46,14 +44,9 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     ------
     InputError : the data has no color.
     """
-    if isinstance(data, Cloud):
-        if data.colors is None:
-            raise InputError(
-                "segment.method is hsv but the cloud has no colors: use everything, plane, or a mask", code="method-needs-color"
-            )
-        return in_ranges(data.colors[:, None], config.ranges)[:, 0]
-    if data.color is None:
-        raise InputError(
-            "segment.method is hsv but the frame has no color: use everything, plane, or a mask", code="method-needs-color"
-        )
-    return in_ranges(data.color, config.ranges)
+    is_cloud = isinstance(data, Cloud)
+    color = data.colors if isinstance(data, Cloud) else data.color
+    if color is None:
+        missing = "cloud has no colors" if is_cloud else "frame has no color"
+        raise InputError(f"segment.method is hsv but the {missing}: use everything, plane, or a mask", code="method-needs-color")
+    return in_ranges(color[:, None], config.ranges)[:, 0] if is_cloud else in_ranges(color, config.ranges)

@@ -1,6 +1,4 @@
-"""Select the pixels that a network for thin objects, trained by `doo3d train`, takes for the object."""
-
-from __future__ import annotations
+"""Select thin objects with a neural network, trained by `doo3d train`, together with the rules of the method `strands`."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,109 +15,105 @@ from ...scene.appearance import BAND_PX, RING_PX, Appearance
 from ...scene.surround import BLUR_PX
 from ...types import Array, Bools, Cloud, Frame, Image
 from ..judged_parts import judged_mask, set_apart
+from ..mask_parts import drawn
 from ..mask_repair import ITERATIONS
 from ..thin_lines import find_lines
 from . import strands
 from .onnx import run_model
-from .selected import SHADOWS, Selected, left_out_note
+from .result import SHADOWS, MethodResult, color_of, rejection_note
 from .strands import IMAGE_PIXELS, MAX_ASPECT
 
 PACKAGED = Path(__file__).parents[1] / "network.onnx"
-"""The network that comes with doo3d."""
+"""The network that is installed with doo3d."""
 
 IS_PACKAGED = PACKAGED.is_file()
 
 PYRAMID = (1.0, 1.4)
-"""Sizes at which the network looks at a photograph, whose strands have any width; a frame is looked at once, at video rate.
-Chosen on CVF3D-DLO and 50 photographs of others, where a third size of 0.75 made nothing better. With 1.5 for 1.4 a photograph
-takes 18 ms more, and CVF3D-DLO has half a percent less."""
+"""Scales at which the network examines a photograph, whose strands have any width. A frame is examined at one scale, at video
+rate. Chosen on CVF3D-DLO and 50 photographs of other sources, where a third scale of 0.75 gave no improvement. With 1.5 in place
+of 1.4, a photograph takes 18 ms more, and the result on CVF3D-DLO is half a percent lower."""
 
 RULES_PIXELS = IMAGE_PIXELS // 6
-"""Pixels that a photograph is scaled down to before the rules look at it: on CVF3D-DLO and the photographs of others the colors
-make up for what they see less than in more pixels."""
+"""Number of pixels to which a photograph is scaled down for the rules: on CVF3D-DLO and the photographs of other sources, the
+votes of the colors make up for the lower resolution."""
 
 PHOTOGRAPH_ODDS, FRAME_ODDS = (3.0, 2.0), (4.0, 4.0)
-"""Factors by which a pixel's odds rise if the rules select it, and fall if not. Chosen for photographs on CVF3D-DLO and 50
-photographs of others: given the network's odds, those of the labelled pixels there are 2.7 and 1.9 times as high where the rules
-select, and 4.7 and 1.9 times as low elsewhere. In a frame the rules know depth: the network outdoes them from 0.8 on, and its
-say on what they select begins at 0.2."""
+"""Factors by which a pixel's odds are multiplied if the rules select it, and divided if not. Chosen for photographs on CVF3D-DLO
+and 50 photographs of other sources: compared with the network's odds, the odds of the labelled pixels there are 2.7 and 1.9 times
+as high where the rules select, and 4.7 and 1.9 times as low elsewhere. In a frame the rules use depth: the network overrules them
+from a probability of 0.8 where they select nothing, and below 0.2 where they select."""
 
 THIN_PX = 4.0
-"""px of the image scaled to 640 x 360 pixels: measured width of a line below which the network may see none. Of a dark one on
-plain grey it finds nothing up to 2.3 px, and at 2.9 px, measured as up to 4, less than half."""
+"""Measured width of a line, in px of the image scaled to 640 x 360 pixels, below which the network may miss it. Of a dark line on
+plain grey it finds nothing up to 2.3 px, and less than half at 2.9 px, which is measured as up to 4 px."""
 
 LINE_PROBABILITY = 0.9
-"""Probability of the pixels of a line that the network misses, at least; it says nothing of them."""
+"""Minimum probability assigned to the pixels of a line that the network misses; it cannot estimate theirs."""
 
 STRIDE_PX = 32
-"""The network takes images whose sides are multiples of this."""
+"""px; width and height of the network's input must be multiples of this."""
 
 
-def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
-    """Select the pixels of thin objects, such as cables, ropes and hoses, by a network that OpenCV runs, and by the rules.
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> MethodResult:
+    """Select the pixels of thin objects, such as cables, ropes and hoses, by a network that OpenCV runs, and by rules.
 
-    A photograph is looked at in 640 x 360 pixels at most, and with sides 1.4 times as long. The rules of the method `strands`,
-    which know edges of color, vote on each pixel, and then its color does: by how frequent it is in what is found and around it.
-    Lines that are too thin for the network, or that it finds in part, are added (see `find_lines`).
-    In a frame the rules select, which know depth, too. Where not every part of what they select is a strand told by its color,
-    the frame is scaled to 640 x 360 pixels at most and the network judges the parts (see `judged_mask`); one of your own always
-    does.
+    A photograph is examined with at most 640 x 360 pixels, and with sides 1.4 times as long. The rules of the method `strands`,
+    which use edges of color, vote on each pixel. Then its color votes: by its frequency on the object compared with that around
+    the object. Lines that are too thin for the network, or that it finds in part, are added (see `find_lines`).
+    In a frame the rules use depth, too. If some part of their mask is no strand detected by its color, the frame is scaled to at
+    most 640 x 360 pixels, and the network filters the parts (see `judged_mask`). The user's own network always does so.
 
     Parameters
     ----------
     data
         a Frame with color, or an Image.
     config
-        section `segment` of the settings: `onnx.model`, a file that `doo3d train` wrote, without which the packaged network is
-        used, and `onnx.threshold`.
+        section `segment` of the settings: `onnx.model`, a file that `doo3d train` wrote (None: the packaged network), and
+        `onnx.threshold`.
     seed
         seed of the random draws of the rules.
 
     Returns
     -------
-    (H, W) bool, with a note on what was left out as shadows or as flat; of a photograph also the probability of each pixel by the
-    network and the rules, of a frame the plane that the rules found.
+    (H, W) bool, with a note on the bands rejected as shadows or as flat; for a photograph also the probability of each pixel by
+    the network and the rules, for a frame the plane that the rules found.
 
     Raises
     ------
     InputError : the data has no color image; there is no network; the file cannot be read, or is no network of `doo3d train`.
     """
-    if isinstance(data, Cloud) or data.color is None:
-        raise InputError("segment.method is network, which needs a color image", code="method-needs-color")
-    if config.onnx.model is None and not IS_PACKAGED:
+    color, model = color_of(data, "network"), config.onnx.model
+    is_own = model is not None
+    if not (is_own or IS_PACKAGED):
         raise InputError(
             "segment.method is network, but none is installed: set segment.onnx.model to a file that doo3d train wrote",
             code="network-missing",
         )
-    color = data.color
     is_too_long = max(color.shape[:2]) > MAX_ASPECT * min(color.shape[:2])
-    if isinstance(data, Image):
+    if not isinstance(data, Frame):
         rules = strands.select_in_image(color, RULES_PIXELS)
         if is_too_long:
             return rules
-        probability = object_probability(color, config.onnx.model, PYRAMID)
+        probability = object_probability(color, model, PYRAMID)
         probability = _with_votes(probability, rules.mask, PHOTOGRAPH_ODDS)
         selected = _with_colors(probability, np.ascontiguousarray(color)) > logit(np.clip(config.onnx.threshold, 0, 1))
         lines = find_lines(color, selected, THIN_PX / _shrink(color))
         selected |= lines
         probability[lines] = np.maximum(probability[lines], LINE_PROBABILITY)
-        left_out = sum(1 for band in rules.left_out if selected.ravel()[band].sum() < len(band) / 2)
-        note = "" if selected.any() else left_out_note("network", left_out, SHADOWS)
-        return Selected(selected, note, probability=probability)
+        rejected = sum(1 for band in rules.rejected if selected.ravel()[band].sum() < len(band) / 2)
+        note = "" if selected.any() else rejection_note("network", rejected, SHADOWS)
+        return MethodResult(selected, note, probability=probability)
     rules = strands.mask(data, config, seed)
-    if is_too_long or (rules.is_certain and config.onnx.model is None):
+    if is_too_long or (rules.is_certain and not is_own):
         return rules
-    voted = rules.mask
-    if rules.bands is not None:
-        voted = voted.copy()
-        voted.ravel()[rules.bands.parts.pixels] = True
-    probability = _with_votes(object_probability(color, config.onnx.model), voted, FRAME_ODDS)
+    voted = rules.mask | drawn(rules.bands.parts.pixels, rules.mask.shape)
+    probability = _with_votes(object_probability(color, model), voted, FRAME_ODDS)
     found = (probability > config.onnx.threshold) | set_apart(rules, data, 2 * THIN_PX / _shrink(color))
     return rules._replace(mask=judged_mask(rules, found, color))
 
 
 def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> Array:
-    """Return the probability (H, W) float32 of pixels after the rules' votes (H, W) bool; odds : factors for and against."""
+    """Return the probability (H, W) float32 after the votes (H, W) bool of the rules; odds : factors for and against."""
     raised = np.where(voted, np.float32(odds[0]), np.float32(1 / odds[1]))
     raised *= probability
     whole = 1 - probability
@@ -129,10 +123,10 @@ def _with_votes(probability: Array, voted: Bools, odds: tuple[float, float]) -> 
 
 
 def _with_colors(probability: Array, color: Array) -> Array:
-    """Return the log-odds (H, W) of pixels after their colors' vote, as frequent as these are on the object and around it.
+    """Return the log-odds (H, W) of pixels after the vote of their colors: the frequency on the object over that around it.
 
-    What is on the object is learned from the probability first, then from what was found. probability : (H, W). color : (H, W, 3)
-    uint8 RGB.
+    The colors are learned from the object by the given probability first, then from the object found. probability : (H, W).
+    color : (H, W, 3) uint8 RGB.
     """
     least = np.finfo(np.float32).eps
     bounded = probability.clip(0, 1)
@@ -149,13 +143,13 @@ def _with_colors(probability: Array, color: Array) -> Array:
     return found
 
 
-def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1.0,)) -> Array:
+def object_probability(color: Array, model: str | None = None, scales: Sequence[float] = (1,)) -> Array:
     """Return the probability (H, W) float32 that a pixel belongs to a thin object.
 
-    color : (H, W, 3) uint8 RGB. model : path of the network; None takes the packaged one. scales : sizes, of 640 x 360 pixels at
-    most, at which the network looks at the image; their probabilities are averaged.
+    color : (H, W, 3) uint8 RGB. model : path of the network; None takes the packaged network. scales : factors of the size of the
+    image, which is at most 640 x 360 pixels at 1; the probabilities at all scales are averaged.
     """
-    path = str(PACKAGED if model is None else model)
+    path = str(PACKAGED) if model is None else model
     shrink = _shrink(color)
     found = np.zeros(color.shape[:2], np.float32)
     for scale in scales:
@@ -164,15 +158,16 @@ def object_probability(color: Array, model: str | None = None, scales: Sequence[
 
 
 def _shrink(color: Array) -> float:
-    """Return the scale at which an image (H, W, 3) has IMAGE_PIXELS at most."""
+    """Return the scale at which an image (H, W, 3) has at most IMAGE_PIXELS pixels, 1 at most."""
     return float(min(1.0, (IMAGE_PIXELS / (color.shape[0] * color.shape[1])) ** 0.5))
 
 
 def _at_scale(image: Array, path: str, scale: float) -> Array:
+    """Return the network's probability (H, W) for an image (H, W, 3) that it examines at a scale."""
     shape = image.shape[:2]
-    if scale < 1:  # to sides that the network takes, so that it looks at no pixel beyond the image
+    if scale < 1:  # to sides that are multiples of STRIDE_PX, so that the image needs no padding
         width, height = (STRIDE_PX * max(1, round(side * scale / STRIDE_PX)) for side in shape[::-1])
-        # down to half as long sides, bilinear interpolation sees every pixel, and is seven times as fast as by area
+        # down to half of the sides, bilinear interpolation uses every pixel, and is seven times as fast as INTER_AREA
         image = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA if 2 * scale < 1 else cv2.INTER_LINEAR)
     elif scale > 1:
         image = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)

@@ -1,6 +1,4 @@
-"""Select the pixels that the user's own segmentation network, an ONNX file, takes for the object."""
-
-from __future__ import annotations
+"""Select the pixels of one class of the user's own segmentation network, an ONNX file."""
 
 import hashlib
 import os
@@ -8,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,20 +15,21 @@ from ...config import OnnxConfig, SegmentConfig
 from ...errors import InputError, unread_code
 from ...guard.isolation import isolated
 from ...types import Array, Bools, Cloud, Frame, Image
+from .result import color_of
 
 _MAX_FIRST_RUN_BYTES = 8 << 30
-"""Memory of a first run. Source: the 8 GB that a laptop has; what needs more would not run there after the check either."""
+"""Maximum memory of the first run, bytes. Source: the 8 GB of a laptop, where a network that needs more would fail later, too."""
 
 _MAX_FIRST_RUN_S = 120.0
-"""Time of a first run, s. Source: a captured minute has 1800 frames, which at this pace take 2.5 days; nobody waits for more."""
+"""Maximum time of the first run, s. Source: a capture of a minute has 1800 frames, which take 2.5 days at this speed."""
 
 
 def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools:
     """Select the pixels of one class of a segmentation network, run by OpenCV.
 
-    The color image is scaled to the network's input, less `mean`, times `scale`, in the order (1, 3, H, W). The output is
-    (1, C, h, w) scores; (1, h, w) and (h, w) count as one class. With one class a pixel is selected above `threshold`; with
-    more where the wanted class scores most. The scores are scaled to the size of the image before.
+    The color image is resized to the network's input; `mean` is subtracted and the result multiplied by `scale`, in the order
+    (1, 3, H, W). The output is (1, C, h, w) scores; (1, h, w) and (h, w) are one class. The scores are resized to the image. With
+    one class a pixel is selected if its score is above `threshold`, with more if the wanted class has the highest score.
 
     Parameters
     ----------
@@ -49,10 +49,7 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Bools
     InputError : the data has no color image; the model cannot be read, is no ONNX model, does not run on an input of this size,
         or ends the process of its first run; its output is no image; it has no such class.
     """
-    color = None if isinstance(data, Cloud) else data.color
-    if color is None:
-        raise InputError("segment.method is onnx, which needs a color image", code="method-needs-color")
-    settings = config.onnx
+    color, settings = color_of(data, "onnx"), config.onnx
     scores = _scores(run_model(str(settings.model), _input(color, settings)), settings)
     size = color.shape[1], color.shape[0]
     if len(scores) == 1:
@@ -76,7 +73,7 @@ def _input(color: Array, settings: OnnxConfig) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Model:
-    """A model that has been read. name : as errors name it. digest : of its content."""
+    """A model that has been read. name : its name in errors. digest : SHA-256 of its content."""
 
     name: str
     content: bytes
@@ -84,17 +81,17 @@ class _Model:
 
 
 _FORWARD = Lock()
-"""Held while a network runs: it keeps its input and its output, and threads share it."""
+"""Held while a network runs, since threads share the network, which stores its input and output."""
 
 _tried: set[tuple[str, tuple[int, ...]]] = set()
-"""Digests of models that ran in a process of their own, with the shapes of their inputs."""
+"""Digests and input shapes of the models that passed their first run, in a separate process."""
 
 
 def run_model(path: str, image: Array, is_trusted: bool = False) -> Array:
     """Return the output of the model for an image (1, 3, H, W).
 
-    OpenCV ends the process on some damaged models. Unless the model is trusted, the first image of each shape is therefore run in
-    another process before.
+    Some damaged models crash OpenCV. Unless the model is trusted, the first image of each shape is therefore run in a separate
+    process first.
     """
     try:
         status = os.stat(path)
@@ -102,46 +99,43 @@ def run_model(path: str, image: Array, is_trusted: bool = False) -> Array:
     except OSError as error:
         raise InputError(f"segment.onnx.model {path}: cannot be read ({error.strerror})", code=unread_code(error)) from None
     if not is_trusted and (model.digest, image.shape) not in _tried:
-        isolated(
-            _try, model, image, where=model.name, code="onnx-unreadable", memory=_MAX_FIRST_RUN_BYTES, seconds=_MAX_FIRST_RUN_S
-        )
+        bounds: dict[str, Any] = {"memory": _MAX_FIRST_RUN_BYTES, "seconds": _MAX_FIRST_RUN_S}
+        isolated(_forward, model, image, where=model.name, code="onnx-unreadable", **bounds)
         _tried.add((model.digest, image.shape))
-    return _forward(_load(model), image, model.name)
+    return _forward(model, image)
 
 
 @lru_cache(maxsize=2)
 def _read(path: str, modified: int, size: int) -> _Model:
-    """Return the model; `modified` and `size` of the file are there to make another key of the cache."""
+    """Return the model of a file; its time of modification and its size are part of the key of the cache."""
     content = Path(path).read_bytes()
     return _Model(f"segment.onnx.model {path}", content, hashlib.sha256(content).hexdigest())
 
 
-def _try(model: _Model, image: Array) -> None:
-    """Load the model and run it once."""
-    _forward(_load(model), image, model.name)
-
-
 @lru_cache(maxsize=2)
 def _load(model: _Model) -> cv2.dnn.Net:
+    """Return the network of a model."""
     try:
-        network = cv2.dnn.readNetFromONNX(np.frombuffer(model.content, np.uint8)) if model.content else None
+        network = cv2.dnn.readNetFromONNX(np.frombuffer(model.content, np.uint8)) if model.content else cv2.dnn.Net()
     except (cv2.error, SystemError) as error:
         raise InputError(
             f"{model.name}: not an ONNX model that OpenCV can run ({_sentence(error)})", code="onnx-unreadable"
         ) from None
-    if network is None or network.empty():
+    if network.empty():
         raise InputError(f"{model.name}: not an ONNX model", code="onnx-unreadable")
     return network
 
 
-def _forward(network: cv2.dnn.Net, image: Array, name: str) -> Array:
+def _forward(model: _Model, image: Array) -> Array:
+    """Return the output of a model for an image (1, 3, H, W)."""
+    network = _load(model)
     try:
         with _FORWARD:
             network.setInput(image)
             return np.array(network.forward())
     except (cv2.error, SystemError) as error:
         raise InputError(
-            f"{name}: does not run on an input of shape {image.shape} ({_sentence(error)}); "
+            f"{model.name}: does not run on an input of shape {image.shape} ({_sentence(error)}); "
             "set segment.onnx.input_size to the size that the model was exported with",
             code="onnx-input",
         ) from None

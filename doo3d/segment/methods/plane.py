@@ -1,6 +1,4 @@
-"""Select pixels or points in front of the dominant plane."""
-
-from __future__ import annotations
+"""Select the pixels or points in front of the dominant plane."""
 
 import math
 
@@ -8,36 +6,35 @@ import numpy as np
 
 from ... import kernels
 from ...config import SegmentConfig
-from ...errors import InputError
 from ...geometry.noise import DEVIATIONS, MAD_TO_DEVIATION, SAMPLES, SURFACE_SAMPLES
 from ...kernels import raised_pixels
 from ...types import Cloud, Floats, Frame, Image, Ints, Plane
-from .selected import Selected
+from .result import MethodResult, require_depth
 
 MIN_PLANE_SHARE, MISS_PROBABILITY = 0.4, 1e-4
-"""Share of the readings that lie on a plane, and the probability that no draw of RANSAC has its three points on it. A plane with
-fewer readings is clutter, or one of several surfaces."""
+"""Minimum fraction of the readings on the plane, and probability that RANSAC draws no triple of its points. A plane with a
+smaller fraction is clutter, or one of several surfaces."""
 
 RANSAC_DRAWS = math.ceil(math.log(MISS_PROBABILITY) / math.log(1 - MIN_PLANE_SHARE**3))
-"""Planes tried, each through three points (Fischler and Bolles, 1981): 139."""
+"""Number of planes that RANSAC tries, each through three points (Fischler and Bolles, 1981): 139."""
 
 REFINE_ITERATIONS = 3
-"""Times the plane is fitted to its inliers by least squares."""
+"""Number of least-squares fits of the plane to its inliers."""
 
 NOISE_ITERATIONS = 6
-"""Times at most that the window of distances that count as noise of the plane is widened to DEVIATIONS."""
+"""Maximum number of times that the window of distances from which the noise is estimated is widened."""
 
 SEED_DEVIATIONS, GROW_DEVIATIONS = 3.5, 2.0
-"""Deviations of the plane's noise: the two thresholds of the hysteresis in an image."""
+"""High and low threshold of the hysteresis in an image, in standard deviations of the plane's noise."""
 
 
-def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selected:
-    """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, in front of the dominant plane, and return both.
+def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> MethodResult:
+    """Select the pixels, (H, W) bool, or the points of a cloud, (N,) bool, in front of the dominant plane.
 
     A pixel or point is selected if it lies on the sensor's side of the plane, at a distance of more than `plane_distance` and
     more than 3.5 standard deviations of the plane's noise. In a Frame 2 standard deviations suffice for pixels connected to such
     pixels (hysteresis threshold), so that the flanks of a thin object are not lost. Nothing is selected if there are fewer than
-    three readings.
+    three readings. The plane is part of the result.
 
     Parameters
     ----------
@@ -52,28 +49,25 @@ def mask(data: Frame | Cloud | Image, config: SegmentConfig, seed: int) -> Selec
     ------
     InputError : the data is an Image, which has no planes.
     """
-    if isinstance(data, Image):
-        raise InputError(
-            "segment.method is plane, which needs depth: for an image use a mask, hsv or ridge", code="method-needs-depth"
-        )
+    data = require_depth(data, "plane")
     random = np.random.default_rng(seed)
-    sample = _drawn(data, random)
+    sample = _sample(data, random)
     if len(sample) < 3:
-        return Selected(np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool))
+        return MethodResult(np.zeros(len(data.points) if isinstance(data, Cloud) else data.depth.shape, dtype=bool))
     normal, offset = _fit(sample, config.plane_distance, random)
     residual = np.abs(sample @ normal - offset)
     plane = Plane(normal, offset) if np.mean(residual < config.plane_distance) >= MIN_PLANE_SHARE else None
     noise = plane_noise(residual, config.plane_distance)
     low, high = (max(config.plane_distance, deviations * noise) for deviations in (GROW_DEVIATIONS, SEED_DEVIATIONS))
     if isinstance(data, Cloud):
-        return Selected(height_above_plane(data, normal, offset) > high, plane=plane)
+        return MethodResult(height_above_plane(data, normal, offset) > high, plane=plane)
     if offset < 0:
         normal, offset = -normal, -offset
     camera = data.camera
     along_u = normal[0] * (np.arange(camera.width) - camera.cx) / camera.fx
     along_v = normal[1] * (np.arange(camera.height) - camera.cy) / camera.fy + normal[2]
     raised = raised_pixels(data.depth, along_u.astype(np.float32), along_v.astype(np.float32), offset, low, high)
-    return Selected(raised, plane=plane)
+    return MethodResult(raised, plane=plane)
 
 
 def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float]:
@@ -84,7 +78,7 @@ def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float
     points
         (N, 3) m, N points, at least three.
     distance
-        m; a point nearer to the plane than this is an inlier.
+        m, maximum distance of an inlier from the plane.
     seed
         seed of the random numbers.
 
@@ -100,7 +94,7 @@ def fit_plane(points: Floats, distance: float, seed: int) -> tuple[Floats, float
 
 
 def _draw(count: int, random: np.random.Generator) -> Ints | slice:
-    """Return which SAMPLES of `count` points are drawn; all if there are no more."""
+    """Return the indices of SAMPLES points drawn at random from `count` points; all points if there are no more."""
     return random.choice(count, SAMPLES, replace=False) if count > SAMPLES else np.s_[:]
 
 
@@ -111,9 +105,10 @@ def _fit(sample: Floats, distance: float, random: np.random.Generator) -> tuple[
 def plane_noise(residual: Floats, distance: float) -> float:
     """Return the robust standard deviation of distances from a plane, from their median absolute deviation.
 
-    residual : (N,) m, not below 0. distance : m; 0 is returned if no residual is less than twice of it.
+    residual : (N,) m, 0 or more. distance : m, half of the first window of residuals; if no residual lies in it, 0 is returned.
 
-    Where depth is noisier than `distance`, a fixed window would cut the noise off and so understate it: the window follows it.
+    Where the depth is noisier than `distance`, a fixed window would truncate the noise and underestimate it: the window is
+    widened to DEVIATIONS standard deviations until it is as wide as that.
     """
     noise, window = 0.0, 2 * distance
     for _ in range(NOISE_ITERATIONS):
@@ -126,7 +121,7 @@ def plane_noise(residual: Floats, distance: float) -> float:
 
 
 def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
-    """Return the height of each point of a cloud above a plane, in m, positive on the side of the plane where the sensor is.
+    """Return the height of each point of a cloud above a plane, in m, positive on the sensor's side.
 
     For a cloud without a viewpoint the sensor is taken to be on the side with more of the points far from the plane.
 
@@ -135,7 +130,7 @@ def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
     cloud
         the N points.
     normal
-        (3,) unit, in the frame of the cloud.
+        (3,) unit, in the coordinates of the cloud.
     offset
         m; points p on the plane have normal @ p = offset.
 
@@ -149,10 +144,11 @@ def height_above_plane(cloud: Cloud, normal: Floats, offset: float) -> Floats:
     return np.asarray(height if np.sum(np.sign(height) * (np.abs(height) > np.std(height))) >= 0 else -height)
 
 
-def _drawn(data: Frame | Cloud, random: np.random.Generator) -> Floats:
-    """Return SAMPLES points of a Frame or Cloud, (N, 3) m; those of a Frame from a grid of about SURFACE_SAMPLES.
+def _sample(data: Frame | Cloud, random: np.random.Generator) -> Floats:
+    """Return SAMPLES points drawn from a Frame or Cloud, (N, 3) m; those of a Frame from a grid of about SURFACE_SAMPLES pixels.
 
-    They are in the camera's optical frame for a Frame, in the frame of the cloud for a Cloud. Pixels without depth give no point.
+    The points are in the camera's optical frame for a Frame, in the coordinates of the cloud for a Cloud. Pixels without depth
+    are left out.
     """
     if isinstance(data, Cloud):
         return data.points[_draw(len(data.points), random)]

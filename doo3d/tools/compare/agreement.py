@@ -1,4 +1,4 @@
-"""Test whether the 3-D and the 2-D mode find the same chains in a frame, as seen in its image.
+"""Test whether the 3-D and the 2-D mode find the same chains in the image of a frame.
 
 The chains of each mode are aligned with those of the other: each point must have a position there within the tolerance, and
 the positions must follow each other, forwards or backwards, without a jump. If only one of two chains continues, or they
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ...config import Config
 
 MIN_TOLERANCE_PX = 2.0
-"""px; the tolerance is this, or half the width of the 2-D chain where that is more."""
+"""Least tolerance in px; where the 2-D chain is wider than twice this, the tolerance is half its width."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class Difference:
     what
         the difference in words, such as "3-D chain 1 runs 7.2 px from the nearest 2-D chain".
     distance
-        distance in px from the nearest chain of the other mode, infinite if the other mode has no chain; None if the difference
-        is not a distance, but that the chains continue in different ways.
+        distance in px from the nearest chain of the other mode, infinite if the other mode has no chain; None if the chains
+        continue in different ways instead.
     tolerance
         distance in px that is allowed at `at`.
     """
@@ -103,7 +103,7 @@ class Comparison:
 
 
 def compare(frame: Frame, config: Config, config_2d: Config, mask: Array | None = None) -> Comparison:
-    """Detect in a frame in the 3-D and in the 2-D mode, from the same mask, and compare the chains in the image.
+    """Run the 3-D and the 2-D mode in a frame with the same mask, and compare their chains in the image.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def compare_chains(chains_3d: Sequence[Chain], camera: Camera, chains_2d: Sequen
 def _all_differences(
     lines_3d: list[Line], on_2d: list[LineAlignment], lines_2d: list[Line], on_3d: list[LineAlignment], extension: float
 ) -> list[Difference]:
-    """Return the differences of both alignments; a jump near one of the other alignment is the same difference."""
+    """Return the differences of both alignments, merging jumps that are near each other."""
     result = [
         difference
         for i, alignment in enumerate(on_2d)
@@ -206,16 +206,16 @@ def _longest_step(joints: Floats) -> float:
 
 
 def _differences(alignment: LineAlignment, line: Line, name: str, other_mode: str) -> list[Difference]:
-    """Return where a line leaves the other mode's chains, at the worst point of each stretch, and where it jumps.
+    """Return the differences of a line: the worst point of each stretch off the other mode's chains, and its jumps.
 
     Parameters
     ----------
     alignment, line
         the line, and its alignment with the other mode's chains.
     name
-        of its chain, such as "3-D chain 1".
+        name of its chain, such as "3-D chain 1".
     other_mode
-        "2-D" or "3-D".
+        name of the other mode: "2-D" or "3-D".
     """
     result = []
     outside = np.concatenate(([False], alignment.distance > alignment.tolerance, [False]))

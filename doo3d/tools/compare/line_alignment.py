@@ -10,13 +10,13 @@ from ...geometry.curve_alignment import JUMP, Candidates, nearest_samples
 from ...types import Array, Floats, Ints
 
 SAMPLE_SPACING_PX = 2.0
-"""px from point to point of a line."""
+"""Distance in px between the points of a line."""
 
 CLOSED_OVERLAP_FACTOR = 3.0
-"""Times the extension of open lines by which a closed line is followed into its second round."""
+"""Length by which a closed line is continued into its second round, in multiples of the extension of open lines."""
 
 SLACK_TOLERANCES = 2.0
-"""Tolerances by which the lengths along two lines may differ in a step, in addition to the fraction of the step."""
+"""Allowed difference between the lengths of a step along two lines, in tolerances, in addition to a fraction of the step."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,7 @@ class LineAlignment:
     arc
         (M,) px, length along the other line from its first point to the position; NaN if the point has no position.
     jumps
-        (i, j) for each place where the positions jump: indices of points that follow each other along this line, but whose
-        positions do not follow each other along another line.
+        (i, j) for each jump: indices of successive points of this line whose positions are not successive on another line.
     """
 
     distance: Floats
@@ -107,7 +106,7 @@ def align_line(line: Line, others: Sequence[Line], extension: float, min_toleran
     extension
         length in px by which each open line in `others` is extended straight at both ends.
     min_tolerance
-        px. A point may lie this far from its match, or farther where a line is wide: the largest of this and the half-widths of
+        least tolerance in px. The distance allowed between a point and its match is the largest of this and the half-widths of
         the two lines there.
 
     Returns
@@ -148,9 +147,9 @@ def align_line(line: Line, others: Sequence[Line], extension: float, min_toleran
 def _nearest_curve(
     points: Floats, curves: Sequence[Line], distances: Sequence[Floats], tolerances: Sequence[Floats], min_tolerance: float
 ) -> tuple[Floats, Floats]:
-    """Return the distance (M,) px of each point from the nearest curve, and the tolerance there.
+    """Return the distance (M,) px of each point from the nearest curve, and the tolerance (M,) px there.
 
-    distances, tolerances : per curve (M, T) px.
+    distances, tolerances : for each curve of T points (M, T) px.
     """
     nearest, tolerance = np.full(len(points), np.inf), np.full(len(points), min_tolerance)
     rows = np.arange(len(points))
@@ -164,7 +163,7 @@ def _nearest_curve(
 
 
 def _with_second_round(line: Line, length: float) -> Line:
-    """Return a closed line with `length` px of its next round."""
+    """Return a closed line, continued into its next round by `length` px."""
     more = slice(1, 1 + int(np.ceil(length / SAMPLE_SPACING_PX)))
     return Line(
         np.concatenate((line.points, line.points[more])),
@@ -194,7 +193,7 @@ def _extended(line: Line, length: float) -> Line:
 def _candidates(path: Line, curves: Sequence[Line], distances: Sequence[Floats], tolerances: Sequence[Floats]) -> Candidates:
     """Return all positions on the curves within the tolerances, each in both directions.
 
-    distances, tolerances : per curve (M, T) px.
+    distances, tolerances : for each curve of T points (M, T) px.
     """
     columns: list[tuple[Array, ...]] = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0))]
     for number, (curve, gap, limit) in enumerate(zip(curves, distances, tolerances, strict=True)):
@@ -222,7 +221,7 @@ def _candidates(path: Line, curves: Sequence[Line], distances: Sequence[Floats],
 
 
 def _project(points: Floats, curve: Line, samples: Ints) -> tuple[Floats, Floats]:
-    """Return the arc along the curve and the distance from it, px, of points near its samples."""
+    """Return the arc length along a curve of points near its samples, px, and their distance from the curve, px."""
     tangent = np.gradient(curve.points, axis=0)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9)
     offset = points - curve.points[samples]

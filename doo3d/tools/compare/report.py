@@ -1,4 +1,4 @@
-"""Compare both modes over a whole capture: a line, a picture and an entry in `comparison.json` for each frame."""
+"""Compare the 3-D and the 2-D mode over a capture: a line, a picture and an entry in `comparison.json` per frame."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from .agreement import Comparison, compare
 SCHEMA, SUMMARY = "doo3d/comparison/1", "comparison.json"
 
 _MAX_PRINTED = 6
-"""Differences of a frame that are printed."""
+"""Greatest number of differences that are printed for a frame."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def compare_capture(
 
 
 def _compare_frame(ref: FrameRef, config: Config, config_2d: Config, out: Path) -> Record:
-    """Compare one frame and write its picture; an error becomes a record, too."""
+    """Compare one frame and write its picture; an error is returned in the record."""
     try:
         frame = ref.load()
         if not isinstance(frame.data, Frame):

@@ -1,4 +1,4 @@
-"""Proposal of a configuration from one frame: color ranges of the object, and the lengths that follow from its width."""
+"""Propose a configuration from one frame: color ranges of the object, and lengths derived from its width."""
 
 from .propose import Tuned, tune
 

@@ -1,4 +1,4 @@
-"""The HSV box that contains most pixels of an object and few of its background."""
+"""Fit the HSV box that contains most pixels of an object and few of its background."""
 
 import cv2
 import numpy as np
@@ -9,22 +9,22 @@ from ...types import Array, Bools, Floats, Ints
 from .thin_object import MIN_HUE_SATURATION, MIN_HUE_VALUE, ThinObject, hsv_of, mean_hue
 
 MAX_QUALITY_LOSS = 0.004
-"""Quality of a box that may be given up for wider bounds: they leave room for shadows and highlights of other frames."""
+"""Greatest loss of a box's quality, 0 to 1, for wider bounds, which leave room for shadows and highlights of other frames."""
 
 MAX_HUE_WIDENING = 6
-"""Hues (of 180) by which a bound may exceed the object's hues in this frame."""
+"""Greatest number of hues (of 180) by which a bound may exceed the object's hues in this frame."""
 
 HUE_COST, LEVEL_COST = 2e-4, 1e-7
-"""Quality that one more step of hue, or of saturation or value, must gain: narrow boxes win ties."""
+"""Least gain of quality per added step of hue, and per step of saturation or value, so that narrow boxes win ties."""
 
 MIN_VALUE, MIN_SATURATION = 20, 25
-"""The lowest bounds for an object with a hue: darker or duller pixels have no reliable hue."""
+"""Least lower bounds of value and saturation for an object with a hue; darker or duller pixels have no reliable hue."""
 
 MAX_BACKGROUND_PIXELS = 400_000
-"""Background pixels, evenly sampled, that boxes are tested on."""
+"""Greatest number of background pixels, evenly sampled, on which boxes are tested."""
 
 MAX_ROUNDS = 4
-"""Rounds of the coordinate descent, which usually ends after two."""
+"""Greatest number of rounds of the coordinate descent, which usually ends after two."""
 
 
 def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> HsvRange:
@@ -37,7 +37,7 @@ def fit_range(color: Array, thin: ThinObject, excluded: Bools | None = None) -> 
     color
         (H, W, 3) uint8 RGB.
     thin
-        the object; its mask tells object from background.
+        the object; all pixels outside its mask are background.
     excluded
         (H, W) bool, pixels that count as neither object nor background, such as those of other objects; None for none.
 
@@ -89,11 +89,11 @@ def _qualities(inner: Ints, outer: Ints, bounds: Ints, axis: int, weight: float)
     inner, outer
         (N, 3) HSV pixels of the object and of the background.
     bounds
-        (3, 2), of which those of the other axes apply.
+        (3, 2) bounds (low, high) of each axis; those of `axis` are not used.
     axis
         0 hue, 1 saturation, 2 value.
     weight
-        background pixels that one of `outer` stands for.
+        number of background pixels that each pixel of `outer` represents.
     """
     counts = []
     for pixels in (inner, outer):
@@ -123,7 +123,7 @@ def _widened(quality: Floats, best: Ints, max_steps: int) -> tuple[int, int]:
 def completed_mask(color: Array, thin: ThinObject) -> Bools:
     """Return the mask of a thin object, (H, W) bool, completed after the object was found by its color.
 
-    Highlights and border pixels, whose color is not quite that of the object, are added, and specks are removed.
+    Highlights and border pixels, whose color differs slightly from the object's, are added, and specks are removed.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def completed_mask(color: Array, thin: ThinObject) -> Bools:
     """
     diameter = max(3, 2 * round(thin.half_width) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
-    solid = FrameFacts(thin.mask, None, max(2, round(4 * thin.half_width**2))).mask
+    solid = FrameFacts(thin.mask, min_pixels=max(2, round(4 * thin.half_width**2))).mask
     reach = 2 * max(1, round(thin.half_width / 3)) + 1
     closed = cv2.morphologyEx(solid.view(np.uint8), cv2.MORPH_CLOSE, disc)
     near = cv2.dilate(closed, np.ones((reach, reach), np.uint8)) > 0
@@ -153,7 +153,7 @@ def completed_mask(color: Array, thin: ThinObject) -> Bools:
 
 
 def _local_mean(values: Array, mask: Bools, window: int) -> Array:
-    """Return the mean (H, W, 3) of the values of masked pixels in a square window of `window` px; 0 without any."""
+    """Return the mean (H, W, 3) of the masked pixels' values in a square window of `window` px; 0 if there are none."""
     count = cv2.boxFilter(mask.astype(np.float32), -1, (window, window), normalize=False)
     total = cv2.boxFilter(values * mask[:, :, None], -1, (window, window), normalize=False)
     return np.asarray(total / np.maximum(count, 1e-6)[:, :, None])

@@ -1,10 +1,9 @@
-"""A configuration from one frame, and optionally picks on the object."""
+"""Propose a configuration from one frame and, optionally, from picked pixels on the object."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 
 from ...config import Config, HsvRange, SegmentConfig
@@ -14,52 +13,38 @@ from ...scene.frame import SIZE_OVER_SPACING, VIEW_EDGE
 from ...scene.frame_facts import FrameFacts
 from ...segment import segment
 from ...segment.methods import resolve_method
-from ...segment.methods.hsv import in_ranges
 from ...types import Array, Bools, Cloud, Frame, Image
 from ...types.display import counted
-from .hsv_range import completed_mask, fit_range
+from .color_ranges import MAX_FALSE_SHARE, OTHER_METHODS, core, find_ranges, fit_ranges, full_size, reduced
+from .hsv_range import completed_mask
 from .strands import Strand, find_strands, lost_strands
-from .thin_object import ThinObject, find_thin_object, object_at, thin_components
-
-MAX_SEARCH_PIXELS = 1_500_000
-"""Pixels of the image in which the object is searched for; larger images are scaled down."""
-
-MAX_FALSE_SHARE = 0.5
-"""Share of the pixels of the color ranges that may lie outside the object: above it, the color does not distinguish it."""
+from .thin_object import thin_components
 
 SEGMENT_RADII = 2.5
 """Length of a segment in radii: short enough for the bends of a cable, long enough for a reliable direction."""
 
 MIN_SEGMENT_SPACINGS = 6
-"""Length of a segment in pixel spacings, at least."""
+"""Least length of a segment, in pixel spacings."""
 
 ROUND_STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Mantissas of round numbers."""
 
 SIDE_BY_SIDE_RATIO = 1.7
-"""Width of a mask over that of its narrow components, above which strands lie side by side in it."""
+"""Ratio of a mask's width to that of its narrow components above which it contains strands side by side."""
 
 MIN_WIDTH_PX = 3.0
-"""Width below which an object is not found reliably."""
+"""Width in px below which an object is not detected reliably."""
 
 MIN_RECALL, MIN_PRECISION = 0.85, 0.85
-"""Recall and precision of the segmentation below which there is advice."""
+"""Recall and precision of the segmentation below which the user gets advice."""
 
 MAX_MISSING_DEPTH = 0.3
-"""Share of the object without depth above which there is advice."""
+"""Fraction of the object without depth above which the user gets advice."""
 
 MAX_WIDTH_MARGIN = 0.6
-"""Width of the object over segment.max_width above which max_width is raised to twice the width."""
-
-BORDER_SHARE = 1 / 3
-"""Share of a strand's half width whose color is not taken for its own: `completed_mask` adds as much where the color agrees."""
+"""Ratio of the object's width to segment.max_width above which max_width is raised to twice the width."""
 
 ONE_BY_ONE = "for color ranges of some strands only, select these: --pick X,Y, for each the pixel listed above"
-
-OTHER_METHODS = (
-    "use another method: segment.method=plane if it stands off a surface in the depth, background with an image "
-    "without it (segment.reference), or your own mask (doo3d detect --mask)"
-)
 
 
 @dataclass(frozen=True)
@@ -85,10 +70,10 @@ class Tuned:
     reasons
         dotted key of the config, such as "fit.segment_length" -> why it has its value.
     advice
-        what the user could do to improve the result, a sentence each; empty if nothing.
+        what the user could do to improve the result, one sentence each; may be empty.
     strands
-        the strands that detection finds with the configuration to start from, a sentence each: length, a pixel, and whether the
-        color ranges find it; empty if the object was selected, or nothing was found.
+        the strands that detection finds with the initial configuration, one sentence each: length, a pixel, and whether the color
+        ranges find it; empty if the user picked the object, or nothing was found.
     """
 
     config: Config
@@ -120,8 +105,8 @@ def tune(
     data
         a frame with depth, or an image.
     config
-        the configuration to start from; values that are not tuned are kept. If it is of the 2-D mode, the depth of a frame with
-        color is ignored.
+        the initial configuration; values that are not tuned are kept. In the 2-D mode, the depth of a frame with color is
+        ignored.
     picks
         (x, y) px of pixels on the object, one for each of its colors.
     box
@@ -132,8 +117,8 @@ def tune(
     Raises
     ------
     InputError
-        a pick or the box is outside the image, or the frame has no color that they could select; no thin object is found; no
-        color range separates it from the background; or the data is a cloud.
+        a pick or the box is outside the image, or given for a frame without color; no thin object is found; no color range
+        separates it from the background; or the data is a cloud.
     """
     if isinstance(data, Cloud):
         raise InputError(
@@ -152,7 +137,7 @@ def tune(
         )
     if not picks and box is None and (strands := find_strands(data, config)):
         return _tune_strands(data, data.color, config, strands)
-    tuned = _propose_colors(data, config, *_find_ranges(data.color, picks, box))
+    tuned = _propose_colors(data, config, *find_ranges(data.color, picks, box))
     if not picks and box is None and all(strand.is_doubtful for strand in find_strands(data, tuned.config)):
         raise InputError(
             f"detection finds no strand, and only doubtful ones in the color of the longest thin object: {OTHER_METHODS}",
@@ -173,15 +158,16 @@ def _propose_colors(data: Frame | Image, config: Config, objects: list[Bools], r
 
 
 def _tune_strands(data: Frame | Image, color: Array, config: Config, strands: list[Strand]) -> Tuned:
-    """Return the configuration for the strands that detection finds with the given one.
+    """Return the configuration for the strands that detection finds with the initial one.
 
-    It has color ranges if detection finds every strand again with them, and no more chains; otherwise the method is kept.
+    The result has color ranges if detection with them finds every strand again and no further chains; otherwise the method is
+    kept.
     """
-    small, scale = _reduced(color)
-    thin = [_core(strand.thin, small.shape[1::-1], scale) for strand in strands]
+    small, scale = reduced(color)
+    thin = [core(strand.thin, small.shape[1::-1], scale) for strand in strands]
     completed = [replace(each, mask=completed_mask(small, each)) for each in thin]
-    ranges, false = _fit_ranges(small, completed)
-    objects = [_full_size(each.mask, color) for each in completed]
+    ranges, false = fit_ranges(small, completed)
+    objects = [full_size(each.mask, color) for each in completed]
     try:
         tuned = _propose_colors(data, config, objects, tuple(dict.fromkeys(ranges)))
         again = find_strands(data, tuned.config)
@@ -204,115 +190,23 @@ def _tune_strands(data: Frame | Image, color: Array, config: Config, strands: li
     return replace(kept, strands=tuple(listed), advice=(*kept.advice, *([ONE_BY_ONE] if len(strands) > 1 else [])))
 
 
-def _find_ranges(
-    color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None
-) -> tuple[list[Bools], tuple[HsvRange, ...]]:
-    """Return the masks (H, W) of the objects and the color ranges that segment them."""
-    _check_inside(color.shape[1], color.shape[0], picks, box)
-    small, scale = _reduced(color)
-    candidates = _find_objects(small, [(int(x * scale), int(y * scale)) for x, y in picks], _scaled(box, scale))
-    objects = [replace(thin, mask=completed_mask(small, thin)) for thin in candidates]
-    ranges, _ = _fit_ranges(small, objects)
-    segmented, union = in_ranges(small, tuple(ranges)), np.logical_or.reduce([thin.mask for thin in objects])
-    if (segmented & ~union).sum() > MAX_FALSE_SHARE * segmented.sum():
-        raise InputError(
-            f"no color range separates the thin object from the background: {np.mean(segmented & ~union):.0%} of the image has "
-            f"its colors too: {OTHER_METHODS}",
-            code="color-not-distinct",
-        )
-    return [_full_size(thin.mask, color) for thin in objects], tuple(ranges)
-
-
-def _fit_ranges(color: Array, objects: Sequence[ThinObject]) -> tuple[list[HsvRange], list[float]]:
-    """Return the color range of each object, and the share of the range's pixels that lie on none of the objects."""
-    union = np.logical_or.reduce([thin.mask for thin in objects])
-    ranges, false = list[HsvRange](), list[float]()
-    for thin in objects:
-        ranges.append(fit_range(color, thin, union & ~thin.mask))
-        segmented = in_ranges(color, (ranges[-1],))
-        false.append(float((segmented & ~union).sum() / max(1, segmented.sum())))
-    return ranges, false
-
-
-def _reduced(color: Array) -> tuple[Array, float]:
-    """Return an image (H, W, 3) with MAX_SEARCH_PIXELS at most, and the scale, 1 or less."""
-    scale = min(1.0, math.sqrt(MAX_SEARCH_PIXELS / (color.shape[0] * color.shape[1])))
-    return (color if scale == 1 else cv2.resize(color, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)), scale
-
-
-def _core(thin: ThinObject, shape: tuple[int, ...], scale: float) -> ThinObject:
-    """Return the middle of an object in an image of a shape (width, height) that was scaled: its border may be background."""
-    mask = cv2.resize(thin.mask.view(np.uint8), shape, interpolation=cv2.INTER_NEAREST)
-    half_width = scale * thin.half_width
-    core = cv2.distanceTransform(mask, cv2.DIST_L2, 3) > BORDER_SHARE * half_width
-    return ThinObject(np.asarray(core), thin.share, scale * thin.length, half_width)
-
-
-def _full_size(mask: Bools, color: Array) -> Bools:
-    """Return a mask at the size of an image."""
-    return np.asarray(cv2.resize(mask.view(np.uint8), color.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0)
-
-
-def _check_inside(width: int, height: int, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> None:
-    for x, y in picks:
-        if not (0 <= x < width and 0 <= y < height):
-            raise InputError(f"--pick {x},{y}: is outside the image, which is {width}x{height} px", code="place-outside")
-    if box and not (0 <= box[0] < box[0] + box[2] <= width and 0 <= box[1] < box[1] + box[3] <= height):
-        raise InputError(
-            f"--box {','.join(map(str, box))}: is not inside the image, which is {width}x{height} px", code="place-outside"
-        )
-
-
-def _scaled(box: tuple[int, int, int, int] | None, scale: float) -> tuple[int, int, int, int] | None:
-    if box is None:
-        return None
-    x, y, w, h = (int(part * scale) for part in box)
-    return x, y, max(w, 1), max(h, 1)
-
-
-def _find_objects(color: Array, picks: Sequence[tuple[int, int]], box: tuple[int, int, int, int] | None) -> list[ThinObject]:
-    """Return the objects at the picks, each once; without picks the one in the box or the image."""
-    if not picks:
-        thin = find_thin_object(color, box)
-        if thin is None:
-            region = "in the box" if box else "in the image"
-            raise InputError(
-                f"no thin, long object {region} has a color of its own: select it with --pick X,Y, or {OTHER_METHODS}",
-                code="object-missing",
-            )
-        return [thin]
-    objects: list[ThinObject] = []
-    for x, y in picks:
-        if any(thin.mask[y, x] for thin in objects):
-            continue
-        thin = object_at(color, (x, y))
-        if thin is None:
-            raise InputError(
-                f"the color at the pick {x},{y} of the image is not that of a thin, long object: if the pick lies on the "
-                f"background, pick the middle of the object; if not, the background has its color, so {OTHER_METHODS}",
-                code="pick-not-thin",
-            )
-        objects.append(thin)
-    return objects
-
-
 def _propose_lengths(
     data: Frame | Image, config: Config, segmentation: SegmentConfig, objects: list[Bools], reasons: dict[str, str]
 ) -> Tuned:
-    """Return the configuration with the lengths that follow from the width of the segmented object.
+    """Return the configuration with the lengths derived from the width of the segmented object.
 
     Parameters
     ----------
     data
         the frame or image.
     config
-        provides all other values.
+        configuration whose other values are kept.
     segmentation
         the proposed section `segment`.
     objects
-        (H, W) bool each; empty without color.
+        masks (H, W) bool of the objects; empty without color.
     reasons
-        dotted key -> reason, of the values so far; those of the lengths are added.
+        dotted key -> reason, for the values proposed already; those of the lengths are added.
     """
     object_mask = np.logical_or.reduce(objects) if objects else None
     if object_mask is not None and isinstance(data, Frame):
@@ -354,17 +248,7 @@ def segment_length(radius: float, spacing: float) -> float:
     The length is the nearest of the round numbers 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 and 10 times a power of ten. Shorter segments
     would have no reliable direction.
 
-    Parameters
-    ----------
-    radius
-        radius of the object, m (px in 2-D).
-    spacing
-        distance on the object between neighboring pixels, m (px in 2-D).
-
-    Returns
-    -------
-    float
-        in the unit of the arguments.
+    radius : radius of the object, m (px in 2-D). spacing : distance on the object between neighboring pixels, in the same unit.
     """
     wanted = max(SEGMENT_RADII * radius, MIN_SEGMENT_SPACINGS * spacing)
     power = 10.0 ** math.floor(math.log10(wanted))
@@ -376,16 +260,16 @@ def _length_text(length: float, unit: str) -> str:
 
 
 def _voxel_size(mask: Bools, radius: float, radius_px: float, spacing: float, unit: str) -> tuple[float | None, str]:
-    """Return the edge of a voxel, m, and the reason; None if the default of detection suits.
+    """Return the proposed edge of a voxel in m, and the reason; None if the default is suitable.
 
     Parameters
     ----------
     mask
         (H, W) bool.
     radius, radius_px
-        of the object, in the unit and in px.
+        radius of the object in `unit`, and in px.
     spacing
-        of neighboring pixels, in the unit.
+        distance on the object between neighboring pixels, in `unit`.
     unit
         "m" or "px".
     """

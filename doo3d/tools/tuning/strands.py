@@ -1,4 +1,4 @@
-"""The strands that detection finds in a frame, drawn into its image, and whether other settings find them again."""
+"""Draw the strands that detection finds into the image, and compare those found with different settings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,20 +13,20 @@ from ...types.display import DOUBTFUL_CONFIDENCE, length_text
 from .thin_object import ThinObject
 
 MIN_FOLLOWED = 0.9
-"""Share of the joints of a strand that one chain must follow; a chain that ends at a crossing or a few segments early has lost
-part of the strand."""
+"""Least fraction of a strand's joints that one chain must follow; a chain that ends at a crossing, or a few segments early, has
+lost part of the strand."""
 
 
 @dataclass(frozen=True)
 class Strand:
-    """A chain in the image.
+    """A chain with its position in the image.
 
     Attributes
     ----------
     chain
         the chain, m (px in 2-D).
     pixels
-        (K, 2) px, its joints.
+        (K, 2) px, its joints in the image.
     thin
         the pixels of the parts that were seen.
     """
@@ -52,7 +52,7 @@ def find_strands(data: Frame | Image, config: Config) -> list[Strand]:
 
 
 def drawn(chain: Chain, data: Frame | Image) -> Strand:
-    """Return a chain in a frame or an image as a strand: its seen segments are drawn as wide as they are."""
+    """Return a chain as a strand, with its seen segments drawn at their width in the image."""
     shape = data.color.shape[:2] if isinstance(data, Image) else data.depth.shape
     pixels, half_widths = chain.joints, np.full(len(chain.joints), chain.radius)
     if isinstance(data, Frame):
@@ -67,7 +67,7 @@ def drawn(chain: Chain, data: Frame | Image) -> Strand:
 
 
 def lost_strands(strands: Sequence[Strand], found: Sequence[Strand]) -> list[Strand]:
-    """Return the strands that none of the others that were found follows from end to end."""
+    """Return the strands that no strand of `found` follows from end to end."""
 
     def is_followed(strand: Strand) -> bool:
         return any(np.mean(_at(other.thin.mask, strand.pixels)) >= MIN_FOLLOWED for other in found)
@@ -76,7 +76,7 @@ def lost_strands(strands: Sequence[Strand], found: Sequence[Strand]) -> list[Str
 
 
 def _at(mask: Bools, pixels: Floats) -> Bools:
-    """Return which pixels (K, 2) lie in a mask; those outside the image do not."""
+    """Return which pixel positions (K, 2) px are in a mask, (K,) bool; False outside the image."""
     u, v = np.rint(pixels).astype(int).T
     inside = (u >= 0) & (v >= 0) & (u < mask.shape[1]) & (v < mask.shape[0])
     return np.asarray(inside & mask[np.where(inside, v, 0), np.where(inside, u, 0)])

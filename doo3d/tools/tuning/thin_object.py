@@ -1,4 +1,4 @@
-"""The thin, long object in an image, found by its color alone or by a pixel on it."""
+"""Find the thin, long object in an image, by its color alone or by a pixel on it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -13,28 +13,28 @@ from ...segment.methods.hsv import in_ranges
 from ...types import Array, Bools
 
 MIN_ASPECT = 5.0
-"""Length of a thin object, in widths, at least."""
+"""Least length of a thin object, in its widths."""
 
 MAX_WIDTH_SHARE = 0.09
-"""Width of a thin object, as a share of the image's shorter side, at most."""
+"""Greatest width of a thin object, as a fraction of the image's shorter side."""
 
 MIN_THIN_SHARE = 0.6
-"""Share of the pixels of a color that must be thin and long: below it, the color is not the object's alone."""
+"""Least fraction of a color's pixels in thin, long parts; below it, other things have this color, too."""
 
 PICK_RADIUS_PX = 3
 """Half the side of the window around a pick from which the color is sampled."""
 
 MIN_HUE_SATURATION = 60
-"""Saturation up to which the hue is unreliable."""
+"""Saturation, 0 to 255, up to which the hue is unreliable."""
 
 MIN_HUE_VALUE = 45
-"""Value up to which hue and saturation are unreliable."""
+"""Value, 0 to 255, up to which hue and saturation are unreliable."""
 
 MIN_AREA_PX = 30
-"""Pixels of a thin component, at least."""
+"""Least number of pixels of a thin component."""
 
 MIN_DIAGONAL_SHARE = 0.15
-"""Length of an object found without a pick, as a share of the searched region's diagonal, at least."""
+"""Least length of an object found without a pick, as a fraction of the searched region's diagonal."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class ThinObject:
 
 
 def thin_components(mask: Bools) -> ThinObject:
-    """Return the thin, long parts of a mask (H, W) bool; a result with an empty mask and zeros if there are none.
+    """Return the thin, long parts of a mask (H, W) bool; if there are none, the result has an empty mask and zeros.
 
     A part is an 8-connected component. It is kept if it is more than 5 times as long as wide, has 30 pixels or more, is narrower
     than 9 % of the shorter side of the image, and is about as wide as the other parts that are kept.
@@ -119,7 +119,10 @@ def object_at(color: Array, pick: tuple[int, int]) -> ThinObject | None:
 
 
 def _object_of_color(color: Array, pixels: Array, region: Bools) -> ThinObject | None:
-    """Return the best thin object through a region (H, W) with the color of the more saturated half of HSV pixels (N, 3)."""
+    """Return the best thin object that passes through a region (H, W) and has the color of HSV pixels (N, 3).
+
+    Only the more saturated half of the pixels is used. None if there is no such object.
+    """
     saturated = pixels[np.argsort(pixels[:, 1], kind="stable")][len(pixels) // 2 :].astype(int)
     candidates = [thin_components(in_ranges(color, (box,))) for box in _boxes_around(saturated)]
     suitable = [each for each in candidates if each.share >= MIN_THIN_SHARE and (each.mask & region).any()]
@@ -157,12 +160,12 @@ def find_thin_object(color: Array, region: tuple[int, int, int, int] | None = No
 
 
 def _rating(candidate: ThinObject) -> float:
-    """Rate a candidate: long ones, and those that are alone in having the color, are better."""
+    """Return the rating of a candidate: higher for long ones, and for those whose color is theirs alone."""
     return float(candidate.length * candidate.half_width**0.5 * candidate.share**3)
 
 
 def _boxes_around(pixels: Array) -> Iterator[HsvRange]:
-    """Yield HSV boxes around the colors of a few HSV pixels (N, 3), from wide to narrow."""
+    """Yield boxes around the colors of a few HSV pixels (N, 3), from wide to narrow."""
     saturation, value = (int(np.median(pixels[:, i])) for i in (1, 2))
     if saturation > MIN_HUE_SATURATION and value > MIN_HUE_VALUE:
         hue = mean_hue(pixels[:, 0])
@@ -184,7 +187,7 @@ def mean_hue(hues: Sequence[int] | Array) -> float:
 
 
 def _hue_boxes(color: Array) -> Iterator[HsvRange]:
-    """Yield boxes of one hue each, for the hues that the image has."""
+    """Yield an HSV box around each hue that occurs in the image."""
     hsv = hsv_of(color).reshape(-1, 3)
     for min_saturation in (60, 90, 130, 180):
         counts = np.bincount(hsv[(hsv[:, 1] >= min_saturation) & (hsv[:, 2] > 30), 0], minlength=180)
@@ -195,7 +198,7 @@ def _hue_boxes(color: Array) -> Iterator[HsvRange]:
 
 
 def _neutral_boxes() -> Iterator[HsvRange]:
-    """Yield boxes of dark pixels, and of bright ones, of any hue."""
+    """Yield HSV boxes of any hue: of dark pixels, and of bright ones."""
     for value in (40, 60, 85):
         yield HsvRange(low=(0, 0, 0), high=(179, 255, value))
     for value in (180, 205, 230):

@@ -1,10 +1,8 @@
-"""Checks for input and results that are plausible but wrong: the unit of depth, the camera, the registration of color, lengths.
+"""Check input and results for values that are probably wrong: unit of depth, camera, registration of color, lengths.
 
-Every check returns sentences, none if nothing looks wrong. A sentence begins with `check the <topic>:`, states the evidence, and
-ends with the remedy.
+Every check returns a list of sentences, which is empty if nothing looks wrong. A sentence begins with `check the <topic>:`,
+states the evidence, and ends with the remedy.
 """
-
-from __future__ import annotations
 
 from .frame_notes import METHOD, frame_notes, topic_of
 

@@ -1,6 +1,4 @@
-"""Check radii and distances of chains against cables that exist."""
-
-from __future__ import annotations
+"""Check radii and distances of chains against those of real cables."""
 
 from collections.abc import Sequence
 
@@ -10,19 +8,19 @@ from .. import Chain, Floats
 from .depth_unit import UNITS, USUAL_DEPTH_M, nearest_factor
 
 RADIUS_RANGE_M = (0.0003, 0.04)
-"""Radii of cables, ropes and hoses, m; thinner wires are not seen by depth cameras."""
+"""Range of the radii of cables, ropes and hoses, m; depth cameras do not see thinner wires."""
 
 LONG_M, MAX_RADIUS_LONG_M = 20.0, 0.2
-"""Length, m, above which radii up to the second number, m, are plausible: a scan of overhead wires makes them thick."""
+"""Length in m above which radii up to the second number (m) are plausible, since scans of overhead wires make them thick."""
 
 SHORT_M, MIN_RADIUS_SHORT_M = 0.15, 0.0006
-"""Length, m, below which radii under the second number, m, are not plausible: a piece of wire that small is not worth a chain."""
+"""Length in m below which radii under the second number (m) are implausible: nobody captures such a small piece of wire."""
 
 FAR_M, MAX_FAR_RADIUS_M2 = 1.5, 0.025
-"""Distance, m, from which on a product of radius and distance above the second number, m^2, is doubtful.
+"""Distance in m from which on a product of radius and distance above the second number (m²) is doubtful.
 
-A thick hose is also long, so it is looked at from some metres; but a thin cable at the usual 0.6 m, whose depth is four times
-too large, looks the same, and is far more frequent. The largest product of 80 right captures is 0.011, of a hose.
+A thick hose is also long, so that it is captured from some metres. A thin cable at the usual 0.6 m whose depth is four times too
+large has the same size, and is far more frequent. The largest product in 80 correct captures is 0.011, of a hose.
 """
 
 USUAL_RADIUS_M = 0.004
@@ -43,7 +41,7 @@ def radius_notes(chains: Sequence[Chain], distance: float | None) -> list[str]:
     chains
         chains of one frame, longest first; 3-D, m.
     distance
-        m from the sensor to the longest chain; None if unknown.
+        distance in m from the sensor to the longest chain; None if unknown.
     """
     if not chains or not 0 < chains[0].radius < np.inf:
         return []

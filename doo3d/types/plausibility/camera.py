@@ -1,6 +1,4 @@
-"""Check the intrinsics of a camera, and the distance between two cameras, against cameras that exist."""
-
-from __future__ import annotations
+"""Check the intrinsics of a camera, and the distance between two cameras, against those of real cameras."""
 
 import math
 
@@ -9,13 +7,13 @@ import numpy as np
 from .. import Array, Camera
 
 MIN_FOCAL_IMAGE_SIDES = 0.38
-"""Least focal length in longer sides of the image, a field of view of 105 degrees: the widest depth cameras have 0.4."""
+"""Least focal length, in longer sides of the image, for a field of view of 105 degrees; the widest depth cameras have 0.4."""
 
 MAX_FOCAL_IMAGE_SIDES = 8.0
-"""Greatest focal length in longer sides of the image, a field of view of 7 degrees: that of a telescope."""
+"""Greatest focal length, in longer sides of the image, for a field of view of 7 degrees, that of a telescope."""
 
 PRINCIPAL_POINT_RANGE = (0.25, 0.75)
-"""Share of the width and of the height in which the principal point is plausible."""
+"""Range of plausible principal points, as fractions of the width and of the height."""
 
 MAX_FOCAL_RATIO = 1.1
 """Greatest ratio of the two focal lengths: pixels are square in practice, and calibrations differ by less than a percent."""

@@ -1,49 +1,48 @@
-"""Check that depth is metric and along the optical axis: by the flatness of surfaces, and by the height of a cable that lies.
+"""Check that depth is metric and along the optical axis, by the flatness of surfaces and the height of a cable on them.
 
-Renderers also give distances along the rays, their depth buffer, or depth scaled to the range from 0 to 1, and stereo programs
-disparity. Each of them deforms a scene, so that the frame itself shows which one it is.
+Renderers may also give distances along the rays, their depth buffer, or depth scaled to the range from 0 to 1; stereo programs
+may give disparity. Each of these deforms the scene in its own way, by which it is recognized.
 """
-
-from __future__ import annotations
 
 import numpy as np
 
 from .. import Camera, Chain, Floats, Frame, Plane
 
 SAMPLES = (24, 32)
-"""Rows and columns of the readings that a plane is fitted to."""
+"""Numbers of rows and columns of the sampled readings that a plane is fitted to."""
 
 MIN_SAMPLES = 200
-"""Readings among them without which there is no fit."""
+"""Least number of valid readings for a fit."""
 
 PLANE_QUANTILE = 0.6
-"""Share of the readings that lie on the broadest surface, a table or a wall."""
+"""Fraction of the readings that are assumed to be on the largest surface, a table or a wall."""
 
 FIT_ITERATIONS = 4
 
 INLIER_RESIDUALS = 2.5
-"""Residuals at PLANE_QUANTILE within which a reading counts for the next iteration of the fit."""
+"""Greatest residual of a reading that is used in the next iteration of the fit, in residuals at PLANE_QUANTILE."""
 
 MIN_BENT_RESIDUAL = 0.005
-"""Residual, as a share of the depth, of a surface that is not flat: twice that of stereo cameras, 0.003 at most."""
+"""Residual, as a fraction of the depth, from which on a surface is not flat; stereo cameras have at most about half, 0.003."""
 
 MAX_FLAT_RESIDUAL_RATIO = 0.25
-"""Residual of distances over that of depths, below which the surface is flat only if the values are distances: it is about 1 in
-frames of stereo and structured-light cameras, and below 1e-4 where a renderer gave distances."""
+"""Ratio of the residual of distances to that of depths, below which the values must be distances. It is about 1 in frames of
+stereo and structured-light cameras, and below 1e-4 for distances from a renderer."""
 
 MIN_RELIEF_READINGS = 5
-"""Readings along a chain from which its height is known."""
+"""Least number of readings along a chain for its height to be known."""
 
 BUFFER_RELIEF = (0.35, 0.7)
-"""Median and 90th percentile of a cable's height over its width, below which depth from 0 to 1 is a depth buffer. A lying cable
-has 1, in a buffer 0.01 to 0.3; side by side in a bundle, where the plane runs between the cables, at least 0.39."""
+"""Median and 90th percentile of a cable's height divided by its width, below which depth from 0 to 1 is a depth buffer. A cable
+on a table has 1, in a buffer 0.01 to 0.3; cables in a bundle, where the plane runs between them, have at least 0.39."""
 
 DISPARITY_RELIEF = (-1.5, -0.7)
-"""Range of the median height over the width in which values are disparities: the cable lies in a trench as deep as it is wide,
-since the derivative of f b / z makes a height h at a width w into -h and w times the same number."""
+"""Range of the median height divided by the width in which values are disparities: the cable is in a trench as deep as its width,
+since the derivative of f b / z multiplies a height h by the same factor as the width w, with opposite sign."""
 
 NORMALIZED_RANGE = (0.02, 1e-6)
-"""Depth above 0 at which a normalized image begins at most, and how close to 1 it ends: no depth camera measures from 2 cm."""
+"""Normalized image, from 0 to 1: greatest least depth, and greatest distance of the greatest depth from 1. No depth camera
+measures from 2 cm."""
 
 KINDS = {
     "buffer": "a renderer's depth buffer, z = near far / (far - value (far - near))",
@@ -53,7 +52,7 @@ REMEDY = "convert the values to metres along the optical axis"
 
 
 def distance_notes(frame: Frame) -> list[str]:
-    """Return a sentence if surfaces are bent as depth along the optical axis, and flat as distances along the rays."""
+    """Return a sentence if surfaces are curved when values are taken as depth, but flat as distances along the rays."""
     rows, columns = (max(1, size // count) for size, count in zip(frame.depth.shape, SAMPLES, strict=True))
     v, u = np.mgrid[rows // 2 : frame.depth.shape[0] : rows, columns // 2 : frame.depth.shape[1] : columns]
     depth = frame.depth[v, u].astype(float)
@@ -76,7 +75,7 @@ def distance_notes(frame: Frame) -> list[str]:
 
 
 def relief_notes(frame: Frame, chain: Chain | None, plane: Plane | None, is_metric: bool) -> list[str]:
-    """Return a sentence if a chain is much flatter than wide, or lies behind the surface around it: depth that is not metric.
+    """Return a sentence if a chain is much flatter than wide, or behind the surface around it, so that depth is not metric.
 
     Parameters
     ----------
@@ -87,7 +86,7 @@ def relief_notes(frame: Frame, chain: Chain | None, plane: Plane | None, is_metr
     plane
         the plane around the object, m, its normal towards the camera; None if unknown.
     is_metric
-        whether all depths are multiples of a step, as a camera's driver writes them in whole units.
+        whether all depths are multiples of a step, as from a camera's driver, which writes whole units.
     """
     largest = 0.0 if is_metric else float(frame.depth.max())
     if abs(largest - 1) < NORMALIZED_RANGE[1] and frame.depth[frame.depth > 0].min() < NORMALIZED_RANGE[0]:
@@ -115,7 +114,7 @@ def _rays(camera: Camera, u: Floats, v: Floats) -> Floats:
 
 
 def _plane_residual(points: Floats) -> float:
-    """Return the residual of the plane through most points (N, 3), at PLANE_QUANTILE, as a share of the depth.
+    """Return the residual at PLANE_QUANTILE of a plane fitted to most points (N, 3) m, as a fraction of the depth.
 
     The plane n p = 1 is linear in the inverse depth; the fit is repeated with the points near it.
     """
@@ -129,7 +128,7 @@ def _plane_residual(points: Floats) -> float:
 
 
 def _relief(frame: Frame, chain: Chain, plane: Plane) -> Floats | None:
-    """Return the height of the readings at a chain's joints above a plane, in widths of the chain; None with too few readings."""
+    """Return the height of the readings at a chain's joints above a plane, in widths of the chain; None if too few readings."""
     pixels = np.rint(frame.camera.project(chain.joints))
     inside = ((pixels >= 0) & (pixels < (frame.camera.width, frame.camera.height))).all(axis=1)
     u, v = pixels[inside].astype(int).T

@@ -1,6 +1,4 @@
-"""Check the unit of depth: by distances that no depth camera measures, and by the step between depth values."""
-
-from __future__ import annotations
+"""Check the unit of depth, by the range of depth cameras and by the step between depth values."""
 
 import numpy as np
 
@@ -10,26 +8,26 @@ MAX_DEPTH_M = 30.0
 """Greatest distance that depth cameras measure, m."""
 
 MIN_DEPTH_M, MIN_DEPTH_NARROW_M = 0.07, 0.15
-"""Least distance that depth cameras measure, m: 0.07 those made for it, whose view is wide; 0.15 the others."""
+"""Least distance that depth cameras measure, m: of wide-angle cameras made for short distances, and of the others."""
 
 NARROW_FOCAL_WIDTHS = 0.6
-"""Focal length, in image widths, above which a view counts as narrow; cameras for short distances have 0.5."""
+"""Focal length, in image widths, above which MIN_DEPTH_NARROW_M applies; cameras for short distances have 0.5."""
 
 MAX_STEP_MM = 3.5
-"""Step between depth values, mm, below which it is a camera's: drivers write 1 mm or less."""
+"""Greatest step between depth values of a camera, mm; drivers write 1 mm or less."""
 
 FINE_STEPS_MM = {0.2: 0.35, 0.1: 0.14}
-"""Step of depth values, mm -> distance, m, below which a step so fine suggests that the unit is too small.
+"""Step of depth values in mm -> distance in m below which such a fine step suggests that the unit is too small.
 
-Values in 1 mm that are read as 5000 or 10000 units per metre have these steps. Cameras that really write them stand farther away:
-0.2 mm is the unit of recordings of the Kinect, which measures from 0.4 m.
+Values in 1 mm that are read as 5000 or 10000 units per metre have these steps. Cameras that really have such steps are farther
+away: 0.2 mm is the unit of recordings of the Kinect, which measures from 0.4 m.
 """
 
 USUAL_DEPTH_M = 0.6
 """Usual distance of a depth camera from a cable, m."""
 
 MAX_EMPTY_DEPTH_M = 3.5
-"""Median depth, m, beyond which a frame without chains is doubtful: a usual cable, 8 mm thick, is 1 or 2 px wide there."""
+"""Median depth in m above which a frame without chains is doubtful; a usual cable, 8 mm thick, is only 1 or 2 px wide there."""
 
 UNITS = {
     4.0: "0.25 mm as a RealSense L515 writes, depth_scale=4000",
@@ -39,13 +37,13 @@ UNITS = {
     100.0: "0.01 mm, depth_scale=100000",
     1000.0: "1 mm where metres are expected, depth_scale=1000",
 }
-"""Factor by which lengths are too large -> unit of the values that gives it; but for 1000, where values are read as 1 mm."""
+"""Factor by which lengths are too large -> true unit of the values, if they were read as 1 mm; for 1000, they were read as m."""
 
 SAMPLES = (48, 64)
-"""Rows and columns of a depth image that its step is found from."""
+"""Numbers of sampled rows and columns of a depth image from which its step is computed."""
 
 MIN_DISTINCT = 10
-"""Different depth values from which a step is found: by chance, ten are all multiples of 5 mm once in ten million images."""
+"""Least number of different depth values for a step; by chance, ten are all multiples of 5 mm once in ten million images."""
 
 _UNIT_MM = 0.1  # the finest unit of depth images
 _TOLERANCE_UNITS = 0.05  # of a whole number of units; float32 is exact to 0.01 at 10 m
@@ -62,9 +60,9 @@ def depth_samples(depth: Array) -> Floats:
 
 
 def depth_step(samples: Floats) -> float | None:
-    """Return the step between depth values in mm: the greatest length, at least 0.1 mm, that all of them are multiples of.
+    """Return the step between depth values in mm: the greatest length, at least 0.1 mm, of which all are multiples.
 
-    samples : (N,) m, above 0. Returns None for values that are no multiples of 0.1 mm, or too few different ones.
+    samples : (N,) m, above 0. Returns None if values are not multiples of 0.1 mm, or if too few of them differ.
     """
     units = samples * (1000 / _UNIT_MM)
     levels = np.rint(units)
@@ -75,20 +73,20 @@ def depth_step(samples: Floats) -> float | None:
 
 
 def unit_notes(distance: float, near: float, step: float | None, camera: Camera | None, subject: str) -> list[str]:
-    """Return a sentence if depth seems to be in another unit than it was read in.
+    """Return a sentence if depth seems to have been read in a wrong unit.
 
     Parameters
     ----------
     distance
-        m, the typical distance from the camera.
+        typical distance from the camera, m.
     near
-        m, distance of what is nearest; at most `distance`.
+        least distance from the camera, m; at most `distance`.
     step
-        mm between depth values, from `depth_step`; None if unknown.
+        step between depth values in mm, from `depth_step`; None if unknown.
     camera
         the intrinsics; None for a cloud.
     subject
-        what is at the distance, such as "the median depth".
+        name of `distance` in the sentence, such as "the median depth".
     """
     if step is not None and step > MAX_STEP_MM:
         return [
@@ -116,7 +114,7 @@ def unit_notes(distance: float, near: float, step: float | None, camera: Camera 
 
 
 def far_notes(median: float) -> list[str]:
-    """Return a sentence if nothing is found in a frame whose median depth, m, is too large for cables to be seen."""
+    """Return a sentence for a frame without chains if its median depth (m) is too large for cables to be seen."""
     if median <= MAX_EMPTY_DEPTH_M:
         return []
     factor = nearest_factor(median / USUAL_DEPTH_M)
@@ -132,7 +130,7 @@ def nearest_factor(ratio: float) -> float:
 
 
 def _decimal_factor(ratio: float) -> float:
-    """Return the power of ten that the ratio of a distance to one of about a metre suggests: 10, 100 or 1000 and so on."""
+    """Return the power of ten, 10 or more, nearest to the ratio of a distance to about a metre."""
     return float(10 ** max(1, round(np.log10(ratio))))
 
 

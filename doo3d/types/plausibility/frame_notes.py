@@ -1,6 +1,4 @@
-"""The checks of one frame and its chains that are cheap enough for every frame."""
-
-from __future__ import annotations
+"""Run the checks of one frame and its chains that are fast enough for every frame."""
 
 from collections.abc import Sequence
 
@@ -15,17 +13,17 @@ from .depth_unit import depth_samples, depth_step, far_notes, unit_notes
 PREFIX = "check "
 
 METHOD = "method"
-"""Topic of the notes on the method of segmentation: they tell a choice, not a fault."""
+"""Topic of the notes about the chosen method of segmentation, which are not warnings."""
 
 METHOD_PREFIX = "segment: method "
-"""Beginning of the notes on the method of segmentation that was taken where none is set."""
+"""First words of the notes about the method of segmentation that was chosen automatically."""
 
 
 def frame_notes(data: Frame | Cloud | Image, chains: Sequence[Chain], plane: Plane | None = None) -> tuple[str, ...]:
-    """Return what is implausible about a frame and the chains found in it, a sentence each.
+    """Return sentences about implausible values of a frame and its chains.
 
-    The intrinsics, the unit of depth, and the radius and distance of the longest chain are compared with cameras and cables that
-    exist, the shape of surfaces and the relief of the chain with those that metric depth shows. Takes about 0.5 ms.
+    The intrinsics, the unit of depth, and the radius and distance of the longest chain are compared with real cameras and cables;
+    the shape of surfaces and the relief of the chain with those in metric depth. Takes about 0.5 ms.
 
     Parameters
     ----------
@@ -61,9 +59,9 @@ def frame_notes(data: Frame | Cloud | Image, chains: Sequence[Chain], plane: Pla
 
 
 def topic_of(note: str) -> str | None:
-    """Return the topic of a note that is worth saying once in a run, for all frames; None for any other note.
+    """Return the topic of a note that is printed once per run instead of for each frame; None for any other note.
 
-    Such are the notes of these checks, whose topic is for example "radius" of "check the radius: ...", and those on the method of
+    Such notes are those of these checks, with a topic such as "radius" in "check the radius: ...", and those about the method of
     segmentation.
     """
     if note.startswith(METHOD_PREFIX):

@@ -1,6 +1,4 @@
-"""Check that chains keep their length through a capture."""
-
-from __future__ import annotations
+"""Check that chains keep their length during a capture."""
 
 from collections import defaultdict
 from collections.abc import Iterable
@@ -11,13 +9,13 @@ import numpy as np
 from .. import Chain, Frame, Image
 
 MIN_FRAMES = 4
-"""Frames from which on the lengths of a chain are compared."""
+"""Least number of frames for a comparison of a chain's lengths."""
 
 MAX_SPREAD = 0.25
-"""Difference of a chain's long and short lengths, 5 % of them left out at each end, as a share of the median."""
+"""Greatest range of a chain's lengths, without 5 % at each end, as a fraction of their median."""
 
 MAX_OCCLUDED = 0.2
-"""Share of occluded segments up to which a length counts: hidden stretches are estimates."""
+"""Greatest fraction of occluded segments for a length to count, since hidden stretches are estimates."""
 
 BORDER_SHARE = 0.03
 """Distance from the border of the image, in image widths, within which an end counts as one that leaves the view."""
@@ -29,11 +27,11 @@ class ChainLength(NamedTuple):
     Attributes
     ----------
     id
-        identity of the chain in the capture.
+        id of the chain in the capture.
     frame
         name of the frame.
     length
-        m (px in 2-D).
+        length of the chain, m (px in 2-D).
     """
 
     id: int
@@ -42,14 +40,14 @@ class ChainLength(NamedTuple):
 
 
 def is_whole(chain: Chain, data: Frame | Image | None) -> bool:
-    """Return whether a chain lies in view with both ends, and is hardly occluded, so that its length is that of the cable.
+    """Return whether both ends of a chain are in view and it is hardly occluded, so that its length is the cable's.
 
     Parameters
     ----------
     chain
         the chain, in the coordinates of the camera (of the image, in px, in 2-D).
     data
-        the frame or image; None, for a cloud, which has no border, tests for occlusion alone.
+        the frame or image; None for a cloud, which has no border, so that only occlusion is tested.
     """
     if len(chain.occluded) and chain.occluded.mean() > MAX_OCCLUDED:
         return False
@@ -64,9 +62,9 @@ def is_whole(chain: Chain, data: Frame | Image | None) -> bool:
 
 
 def length_notes(lengths: Iterable[ChainLength], units: str) -> list[str]:
-    """Return a sentence for the chain whose length changes most through a capture, if that is more than a cable's can.
+    """Return a sentence for the chain whose length changes most in a capture, if that is more than a cable's can.
 
-    lengths : of chains that are whole in view, in any order. units : "m" or "px".
+    lengths : lengths of chains that are fully in view, in any order. units : "m" or "px".
     """
     by_id = defaultdict[int, list[ChainLength]](list)
     for each in lengths:

@@ -1,6 +1,4 @@
-"""Check that a color image is registered to the depth: the edges of the one against those of the other."""
-
-from __future__ import annotations
+"""Check that a color image is registered to the depth, by comparing the edges of both."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,36 +9,38 @@ from scipy import fft
 from .. import Array, Floats, Frame
 
 WORK_WIDTH_PX = 320
-"""Width that images are reduced to, px: a shift of a tenth of the width is found in milliseconds."""
+"""Width in px to which images are reduced, so that a shift of a tenth of the width is found in milliseconds."""
 
 MAX_SHIFT_WORK_PX = 20
-"""Largest shift that is looked for, in px of the reduced images, each way."""
+"""Largest shift in each direction that is searched, in px of the reduced images."""
 
 MIN_SHIFT_WIDTHS = 0.011
-"""Least shift that counts, in image widths: 14 px of 1280. Depth edges of stereo cameras lie up to 10 px beside the real ones."""
+"""Least shift that is reported, in image widths: 14 px of 1280. Depth edges of stereo cameras are up to 10 px off the real
+ones."""
 
 PRECISION_WIDTHS = 0.003
-"""Image widths, 4 px of 1280, within which a shift is known; a smaller part of it, along rows or columns, is not told."""
+"""Precision of a shift in image widths: 4 px of 1280. A smaller component, along rows or columns, is not reported."""
 
 MIN_DEPTH_JUMP = 0.008
-"""Least jump of depth between pixels beside each other that is an edge, as a share of the depth: 6 mm at 0.7 m."""
+"""Least jump of depth between neighboring pixels that is an edge, as a fraction of the depth: 6 mm at 0.7 m."""
 
 MAX_EDGE_SHARE = 0.1
-"""Share of the pixels that are edges of depth at most: of a noisy image, only the strongest jumps count."""
+"""Greatest fraction of pixels that are depth edges; in a noisy image, only the strongest jumps are used."""
 
 COLOR_JUMP_RANGE = (10.0, 60.0)
-"""Jump of a color channel, 0 to 255, from which an edge begins, and from which on a stronger one counts no more."""
+"""Jump of a color channel, 0 to 255: least value of an edge, and value above which a stronger jump has no more weight."""
 
 MIN_EDGE_PIXELS = 60
-"""Edge pixels of depth from which a frame is judged."""
+"""Least number of depth edge pixels for a frame to be judged."""
 
 MIN_CORRELATION = 0.1
-"""Correlation of the edges at the best shift, above that of most shifts, from which a frame is judged; measured on 297 frames."""
+"""Least excess of the edges' correlation at the best shift over that at most shifts, for a frame to be judged; from 297
+frames."""
 
 MIN_GAIN = 1.35
-"""Ratio of the correlation at the best shift to that without a shift, from which a shift counts; measured on 297 frames.
+"""Least ratio of the correlation at the best shift to that without a shift, for a shift to count; from 297 frames.
 
-Strands side by side correlate with themselves: there the ratio is small, also if the shift is real.
+Strands side by side correlate with each other, so that the ratio is small there even if the shift is real.
 """
 
 
@@ -50,9 +50,9 @@ class ColorShift(NamedTuple):
     Attributes
     ----------
     right, down
-        px by which the color lies right of and below the depth; 0, 0 if the color fits where it is.
+        shift in px of the color to the right of and below the depth; 0, 0 if the color fits without a shift.
     gain
-        correlation of the edges at the best shift, in multiples of that where the color is; 1 if it fits.
+        ratio of the edges' correlation at the best shift to that without a shift; 1 if the color fits.
     """
 
     right: int
@@ -61,11 +61,11 @@ class ColorShift(NamedTuple):
 
 
 def color_shift(frame: Frame) -> ColorShift | None:
-    """Return by how much the color of a frame is shifted against its depth; None if too few edges tell.
+    """Return the shift of a frame's color against its depth; None if there are too few edges.
 
-    The cross-correlation of the two edge images, by FFT, after Canny's idea that real edges coincide in all channels. A shift
-    moves all edges the same way. Depth that is wider than the object, as stereo cameras give it, moves the edges on its two sides
-    apart: therefore the edges on either side have to fit better, each by themselves.
+    The shift maximizes the cross-correlation of the two edge images, by FFT, after Canny's idea that real edges coincide in all
+    channels. A shift moves all edges the same way. Depth that is wider than the object, as from stereo cameras, moves the edges
+    of its two sides apart: therefore the edges of each side must fit better at the shift, separately.
     """
     if frame.color is None:
         return None
@@ -97,7 +97,7 @@ def color_shift(frame: Frame) -> ColorShift | None:
 def registration_notes(shifts: Sequence[ColorShift], width: int | None = None) -> list[str]:
     """Return a sentence if most of the judged frames agree that their color is shifted against the depth.
 
-    shifts : of the frames that were judged, without None. width : of the images, px, within whose 2 % the frames have to agree.
+    shifts : those of the judged frames, without None. width : width of the images in px; frames must agree within 2 % of it.
     """
     shifted = [shift for shift in shifts if shift.right or shift.down]
     if 2 * len(shifted) <= len(shifts):
@@ -120,10 +120,10 @@ def registration_notes(shifts: Sequence[ColorShift], width: int | None = None) -
 
 
 def _depth_edges(depth: Array) -> tuple[Floats, Floats]:
-    """Return how much depth jumps at each pixel between two readings, and in which direction it increases.
+    """Return the strength of depth edges at each pixel, and the increase of depth there.
 
-    The first is (H, W) float, 0 to 1. The second is (2, H, W) float: the increase down the columns and along the rows, as a share
-    of the depth.
+    The strength is (H, W) float, 0 to 1. The increase is (2, H, W) float: down the columns and along the rows, as a fraction of
+    the depth.
     """
     slopes = np.zeros((2, *depth.shape), np.float32)
     for slope, (after, before, between) in zip(slopes, _NEIGHBORS, strict=True):
@@ -138,7 +138,7 @@ def _depth_edges(depth: Array) -> tuple[Floats, Floats]:
 
 
 def _color_edges(color: Array) -> Floats:
-    """Return (H, W) float: how much the color jumps at each pixel, along rows or columns, 0 to 255 in the strongest channel."""
+    """Return the strength of color edges, (H, W) float: greatest jump along rows or columns in any channel, 0 to 255."""
     values = color.astype(np.float32)
     edges = np.zeros(color.shape[:2], np.float32)
     for after, before, between in _NEIGHBORS:
@@ -155,7 +155,7 @@ _NEIGHBORS = (((_AFTER, _ALL), (_BEFORE, _ALL), (_INNER, _ALL)), ((_ALL, _AFTER)
 
 
 def _correlation(first: Floats, second: Floats) -> Floats:
-    """Return the correlation coefficients of two images for all shifts of the second; no shift is in the middle."""
+    """Return the correlation coefficients of two images for all shifts of the second; zero shift is in the middle."""
     first, second = first - first.mean(), second - second.mean()
     most = min(MAX_SHIFT_WORK_PX, *first.shape)
     shape = [fft.next_fast_len(size + most, True) for size in first.shape]
@@ -165,7 +165,7 @@ def _correlation(first: Floats, second: Floats) -> Floats:
 
 
 def _fits_better(first: Floats, second: Floats, shift: tuple[int, int]) -> bool:
-    """Return whether two images correlate better where the second is shifted by (down, right) px than about where it is."""
+    """Return whether two images correlate better with the second shifted by (down, right) px than near zero shift."""
     margin = MAX_SHIFT_WORK_PX + 1
     padded = np.pad(second - second.mean(), margin)
     places = [shift, *((down, right) for down in (-1, 0, 1) for right in (-1, 0, 1))]
@@ -175,7 +175,7 @@ def _fits_better(first: Floats, second: Floats, shift: tuple[int, int]) -> bool:
 
 
 def _peak(line: Floats, at: int) -> float:
-    """Return the shift of the maximum of a row or column of the correlation, at `at`, refined by a parabola."""
+    """Return the position of the maximum at index `at` of a row or column of the correlation, refined by a parabola."""
     shift = 0.0
     if 0 < at < len(line) - 1:
         left, peak, right = (float(value) for value in line[at - 1 : at + 2])

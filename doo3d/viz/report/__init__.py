@@ -1,4 +1,4 @@
-"""The report: a run as one self-contained HTML page."""
+"""Make the report of a run: one self-contained HTML page."""
 
 from .page import report_page
 

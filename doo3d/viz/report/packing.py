@@ -54,7 +54,7 @@ def pack_chain(index: int, chain: Chain, style: ChainStyle | None = None) -> dic
     chain
         the chain.
     style
-        how it is drawn; None: by its number and confidence.
+        style of the chain; None derives it from number and confidence.
 
     Returns
     -------

@@ -36,8 +36,8 @@ WithProgress = Callable[[list[FrameStatus]], Iterable[FrameStatus]]
 def report_page(results: Results, folder: Path | None = None, clouds: bool = True, with_progress: WithProgress = iter) -> str:
     """Return a report of a run as the text of one self-contained HTML page.
 
-    The page has the key numbers of the run, what seems wrong with it, plots over the frames, thumbnails of the pictures, and an
-    interactive view of each frame's chains. It needs no network.
+    The page has the key numbers of the run, warnings, plots over the frames, thumbnails of the pictures, and an interactive view
+    of each frame's chains. It needs no network.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _in_script(text: str) -> str:
 
 
 def _packed_picture(frame: FrameStatus, thumbnail_bytes: int) -> dict[str, Any]:
-    """Return the picture of a frame for the page, of so many bytes at most; empty without one."""
+    """Return the thumbnail of a frame for the page, of at most `thumbnail_bytes`; empty without a picture."""
     picture = None if frame.error is not None else read_picture(frame.picture)
     return (
         {} if picture is None else dict(zip(("picture", "width", "height"), pack_picture(picture, thumbnail_bytes), strict=True))
@@ -115,11 +115,11 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
     Parameters
     ----------
     frame
-        its status.
+        status of the frame.
     results
-        of the run.
+        results of the run.
     points
-        of the capture; None: without.
+        points of the capture; None leaves them out.
     """
     values: dict[str, Any] = {
         "name": frame.name,
@@ -159,7 +159,7 @@ def _frame_data(frame: FrameStatus, results: Results, points: _CapturePoints | N
 
 
 def _trees(detection: Detection) -> dict[str, Any]:
-    """Return the branched objects of a frame for the page; empty if they were not looked for."""
+    """Return the branched objects of a frame for the page; empty if the detection did not look for them."""
     if not detection.objects:
         return {}
     return {
@@ -177,9 +177,9 @@ def _trees(detection: Detection) -> dict[str, Any]:
 
 
 class _CapturePoints:
-    """The points of the capture of a run.
+    """The points of a run's capture, read frame by frame.
 
-    warning : why frames are without points; empty if all have them.
+    warning : why points of some frames are missing; empty if none are.
     """
 
     def __init__(self, results: Results, frames: int) -> None:

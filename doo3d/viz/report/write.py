@@ -1,4 +1,4 @@
-"""`doo3d.report`: a run as one HTML page, written to a file, as the command `doo3d report` does."""
+"""Write a run as one HTML page: the function `doo3d.report`, as the command `doo3d report`."""
 
 from dataclasses import replace
 from os import PathLike
@@ -29,13 +29,13 @@ def report(
     results
         the folder that `run` or `doo3d detect` wrote, or its Results.
     out
-        the HTML file to write; None for a file beside the folder, named like it.
+        the HTML file to write; None for a file next to the folder with the folder's name.
     clouds
         show points of the capture around the chains, if it can still be read.
     min_confidence
         confidence, 0 to 1, below which objects are left out.
     force
-        replace the file.
+        True replaces an existing file.
 
     Returns
     -------

@@ -8,8 +8,8 @@ import pytest
 from builders.drawn_masks import CAMERA, frame_of, helix, line, surface, wave
 
 from doo3d.config import HsvRange, SegmentConfig
-from doo3d.segment.broad_surface import is_broad
 from doo3d.segment.methods import SEGMENTERS, resolve_method
+from doo3d.segment.methods.auto import is_broad
 from doo3d.types import Cloud, Frame
 
 RADIUS = 0.005

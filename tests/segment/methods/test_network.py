@@ -11,7 +11,7 @@ from builders.onnx_model import at_half_size, convolution
 from doo3d.config import OnnxConfig, SegmentConfig
 from doo3d.segment.methods import auto, network, strands
 from doo3d.segment.methods.network import _with_colors, mask, object_probability
-from doo3d.segment.methods.selected import Selected
+from doo3d.segment.methods.result import MethodResult
 from doo3d.types import Camera, Cloud, Frame, Image
 
 SIZE = (64, 96)
@@ -66,19 +66,19 @@ def test_the_rules_decide_where_the_network_is_in_doubt(tmp_path, probability):
     assert (found.mask & ~line).sum() < 0.02 * line.sum()
 
 
-def test_colors_tell_the_strand_from_what_the_network_takes_for_it_beside(monkeypatch):
+def test_colors_remove_false_pixels_of_the_network_beside_a_strand(monkeypatch):
     rows = np.mgrid[0:200, 0:300][0]
     pair = (abs(rows - 90) < 6) | (abs(rows - 108) < 6)
     color = np.where(pair[..., None], (220, 30, 40), (150, 140, 130)).astype(np.uint8)
     around = abs(rows - 99) < 15
     monkeypatch.setattr(network, "object_probability", lambda *_: np.where(around, 0.7, 0.1).astype(np.float32))
-    monkeypatch.setattr(strands, "select_in_image", lambda *_: Selected(pair))
+    monkeypatch.setattr(strands, "select_in_image", lambda *_: MethodResult(pair))
     found = mask(Image(color), SegmentConfig(method="network"), 0)
     np.testing.assert_array_equal(found.mask, pair)
     np.testing.assert_array_equal(found.probability > 0.5, around)
 
 
-def test_colors_that_tell_nothing_leave_the_probability_as_it_is():
+def test_uniform_colors_do_not_change_the_probability():
     some = np.zeros((60, 80), np.float32)
     some[20:30] = 0.7
     noise = np.random.default_rng(0).random((60, 80), np.float32)
@@ -112,7 +112,7 @@ def of_probability(path, probability: float) -> SegmentConfig:
     return settings(path)
 
 
-def test_a_frame_whose_parts_are_all_told_by_color_is_not_judged(frame, monkeypatch):
+def test_a_frame_whose_parts_are_all_strands_by_color_is_not_judged(frame, monkeypatch):
     monkeypatch.setattr(network, "object_probability", None)
     without_noise = Frame(frame.color, np.full_like(frame.depth, 0.8), frame.camera)
     found, by_rules = (method.mask(without_noise, SegmentConfig(method="network"), 0) for method in (network, strands))
@@ -121,7 +121,7 @@ def test_a_frame_whose_parts_are_all_told_by_color_is_not_judged(frame, monkeypa
     assert found.mask.any()
 
 
-def test_the_network_judges_raised_parts_that_no_color_tells(frame, tmp_path):
+def test_the_network_judges_raised_parts_of_the_color_of_the_surface(frame, tmp_path):
     found = strands.mask(frame, SegmentConfig(), 0)
     by_rules = found.mask
     assert not found.is_certain
@@ -132,7 +132,7 @@ def test_the_network_judges_raised_parts_that_no_color_tells(frame, tmp_path):
     np.testing.assert_array_equal(mask(frame, of_probability(tmp_path / "some.onnx", 0.3), 0).mask, by_rules)
 
 
-def test_a_band_of_many_widths_is_told_by_its_color_where_the_network_finds_it(frame, tmp_path):
+def test_a_band_of_varying_width_is_detected_by_its_color_where_the_network_finds_it(frame, tmp_path):
     """Three strands that touch over half of their length, and a part of noise that keeps the rules uncertain."""
     color, depth = frame.color.copy(), frame.depth.copy()
     u = np.arange(320)
@@ -220,7 +220,7 @@ def test_auto_takes_the_network_if_there_is_one(monkeypatch):
 
 
 @pytest.mark.parametrize(("probability", "is_said"), [(0.5, True), (0.9, False)])
-def test_a_note_tells_of_shadows_that_the_network_leaves_out_too(tmp_path, probability, is_said):
+def test_a_note_names_shadows_that_the_network_rejects_too(tmp_path, probability, is_said):
     rows = np.mgrid[0:240, 0:320][0] - np.linspace(150, 190, 320)
     shade = cv2.GaussianBlur((np.abs(rows) < 5).astype(np.float32), (0, 0), 2.5)
     color = ((200, 190, 170) * (1 - 0.35 * shade[..., None])).astype(np.uint8)

@@ -127,10 +127,10 @@ def _sleep(*_) -> None:
 
 def test_a_model_that_ends_the_process_or_hangs_is_refused(tmp_path, monkeypatch):
     path = model(tmp_path, [[0.3, 0.3, 0.3]])
-    monkeypatch.setattr(onnx, "_try", _end)
+    monkeypatch.setattr(onnx, "_forward", _end)
     with refuses("onnx-unreadable", "net.onnx", "ended on it"):
         select(path)
-    monkeypatch.setattr(onnx, "_try", _sleep)
+    monkeypatch.setattr(onnx, "_forward", _sleep)
     monkeypatch.setattr(onnx, "_MAX_FIRST_RUN_S", 0.5)
     with refuses("onnx-unreadable", "net.onnx", "no answer within 0.5 s"):
         select(path)

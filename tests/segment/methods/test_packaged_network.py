@@ -54,4 +54,4 @@ def test_auto_takes_the_network_and_a_good_frame_has_no_note():
     rows, columns = np.mgrid[0:240, 0:320]
     image[np.abs(rows - 120 - 50 * np.sin(columns / 60)) < 6] = (30, 60, 200)
     detection, stages = detect_with_stages(Image(image), doo3d.load_config("image"))
-    assert (len(detection.chains), stages.segmentation.method, detection.notes) == (1, "network", ())
+    assert (len(detection.chains), stages.observed.segmentation.method, detection.notes) == (1, "network", ())

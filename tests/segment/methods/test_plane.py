@@ -87,7 +87,7 @@ def test_pixels_behind_the_plane_are_not_the_object():
 @pytest.mark.parametrize("viewpoint", [np.zeros(3), None])
 @pytest.mark.parametrize("below", [False, True])
 def test_a_cloud(viewpoint, below):
-    """Without a viewpoint the side that holds more of the points is in front; with one it is told by the viewpoint."""
+    """Without a viewpoint the side that holds more of the points is in front; with one the viewpoint decides."""
     random = np.random.default_rng(2)
     sign = 1 if below else -1
     floor = np.column_stack((random.uniform(-0.3, 0.3, (20000, 2)), 0.8 + 0.0004 * random.normal(size=20000)))

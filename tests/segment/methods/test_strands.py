@@ -1,4 +1,4 @@
-"""Strands told by color, in a photograph and in a frame."""
+"""Strands detected by color, in a photograph and in a frame."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_short_things_of_another_color_are_left_out():
     depth[pixels(BEND, 8)] = 0.78
     color[200:216, 250:270], depth[200:216, 250:270] = (40, 200, 40), 0.77
     assert not mask(Frame(color, depth, CAMERA), SegmentConfig(), 0).mask[200:216, 250:270].any()
-    color[200:216, 250:270] = (170, 50, 50)  # as of a strand that goes on there
+    color[200:216, 250:270] = (170, 50, 50)  # the color of a strand that continues there
     assert mask(Frame(color, depth, CAMERA), SegmentConfig(), 0).mask[200:216, 250:270].any()
 
 
@@ -173,7 +173,7 @@ def test_a_strand_in_the_air_of_which_depth_shows_more_than_there_is():
 
 
 def test_a_raised_part_with_something_else_is_not_certain():
-    """A strand that touches a box is one band with it, whose color is that of the box; another strand is told."""
+    """A strand that touches a box is one band with it, whose color is that of the box; another strand is detected."""
     color, depth = table()
     line = BEND - np.array((0, 60))
     drawn(color, BEND + np.array((0, 40)), 7, (170, 50, 50))

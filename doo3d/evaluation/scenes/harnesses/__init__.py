@@ -1,9 +1,7 @@
-"""Families of branched objects: harnesses on a table and hanging, partly hidden, crossing, and beside ends that only touch.
+"""Build scenes of branched objects: harnesses on a table or hanging, partly hidden, crossing, or touched by a cable.
 
 Each builder draws one scene from the given random numbers, or returns None if the draw cannot be built.
 """
-
-from __future__ import annotations
 
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Hide a junction of a harness under a box."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 from scipy.spatial import Delaunay
@@ -14,20 +12,21 @@ from ..studio import GRIPPER_COLORS, Studio, box, pick
 from .strands import Strand
 
 WIDE_GAPS = (0.04, 0.08)
-"""m between the visible parts of a trunk on both sides of a wide box."""
+"""Least and greatest distance in m between the visible parts of a trunk on both sides of a wide box."""
 
 MIN_HIDDEN_RADII = 3.5
-"""Radii of the thickest strand from a hidden junction to the nearest side of a wide box."""
+"""Least distance from a hidden junction to the nearest side of a wide box, in radii of the thickest strand."""
 
 MIN_SEEN = 0.03
-"""m of each strand that a wide box leaves visible."""
+"""Least length in m of each strand that a wide box leaves visible."""
 
 AIM_RADII = 2.0
-"""Radii of the thickest strand by which the straight continuations of the visible ends may miss the hidden junction."""
+"""Greatest distance, in radii of the thickest strand, at which straight continuations of the visible ends pass the hidden
+junction."""
 
 
 def box_on_junction(rng: Generator, studio: Studio, strands: list[Strand], nodes: Floats) -> tuple[Solid, ...]:
-    """Return a box that lies on one of the junctions."""
+    """Return a box on a random junction."""
     count = np.bincount([node for strand in strands for node in strand.nodes])
     node = int(rng.choice(np.flatnonzero(count > 2)))
     tall = rng.uniform(0.012, 0.03)
@@ -40,7 +39,7 @@ def box_on_junction(rng: Generator, studio: Studio, strands: list[Strand], nodes
 def wide_box(
     rng: Generator, studio: Studio, strands: list[Strand], axes: list[Floats], nodes: Floats
 ) -> tuple[Solid, ...] | None:
-    """Return a box on a junction that hides some centimetres of each strand, too; None if nobody could tell what it hides.
+    """Return a box that hides a junction and some centimetres of each strand; None if the hidden shape would be ambiguous.
 
     The straight continuations of the three visible ends must come together at the junction, and the box hides nothing else.
 
@@ -91,7 +90,7 @@ def wide_box(
 
 
 def _from_node(strand: Strand, axis: Floats, node: int) -> Floats:
-    """Return the axis of a strand as it leaves one of its nodes."""
+    """Return the axis of a strand, ordered to start at one of its nodes."""
     return axis if strand.nodes[0] == node else axis[::-1]
 
 

@@ -1,6 +1,4 @@
-"""Build a scene of a harness of some kind: plan, heights, tubes, boxes."""
-
-from __future__ import annotations
+"""Build a scene of a harness of a given kind: plan, heights, tubes, boxes."""
 
 import itertools
 from bisect import bisect_right
@@ -29,7 +27,7 @@ def harness(kind: Kind, rng: Generator, size: Size) -> Scene | None:
     Parameters
     ----------
     kind
-        number of branches and crossings, and what else is in the scene.
+        numbers of branches and crossings, and further properties of the scene.
     rng
         the random number generator to draw from.
     size

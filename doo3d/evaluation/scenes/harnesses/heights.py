@@ -1,6 +1,4 @@
-"""Lay strands over each other, and hang them in the air."""
-
-from __future__ import annotations
+"""Compute the heights of strands: crossing over each other on a table, or hanging in the air."""
 
 from collections.abc import Callable
 
@@ -15,7 +13,7 @@ from .strands import NEAR_JUNCTION_RADII, Strand, crossings_of
 
 
 def lay(rng: Generator, strands: list[Strand], radius: float, kind: Kind) -> bool:
-    """Lift the upper strand over the lower one at each crossing; False if that cannot be done."""
+    """Lift the upper strand over the lower one at each crossing; return False if that is impossible."""
     for a, p, b, q in crossings_of(strands, 0.0):
         upper_first = strands[a].trunk if kind.under and strands[a].trunk != strands[b].trunk else bool(rng.random() < 0.5)
         (up, at), (low, below) = ((a, p), (b, q)) if upper_first else ((b, q), (a, p))
@@ -32,7 +30,7 @@ def lay(rng: Generator, strands: list[Strand], radius: float, kind: Kind) -> boo
 
 
 def _join(strands: list[Strand]) -> bool:
-    """Give all strands at a node one height, that of the highest, blended in along each strand."""
+    """Raise all strands at a node to the height of the highest, with a smooth transition along each strand."""
     top: dict[int, float] = {}
     shared: dict[int, int] = {}
     for strand in strands:
@@ -49,7 +47,7 @@ def _join(strands: list[Strand]) -> bool:
 
 
 def are_clear(axes: list[Floats], strands: list[Strand], radius: float) -> bool:
-    """Tell whether no two strands run into each other, except where they meet."""
+    """Return whether no two strands intersect, except at their common nodes."""
     for a, first in enumerate(axes):
         for b in range(a + 1, len(axes)):
             both = strands[a].radius + strands[b].radius
@@ -64,7 +62,7 @@ def are_clear(axes: list[Floats], strands: list[Strand], radius: float) -> bool:
 
 
 def hanging_shape(rng: Generator) -> Callable[[Floats], Floats]:
-    """Return a smooth height over the plane, (P, 2) m -> (P,) m, for objects that hang in the air."""
+    """Return a smooth random height function over the plane, (P, 2) m -> (P,) m, for objects that hang in the air."""
     waves = rng.normal(size=(3, 2)) * 9.0
     phases, size = rng.uniform(0, 6, 3), rng.uniform(0.008, 0.02)
     return lambda points: np.asarray(size * np.sin(points @ waves.T + phases).sum(axis=1))

@@ -1,13 +1,11 @@
-"""The kinds of harnesses that families of scenes show."""
-
-from __future__ import annotations
+"""Define the kinds of harnesses, one for each family of scenes."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What a family of harnesses is like.
+    """The properties of a family of harnesses.
 
     Attributes
     ----------
@@ -20,17 +18,17 @@ class Kind:
     hidden
         whether a box hides a junction.
     opposite
-        whether two branches leave the trunk at one place, on both sides.
+        whether two branches leave the trunk at the same place, on opposite sides.
     touching
-        whether a cable of its own ends at the side of a strand.
+        whether a separate cable ends at the side of a strand.
     under
-        whether a branch passes under the trunk, rather than at random over or under.
+        whether a branch that crosses the trunk passes under it; otherwise over or under at random.
     wide
         whether the box also hides some centimetres of each strand at the junction.
     swapping
-        whether two strands run side by side and swap sides; branches and crossings are then those of `plan_swap`.
+        whether two strands run side by side and swap sides; `plan_swap` then sets branches and crossings.
     two
-        whether there are two harnesses, which cross each other only.
+        whether there are two harnesses, which cross each other but not themselves.
     """
 
     branches: tuple[int, int] = (1, 3)

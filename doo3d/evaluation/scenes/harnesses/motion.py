@@ -1,6 +1,4 @@
-"""Scenes of a measured branched cable."""
-
-from __future__ import annotations
+"""Build scenes of a branched cable from motion capture."""
 
 import itertools
 from dataclasses import replace
@@ -18,15 +16,15 @@ from ..studio import cable_color, make_studio
 from .build import Size
 
 MOTION_TRUNK, MOTION_BRANCHES, MOTION_RADIUS = tuple(range(13)), ((4, 13, 14, 15, 16), (8, 17, 18, 19)), 0.005
-"""Markers along the trunk and along each branch, with the marker of the trunk where it leaves, and m, of a measured cable."""
+"""Measured cable: markers along the trunk; for each branch, the trunk marker where it leaves and its own markers; radius in m."""
 
 
 MIN_MARKER_STEP = 0.02
-"""m; markers nearer to the one before are left out of the spline, which would swing between them."""
+"""Least distance in m between successive markers; nearer ones are left out, since the spline would oscillate between them."""
 
 
 def load_array(path: str | Path) -> Array:
-    """Return the array of an .npy file; an InputError if there is none."""
+    """Read the array of an .npy file; raise InputError if the file cannot be read."""
     try:
         return np.asarray(np.load(path, allow_pickle=False))
     except (OSError, ValueError) as error:
@@ -35,7 +33,7 @@ def load_array(path: str | Path) -> Array:
 
 
 def read_markers(path: str | Path) -> Floats:
-    """Return the positions of the markers of a measured branched cable, (T, 20, 3) m, from an .npy file.
+    """Read the marker positions of a measured branched cable, (T, 20, 3) m, from an .npy file.
 
     Raises
     ------
@@ -48,7 +46,7 @@ def read_markers(path: str | Path) -> Floats:
 
 
 def motion_tree(path: str | Path, rng: Generator, size: Size) -> Scene | None:
-    """Draw a scene of a measured branched cable: one frame of a motion capture, seen by a camera drawn at random.
+    """Draw a scene of a measured branched cable: a random frame of a motion capture, seen by a random camera.
 
     Parameters
     ----------

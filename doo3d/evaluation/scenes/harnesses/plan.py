@@ -15,16 +15,16 @@ from .kinds import Kind
 from .strands import Strand, cross_far_from_ends, crossings_of, is_open
 
 TRUNK_RADII, BRANCH_RATIOS = (0.004, 0.007), (0.5, 0.8)
-"""m, radius of a trunk; radius of a branch as a fraction of that."""
+"""Least and greatest radius of a trunk in m, and radius of a branch as a fraction of the trunk's."""
 
 TRUNK_LENGTHS, BRANCH_LENGTHS = (0.42, 0.75), (0.10, 0.24)
-"""m."""
+"""Least and greatest length of a trunk and of a branch, m."""
 
 LEAVING_DEGREES = (35.0, 85.0)
-"""Degrees between a branch and the trunk where the branch leaves."""
+"""Least and greatest angle in degrees between a branch and the trunk at their junction."""
 
 MIN_SPACING_RADII = 14.0
-"""Radii of the trunk between two junctions, and from a junction to a tip of the trunk."""
+"""Least distance between two junctions, and from a junction to a tip of the trunk, in radii of the trunk."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Plan:
 
 
 def plan_harness(rng: Generator, studio: Studio, radius: float, kind: Kind) -> Plan | None:
-    """Draw trunk and branches in the plane; None if they do not fit or cross too often."""
+    """Draw the trunk and branches of a harness in the plane; None if they do not fit or cross too often."""
     wanted = int(rng.integers(kind.branches[0], kind.branches[1] + 1))
     usable = np.array(studio.usable_size())
     for _ in range(30):
@@ -86,7 +86,7 @@ def plan_harness(rng: Generator, studio: Studio, radius: float, kind: Kind) -> P
 
 
 def plan_two(rng: Generator, studio: Studio, radius: float, kind: Kind) -> Plan | None:
-    """Draw two harnesses that cross each other, as often as the kind says, and none itself; None if they do not fit."""
+    """Draw two harnesses that cross each other as often as `kind` says, but not themselves; None if they do not fit."""
     single = replace(kind, crossings=(0, 0))
     first = plan_harness(rng, studio, radius, single)
     if first is None:
@@ -118,11 +118,11 @@ def leaving_curve(rng: Generator, trunk: Floats, index: int, side: int, longer: 
     trunk
         (Q, 2) m, the trunk.
     index
-        point of the trunk where the branch leaves.
+        index of the trunk point where the branch leaves.
     side
         1 to leave to the left of the trunk, -1 to the right.
     longer
-        factor of the usual length.
+        factor by which the usual length is multiplied.
     """
     heading = trunk[min(index + 4, len(trunk) - 1)] - trunk[index - 4]
     angle = np.arctan2(heading[1], heading[0]) + side * np.radians(rng.uniform(*LEAVING_DEGREES))
@@ -154,7 +154,7 @@ def strand_on_table(curve: Floats, radius: float, nodes: tuple[int, int], trunk_
 
 
 def branch_points(rng: Generator, count: int, wanted: int, radius: float, kind: Kind) -> list[int] | None:
-    """Return the index of the trunk point where each branch leaves; with `opposite` the first two at one place."""
+    """Draw the index of the trunk point where each branch leaves; with `kind.opposite`, the first two are equal."""
     least = MIN_SPACING_RADII * radius / STEP
     places = wanted - 1 if kind.opposite else wanted
     for _ in range(20):

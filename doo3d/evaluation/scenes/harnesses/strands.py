@@ -1,6 +1,4 @@
-"""Strands in the plane: where they cross, and whether they keep clear of each other; a cable that only touches one."""
-
-from __future__ import annotations
+"""Check strands in the plane for crossings and clearance, and add a cable that only touches a strand."""
 
 from dataclasses import dataclass
 
@@ -13,17 +11,17 @@ from ..curves import STEP, curve_crossings, headed_curve, random_curves
 from ..studio import pick
 
 CLEARANCE = 1.6
-"""Least distance in the plane of two strands that do not cross, in sums of their radii."""
+"""Least distance in the plane between two strands that do not cross, in sums of their radii."""
 
 NEAR_JUNCTION_RADII = 7.0
-"""Radii of the trunk from a junction up to which strands are near each other because they meet there."""
+"""Distance from a junction, in radii of the trunk, within which its strands may be near each other."""
 
 MIN_CROSSING_ANGLE = np.radians(35.0)
 
 
 @dataclass
 class Strand:
-    """A strand in the plane, (P, 2) m, 2 mm apart, with radius, heights (P,) and its two nodes; `trunk` tells its kind."""
+    """A strand in the plane: P points (P, 2) m, 2 mm apart, radius, heights (P,) m, its two nodes, and whether it is a trunk."""
 
     curve: Floats
     radius: float
@@ -33,9 +31,9 @@ class Strand:
 
 
 def crossings_of(strands: list[Strand], min_angle: float = MIN_CROSSING_ANGLE) -> list[tuple[int, int, int, int]]:
-    """Return the crossings of strands in the plane: (strand, point of it, other strand, point of that); none at junctions.
+    """Return the crossings of strands in the plane, except at junctions: (strand, its point, other strand, its point).
 
-    A crossing at less than `min_angle`, radians, is (-1, 0, 0, 0).
+    A crossing at an angle below `min_angle` (radians) is (-1, 0, 0, 0).
     """
     points = np.vstack([strand.curve for strand in strands])
     number = np.repeat(np.arange(len(strands)), [len(strand.curve) for strand in strands])
@@ -53,7 +51,7 @@ def crossings_of(strands: list[Strand], min_angle: float = MIN_CROSSING_ANGLE) -
 
 
 def cross_far_from_ends(strands: list[Strand], crossings: list[tuple[int, int, int, int]], radius: float) -> bool:
-    """Tell whether crossings are far from junctions and tips, in radii of the thickest strand: `radius`, m."""
+    """Return whether all crossings are far from junctions and tips; `radius` is that of the thickest strand, m."""
     reach = 2.5 * NEAR_JUNCTION_RADII * radius / STEP
     return all(min(p, len(strands[a].curve) - p, q, len(strands[b].curve) - q) >= reach for a, p, b, q in crossings)
 
@@ -61,18 +59,18 @@ def cross_far_from_ends(strands: list[Strand], crossings: list[tuple[int, int, i
 def is_open(
     strands: list[Strand], radius: float, min_angle: float = MIN_CROSSING_ANGLE, beside: tuple[int, int] | None = None
 ) -> bool:
-    """Tell whether strands come near each other only where they meet or cross, and cross far from junctions and tips.
+    """Return whether strands are near each other only at junctions and crossings, and cross far from junctions and tips.
 
     Parameters
     ----------
     strands
         the strands.
     radius
-        radius of the thickest, m.
+        radius of the thickest strand, m.
     min_angle
         least angle of a crossing, radians.
     beside
-        two strands, the lower number first, that may be near each other all along.
+        indices of two strands, smaller first, that may run side by side.
     """
     crossings = crossings_of(strands, min_angle)
     if any(crossing[0] < 0 for crossing in crossings):
@@ -102,7 +100,7 @@ def is_open(
 
 
 def near_points(first: Floats, second: Floats, limit: float, apart: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of the pairs of points nearer than `limit`; in one curve only those over 4 limits along it."""
+    """Return the index pairs of points nearer than `limit`; on one curve, only pairs more than 4 limits apart along it."""
     pairs = cKDTree(first).sparse_distance_matrix(cKDTree(second), limit, output_type="coo_matrix")
     i, j = pairs.row, pairs.col
     if apart:
@@ -112,7 +110,7 @@ def near_points(first: Floats, second: Floats, limit: float, apart: float) -> tu
 
 
 def add_touching(rng: Generator, strands: list[Strand], nodes: list[Floats]) -> bool:
-    """Add a cable of its own whose tip touches a strand from the side; False if there is no room."""
+    """Add a separate cable whose tip touches a strand from the side; return False if there is no room."""
     radius = max(strand.radius for strand in strands)
     for _ in range(30):
         host = pick(rng, strands)

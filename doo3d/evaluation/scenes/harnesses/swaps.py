@@ -1,43 +1,42 @@
-"""Draw strands in the plane that run side by side for a stretch and swap their sides by crossing once on the way."""
-
-from __future__ import annotations
+"""Draw strands in the plane that run side by side and swap sides by crossing once."""
 
 import numpy as np
 from numpy.random import Generator
 
 from ....types import Floats
 from ..curves import STEP, headed_curve, offset_curve, random_curves, resample_polyline, rotation
+from ..placing import MIN_BEND_RADII
 from ..studio import Studio, pick
 from .plan import BRANCH_RATIOS, LEAVING_DEGREES, MIN_SPACING_RADII, Plan, leaving_curve, placed, strand_on_table
 from .strands import Strand, crossings_of, is_open
 
 CONTACT_SPACINGS, APART_SPACINGS, CONTACT_CHANCE = (1.04, 1.15), (1.4, 2.6), 0.25
-"""Distance of the axes of strands side by side, in sums of their radii: in contact, and apart; chance of the first."""
+"""Distance between the axes of strands side by side, in sums of their radii: in contact, and apart; probability of contact."""
 
 CROSSING_DEGREES = (24.0, 45.0)
-"""Degrees between the strands where they cross."""
+"""Least and greatest angle in degrees at which the strands cross."""
 
 RUNS = (0.03, 0.07)
-"""m that strands run side by side on each side of their crossing."""
+"""Least and greatest length in m of the side-by-side run on each side of the crossing."""
 
 FLARES, FLARE_LENGTH = (0.025, 0.045), 0.11
-"""m by which each strand turns away after that, and m along it on which it does."""
+"""After that run: distance in m by which each strand turns away, and length in m over which it does."""
 
 HUMP, HUMP_LENGTHS = 0.03, (0.06, 0.08)
-"""m by which a branch first leaves the trunk that it then runs along, and m along the trunk to there and back."""
+"""Branch that runs along its trunk: greatest distance in m before it returns to the trunk, and lengths in m of leaving and
+returning."""
 
 GENTLE_BEND = 0.12
-"""m, least radius of curvature of the line along which strands run side by side."""
+"""Least radius of curvature in m of the line along which strands run side by side."""
 
 DRAW_CHANCES = (0.44, 0.24, 0.32)
-"""Chances to try two trees, a branch along its trunk, and two branches: two trees fit the image least often."""
-
-MIN_BEND_RADII = 4.0
-"""Radii of a strand; tightest bend."""
+"""Probabilities of trying two trees, a branch along its trunk, and two branches; two trees fit into the image least often."""
 
 
 def plan_swap(rng: Generator, studio: Studio, radius: float) -> Plan | None:
-    """Draw two trees, a trunk and its branch, or two branches of one trunk that swap sides; None if they do not fit.
+    """Draw two strands that swap sides; None if they do not fit.
+
+    The strands belong to two trees, or are a trunk and its branch, or two branches of one trunk.
 
     Parameters
     ----------
@@ -164,21 +163,21 @@ def _two_branches(rng: Generator, radius: float) -> Plan | None:
 
 
 def _spacing(rng: Generator, both: float) -> float:
-    """Draw the distance in m of two axes side by side, for a sum of radii."""
+    """Draw the distance in m between two axes side by side, for a sum of radii `both` (m)."""
     return both * rng.uniform(*(CONTACT_SPACINGS if rng.random() < CONTACT_CHANCE else APART_SPACINGS))
 
 
 def _swapped(rng: Generator, along: Floats, offset: float) -> Floats:
-    """Return the offset from a line, (P,) m, of a strand that changes from its right to its left side.
+    """Return the offset from a line, (P,) m, of a strand that changes from the right to the left of the line.
 
     Parameters
     ----------
     rng
         the random number generator to draw from.
     along
-        (P,) m from the crossing.
+        (P,) position along the line, relative to the crossing, m.
     offset
-        m, on both sides, where strands run side by side. From the end of this run on the offset grows.
+        offset in m on both sides where the strands run side by side; after this run, the offset grows.
     """
     width = 3.0 * offset / np.tan(np.radians(rng.uniform(*CROSSING_DEGREES)))
     t = np.clip(along / width, -1, 1)
@@ -217,7 +216,7 @@ def _turned(vector: Floats, angle: float) -> Floats:
 
 
 def _is_natural(strands: list[Strand], radius: float) -> bool:
-    """Tell whether no strand bends too tightly, and two cross once and are clear of all others."""
+    """Return whether no strand bends too tightly, and exactly two strands cross once and are clear of all others."""
     crossings = crossings_of(strands, np.radians(CROSSING_DEGREES[0] - 6))
     if len(crossings) != 1 or crossings[0][0] < 0:
         return False

@@ -1,10 +1,8 @@
-"""Families of scenes without any deformable linear object: right is no chain.
+"""Build scenes without any deformable linear object, for which the correct detection has no chain.
 
-None of them holds a plain rod of 4 to 10 mm that nothing tells from a stiff cable. Each builder draws one scene from the given
-random numbers.
+The scenes hold no plain rods of 4 to 10 mm, which cannot be distinguished from a stiff cable. Each builder draws one scene from
+the given random numbers.
 """
-
-from __future__ import annotations
 
 from collections.abc import Callable
 

@@ -1,6 +1,4 @@
-"""Hands over a table: palm, fingers, forearm and sleeve."""
-
-from __future__ import annotations
+"""Draw scenes of hands above a table: palm, fingers, forearm and sleeve."""
 
 import numpy as np
 from numpy.random import Generator
@@ -14,7 +12,7 @@ from .things import COLORS, THINGS
 from .tools import TOOLS
 
 SKINS: tuple[Color, ...] = ((236, 196, 172), (214, 164, 132), (176, 122, 90), (120, 80, 58), (84, 56, 42))
-"""8-bit RGB."""
+"""Colors of skin, 8-bit RGB."""
 
 FINGERS = (
     # place across the palm, length, radius, m
@@ -23,7 +21,7 @@ FINGERS = (
     (0.011, 0.074, 0.0080),
     (0.032, 0.058, 0.0070),
 )
-"""The fingers of a hand from the index finger on, of an adult."""
+"""Fingers of an adult's hand, index finger first: position of the knuckle across the palm, length and radius, m."""
 
 
 def hands(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -72,7 +70,7 @@ def hand(rng: Generator, mirrored: bool) -> list[Shape]:
 
 
 def _smooth(joints: Floats) -> Floats:
-    """Return four steps between each two joints (J, 3) with round corners: (4 J - 3, 3)."""
+    """Smooth a line of J joints (J, 3) m to round corners: (4 J - 3, 3) m, four steps between joints."""
     old = np.arange(len(joints))
     new = np.linspace(0, len(joints) - 1, 4 * len(joints) - 3)
     line = np.column_stack([np.interp(new, old, axis) for axis in joints.T])

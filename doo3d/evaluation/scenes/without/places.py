@@ -1,6 +1,4 @@
-"""The table, the light and the places of things in scenes without a cable."""
-
-from __future__ import annotations
+"""Draw the table, the light and the places of objects in scenes without a cable."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,7 +12,7 @@ from ..studio import TABLE_COLORS, Studio, make_studio, pick
 from .shapes import Shape, shade, solids, wood
 
 Maker = Callable[[Generator], list[Shape]]
-"""Draws a thing that stands on the table around the origin."""
+"""Function that draws an object standing on the table at the origin."""
 
 SURFACES: tuple[Color, ...] = (
     *TABLE_COLORS,
@@ -26,24 +24,24 @@ SURFACES: tuple[Color, ...] = (
     (58, 92, 84),
     (96, 110, 150),
 )
-"""8-bit RGB of tables: greys, woods, white, dark, cutting mats."""
+"""Colors of tables, 8-bit RGB: grays, woods, white, dark, cutting mats."""
 
 DISTANCES = (0.5, 1.5)
-"""m from the camera to the table."""
+"""Least and greatest distance from the camera to the table, m."""
 
 MAX_TILT, TILT_AT_METRE = 32.0, 20.0
-"""Degrees; greatest tilt of the camera from straight down, and what it falls to with the distance: the simulated D435 takes a
-surface that falls by more than 2.5 mm over two pixels for an edge."""
+"""Greatest tilt of the camera from straight down in degrees: near the table, and at a distance of 1 m. The simulated D435 treats
+a surface that falls by more than 2.5 mm over two pixels as an edge."""
 
 LIGHT_SLANTS = (15.0, 62.0)
-"""Degrees from straight above to the light; a low light throws long shadows."""
+"""Least and greatest angle in degrees from the vertical to the light; a low light makes long shadows."""
 
 MAX_PLACES = 200
-"""Places that are tried for the things of a scene."""
+"""Greatest number of random places that are tried for the objects of a scene."""
 
 
 def free_studio(rng: Generator, size: tuple[int, int], slants: tuple[float, float] = LIGHT_SLANTS) -> Studio:
-    """Draw a camera above a table: distance, tilt, light and table of a wide range."""
+    """Draw a camera above a table, with distance, tilt, light and table from wide ranges."""
     distance = float(rng.uniform(*DISTANCES))
     studio = make_studio(rng, size, (distance, distance), min(MAX_TILT, TILT_AT_METRE / distance))
     slant, turn = np.radians(rng.uniform(*slants)), rng.uniform(0, 2 * np.pi)
@@ -61,7 +59,7 @@ def surface(rng: Generator, studio: Studio, height: float = 0.0) -> Table:
 def spread(
     rng: Generator, studio: Studio, makers: Sequence[Maker], count: int, taken: Sequence[tuple[Floats, float]] = ()
 ) -> list[Solid]:
-    """Draw things beside each other on the table, turned at random.
+    """Draw objects beside each other on the table, with random rotation.
 
     Parameters
     ----------
@@ -70,11 +68,11 @@ def spread(
     studio
         the camera above the table.
     makers
-        the kinds of things; each is as likely as another.
+        the kinds of objects, drawn with equal probability.
     count
-        number of things wanted; fewer are placed where the view is full.
+        wanted number of objects; fewer are placed if the view is full.
     taken
-        (center (2,) m, radius m) of each place that is to stay free.
+        circles to keep free: center (2,) m, and radius in m.
     """
     placed, result = list(taken), list[Solid]()
     half = np.array(studio.usable_size()) / 2

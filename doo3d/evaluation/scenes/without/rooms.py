@@ -1,6 +1,4 @@
-"""Rooms: shelves seen from the front, and the corner of an office with a desk, a monitor and a chair."""
-
-from __future__ import annotations
+"""Draw scenes of rooms: shelves seen from the front, and an office corner with desk, monitor and chair."""
 
 from dataclasses import replace
 
@@ -16,13 +14,13 @@ from .things import COLORS, THINGS
 
 WALLS: tuple[Color, ...] = ((226, 224, 216), (200, 206, 210), (214, 200, 170), (160, 168, 160))
 FURNITURE: tuple[Color, ...] = ((236, 234, 230), (180, 136, 92), (70, 60, 54), (150, 150, 152))
-"""8-bit RGB."""
+"""Colors of furniture, 8-bit RGB."""
 
 SHELF_DISTANCES, DESK_DISTANCES = (1.0, 1.9), (1.4, 2.4)
-"""m from the camera to the wall behind a shelf, and to the front of a desk."""
+"""Least and greatest distance in m from the camera to the wall behind a shelf, and to the front of a desk."""
 
 VIEW_ANGLES = (12.0, 35.0)
-"""Degrees by which the camera in an office looks down."""
+"""Least and greatest angle in degrees by which the camera in an office looks down."""
 
 
 def shelves(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -46,7 +44,7 @@ def shelves(rng: Generator, size: tuple[int, int]) -> Scene:
 
 
 def _books(rng: Generator, left: float, bottom: float, deep: float, pitch: float) -> list[Shape]:
-    """Draw a row of books or a box on a board, from an x on, standing at y = `bottom`."""
+    """Draw a row of books or a box on a shelf board, from x = `left` on, standing at y = `bottom` (m)."""
     if rng.random() < 0.3:
         wide, tall, far = rng.uniform(0.08, 0.3), rng.uniform(0.3, 0.8) * pitch, rng.uniform(0.5, 0.95) * deep
         return [cuboid((left + wide / 2, bottom + tall / 2, far / 2), (wide, tall, far), shade(rng, pick(rng, COLORS)))]
@@ -103,7 +101,7 @@ def _desk(rng: Generator, back: float) -> list[Shape]:
 
 
 def _chair(rng: Generator) -> list[Shape]:
-    """Draw a chair before the desk: a seat, four square legs of 25 to 40 mm and a back of two posts and slats."""
+    """Draw a chair in front of the desk: a seat, four square legs of 25 to 40 mm and a back of two posts and slats."""
     leg, color = rng.uniform(0.025, 0.04), shade(rng, pick(rng, FURNITURE))
     shapes = [cuboid((0, 0, -0.28), (0.42, 0.42, 0.035), color)]
     shapes += [cuboid((x, y, -0.5), (leg, leg, 0.44), color) for x in (-0.19, 0.19) for y in (-0.19, 0.19)]

@@ -1,4 +1,4 @@
-"""Shapes of things that are no cable, as triangle meshes in the world frame (z up, table at z = 0), and their placing."""
+"""Build triangle meshes of objects that are not cables, in the world frame (z up, table at z = 0)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ..model import CUBOID_TRIANGLES, Color, Grain, Solid, corners
 from ..studio import Studio
 
 SIDES = 28
-"""Sides of round shapes."""
+"""Number of sides of round shapes."""
 
 CAP_RINGS = 4
-"""Rings of the rounded end of a limb."""
+"""Number of rings of the rounded end of a limb."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class Shape:
 
 
 def flat(x: Floats, y: Floats, height: float) -> Floats:
-    """Return points (P, 3) at one height."""
+    """Return points (P, 3) m with coordinates x and y (P,) at one height, m."""
     return np.column_stack((x, y, np.full(len(x), height)))
 
 
 def cuboid(center: tuple[float, float, float], size: tuple[float, float, float], color: Color) -> Shape:
-    """Return a box with edges along the axes, of a center and edge lengths (x, y, z) in m."""
+    """Return a box with edges along the axes, given its center and edge lengths (x, y, z) in m."""
     return Shape(corners(size) + center, CUBOID_TRIANGLES, color)
 
 
@@ -70,9 +70,9 @@ def limb(points: Floats, radii: Floats, color: Color, flatness: float = 1.0, rou
     color
         8-bit RGB.
     flatness
-        its height over its width.
+        ratio of its height to its width.
     rounded
-        whether half spheres close its ends; else flat disks do.
+        whether its ends are half spheres; otherwise they are flat disks.
     """
     points, radii = np.asarray(points, dtype=float), np.asarray(radii, dtype=float)
     forward = np.gradient(points, axis=0)
@@ -93,7 +93,7 @@ def limb(points: Floats, radii: Floats, color: Color, flatness: float = 1.0, rou
 
 
 def turned_profile(profile: Floats, color: Color) -> Shape:
-    """Return the solid of revolution about the z axis of a profile (P, 2) of radius and height in m, such as a cup."""
+    """Return the solid of revolution of a profile about the z axis, such as a cup; profile : (P, 2), radius and height, m."""
     angle = np.linspace(0, 2 * np.pi, SIDES, endpoint=False)
     circle = np.column_stack((np.cos(angle), np.sin(angle)))
     vertices = [np.column_stack((radius * circle, np.full(SIDES, height))) for radius, height in profile]
@@ -101,14 +101,14 @@ def turned_profile(profile: Floats, color: Color) -> Shape:
 
 
 def hoop(radius: float, thickness: float, color: Color, stretch: float = 1.0) -> Shape:
-    """Return a flat ring about the z axis, of a radius and the radius of its bar in m, stretched along x."""
+    """Return a flat ring about the z axis; radius, thickness : of the ring and of its bar, m. stretch : factor along x."""
     angle = np.linspace(0, 2 * np.pi, 49)
     axis = np.column_stack((stretch * radius * np.cos(angle), radius * np.sin(angle), np.zeros(len(angle))))
     return limb(axis, np.full(len(axis), thickness), color, rounded=False)
 
 
 def ribbon(line: Floats, width: float, height: float, color: Color) -> Shape:
-    """Return a band without thickness along a line (P, 2) m, such as ink on paper: of a width, at a height above z = 0 in m."""
+    """Return a band without thickness along a line (P, 2) m, such as ink; width, height : of the band, above z = 0, m."""
     step = np.gradient(line, axis=0)
     step /= np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12)
     normal = np.column_stack((-step[:, 1], step[:, 0])) * width / 2
@@ -119,7 +119,7 @@ def ribbon(line: Floats, width: float, height: float, color: Color) -> Shape:
 
 
 def stone(rng: Generator, size: float, color: Color) -> Shape:
-    """Return a random convex stone of a mean radius in m about the origin."""
+    """Draw a random convex stone at the origin; size : mean radius, m."""
     points = rng.normal(size=(16, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     points *= size * rng.uniform(0.75, 1.2, (16, 1)) * rng.uniform(0.6, 1.3, 3)
@@ -127,7 +127,7 @@ def stone(rng: Generator, size: float, color: Color) -> Shape:
 
 
 def _rings(count: int) -> Ints:
-    """Return two triangles per side from each ring of SIDES vertices to the next."""
+    """Return the triangles (T, 3) between successive rings of SIDES vertices, two per side."""
     ring, side = np.arange(count - 1)[:, None] * SIDES, np.arange(SIDES)[None, :]
     following = (side + 1) % SIDES
     a, b = ring + side, ring + following
@@ -136,12 +136,12 @@ def _rings(count: int) -> Ints:
 
 
 def solids(shapes: Iterable[Shape], studio: Studio, grain: Grain | None = None) -> tuple[Solid, ...]:
-    """Return shapes as solids in the camera's optical frame, all of one grain of wood or of none."""
+    """Convert shapes to solids in the camera's optical frame, all with the same grain of wood or without."""
     return tuple(Solid(studio.to_camera(shape.vertices), shape.triangles, shape.color, grain) for shape in shapes)
 
 
 def wood(rng: Generator, studio: Studio) -> Grain:
-    """Draw the grain of a piece of wood that lies about level below the camera."""
+    """Draw the grain of an approximately level piece of wood below the camera."""
     heading, depth = rng.uniform(0, 2 * np.pi), rng.uniform(0.05, 0.5)
     point = studio.to_camera(np.array([[*rng.uniform(-0.3, 0.3, 2), -depth]]))[0]
     axis = studio.rotation @ np.array([np.cos(heading), np.sin(heading), rng.uniform(-0.08, 0.08)])
@@ -150,7 +150,7 @@ def wood(rng: Generator, studio: Studio) -> Grain:
 
 
 def shade(rng: Generator, color: Color, spread: float = 0.12) -> Color:
-    """Return a color that is at random darker or lighter by a fraction, and a little of another hue."""
+    """Draw a color near the given one: darker or lighter by up to the fraction `spread`, with a slightly different hue."""
     drawn = np.array(color) * (1 + rng.uniform(-spread, spread)) * (1 + rng.uniform(-spread, spread, 3) / 3)
     r, g, b = np.clip(drawn, 0, 255).astype(int).tolist()
     return r, g, b

@@ -1,6 +1,4 @@
-"""Tables with lines on them: long shadows, seams and grooves between boards, edges, and print on paper."""
-
-from __future__ import annotations
+"""Draw scenes of tables with lines: long shadows, seams and grooves between boards, edges, and print on paper."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -17,19 +15,19 @@ from .things import THINGS
 from .tools import TOOLS
 
 SHADOW_SLANTS = (50.0, 68.0)
-"""Degrees from straight above to the light that throws long shadows."""
+"""Least and greatest angle in degrees from the vertical to a light that makes long shadows."""
 
 INKS: tuple[Color, ...] = ((24, 24, 28), (24, 24, 28), (180, 30, 30), (30, 60, 160), (110, 110, 114))
-"""8-bit RGB of print."""
+"""Colors of print, 8-bit RGB."""
 
 PAPER_THICKNESS, INK_HEIGHT = 0.0002, 0.0003
-"""m above the table."""
+"""Height of paper and of ink above the table, m."""
 
 PLANK_GRAINS = 3
-"""Kinds of grain in a table of boards."""
+"""Number of different grains in a table of boards."""
 
 FLOOR_DEPTHS = (0.3, 0.8)
-"""m from the table down to the floor."""
+"""Least and greatest height of the table above the floor, m."""
 
 
 def shadows(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -91,7 +89,7 @@ def prints(rng: Generator, size: tuple[int, int]) -> Scene:
 
 
 def _sheet(rng: Generator) -> list[Shape]:
-    """Draw a sheet of paper with print of one kind."""
+    """Draw a sheet of paper with one kind of print: text, table, frame or plot."""
     x, y = ((0.297, 0.21), (0.21, 0.148), (0.42, 0.297))[rng.integers(3)]
     paper = shade(rng, (240, 239, 234), 0.04)
     ink, width = pick(rng, INKS), float(rng.uniform(0.0004, 0.0035))

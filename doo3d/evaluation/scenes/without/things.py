@@ -1,6 +1,4 @@
-"""Things with rims and edges on a table: boxes, books, cups, rolls of tape and bottles; and stones."""
-
-from __future__ import annotations
+"""Draw scenes of objects with rims and edges: boxes, books, cups, rolls of tape and bottles; and of stones."""
 
 import numpy as np
 from numpy.random import Generator
@@ -20,10 +18,10 @@ COLORS: tuple[Color, ...] = (
     (224, 180, 60),
     (130, 134, 140),
 )
-"""8-bit RGB of cardboard, paper and china."""
+"""Colors of cardboard, paper and china, 8-bit RGB."""
 
 ROCKS: tuple[Color, ...] = ((130, 122, 112), (104, 98, 94), (154, 140, 120), (120, 84, 64))
-"""8-bit RGB of stones and bricks."""
+"""Colors of stones and bricks, 8-bit RGB."""
 
 
 def boxes(rng: Generator, size: tuple[int, int]) -> Scene:
@@ -61,7 +59,7 @@ def carton(rng: Generator) -> list[Shape]:
 
 
 def book(rng: Generator) -> list[Shape]:
-    """Draw a book: two covers and white pages that stand back."""
+    """Draw a book: two covers, and white pages a little smaller than the covers."""
     x, y, z = rng.uniform(0.15, 0.25), rng.uniform(0.11, 0.18), rng.uniform(0.01, 0.04)
     color = shade(rng, pick(rng, COLORS))
     covers = [cuboid((0, 0, height), (x, y, 0.003), color) for height in (0.0015, z + 0.0015)]
@@ -95,4 +93,4 @@ def bottle(rng: Generator) -> list[Shape]:
 
 
 THINGS: tuple[Maker, ...] = (carton, book, cup, roll, bottle)
-"""The kinds of things."""
+"""Functions that draw one object each."""

@@ -1,7 +1,5 @@
 """Tools on a table: pliers, screwdrivers, hammers, scissors, pens and wrenches."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 
@@ -11,7 +9,7 @@ from .places import Maker, free_studio, spread, surface
 from .shapes import Shape, cuboid, flat, hoop, limb, shade, turned_profile
 
 GRIPS: tuple[Color, ...] = ((200, 40, 34), (232, 170, 24), (30, 84, 170), (40, 44, 48), (40, 140, 70), (236, 110, 24))
-"""8-bit RGB of handles."""
+"""Colors of handles, 8-bit RGB."""
 
 STEEL: tuple[Color, ...] = ((150, 153, 158), (96, 99, 104), (188, 190, 192))
 WOOD: tuple[Color, ...] = ((196, 150, 98), (160, 110, 66), (222, 186, 138))
@@ -117,7 +115,7 @@ def wrench(rng: Generator) -> list[Shape]:
 
 
 TOOLS: tuple[Maker, ...] = (pliers, screwdriver, hammer, scissors, pen, wrench)
-"""The kinds of tools."""
+"""Functions that draw one tool each."""
 
 
 def _disk(radius: float, bottom: float, top: float, color: Color) -> Shape:

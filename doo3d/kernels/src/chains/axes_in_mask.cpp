@@ -1,41 +1,10 @@
-#include "cross_sections.h"
+#include "axis_samples.h"
 #include "order_statistics.h"
-#include "plane_rise.h"
 #include "pooling.h"
 #include "polyline.h"
-#include "silhouette.h"
 #include "whittaker.h"
 
 namespace {
-
-struct Settings {
-    double touching_radii, own_radii, sunk_radii, central_part, smoothing_radii, max_strength, least_weight, ring_overlap;
-    double path_weight, depth_weight, gap_weight, radius_tolerance, noise_radii, deviations;
-};
-
-// What is seen of the strands; without a camera the mask alone.
-struct Seen {
-    MaskPixels mask;
-    const Matrix<double>& surface;
-    const double* camera;    // fx, fy, cx, cy
-    const PlaneView* plane;  // if there is one
-};
-
-// S samples along paths, and what does not change from one iteration to the next.
-struct Samples {
-    Index dim, half;
-    std::vector<Index> bounds, owner;
-    std::vector<std::uint8_t> closed, filled;
-    std::vector<double> positions, radius, radii;
-
-    Index size() const { return Index(owner.size()); }
-    Index paths() const { return Index(bounds.size()) - 1; }
-};
-
-// Axes (S, D) as measured, with their weights (S,) across the line of sight and along it.
-struct Measured {
-    std::vector<double> target, lateral_weight, depth_weight;
-};
 
 // Take the median of what was measured along each path for its radius, if anything usable was.
 void set_path_radius(Samples& samples, const std::vector<double>& measured) {
@@ -63,92 +32,15 @@ void set_radii(Samples& samples, const std::vector<double>& measured, const std:
     for (Index s = 0; s < size; ++s) mean[s] /= std::max(count[s], 1.0);
     samples.radii = samples.radius;
     for (Index p = 0; p < samples.paths(); ++p) {
-        Index before = -1;
-        for (Index s = samples.bounds[p]; s < samples.bounds[p + 1]; ++s) {
-            if (!(count[s] > 0)) continue;
-            samples.radii[s] = mean[s];
-            const double slope = before < 0 ? 0.0 : (mean[s] - mean[before]) / double(s - before);
-            for (Index k = before < 0 ? samples.bounds[p] : before + 1; k < s; ++k) {
-                samples.radii[k] = before < 0 ? mean[s] : slope * double(k - before) + mean[before];
-            }
-            before = s;
+        const Index first = samples.bounds[p], length = samples.bounds[p + 1] - first;
+        std::vector<Index> known;
+        for (Index k = 0; k < length; ++k) {
+            if (count[first + k] > 0) known.push_back(k);
         }
-        for (Index k = before + 1; before >= 0 && k < samples.bounds[p + 1]; ++k) samples.radii[k] = mean[before];
+        if (known.empty()) continue;
+        const std::vector<double> radii = interpolated([&](Index k) { return mean[first + k]; }, length, known);
+        std::copy(radii.begin(), radii.end(), samples.radii.begin() + first);
     }
-}
-
-// The depth noise of the axis in radii, as second differences so far apart that their pooled points are not the same tell it.
-double depth_noise(const Samples& samples, const std::vector<double>& target, const AcrossAxes& axes,
-                   const std::vector<double>& weight) {
-    const Index apart = 2 * samples.half + 1;
-    std::vector<double> relative;
-    const auto is_measured = [&](Index s) { return weight[s] > 0 && !samples.filled[s]; };
-    for (Index first = 0; first + 2 * apart < samples.size(); ++first) {
-        const Index middle = first + apart, last = middle + apart;
-        if (samples.owner[first] != samples.owner[last]) continue;
-        if (!is_measured(first) || !is_measured(middle) || !is_measured(last)) continue;
-        double change[3];
-        for (Index d = 0; d < 3; ++d) {
-            change[d] = (target[3 * last + d] - 2 * target[3 * middle + d] + target[3 * first + d]) * axes.depth[3 * middle + d];
-        }
-        relative.push_back(std::fabs(change[0] + change[2] + change[1]) / samples.radius[middle]);
-    }
-    return MAD_TO_DEVIATION * finite_median(relative, 0.0) / std::sqrt(6.0);
-}
-
-// Average how far behind each position (S, 3) the axis lies over the surface points near it: behind a point with the offset u across
-// the line of sight by sqrt(r^2 - u^2), where r is the radius.
-PooledMeans depth_behind(const Samples& samples, const std::vector<double>& positions, const AcrossAxes& axes, const Seen& seen,
-                         const Settings& settings) {
-    double most = 0.0;
-    for (const double radius : samples.radius) most = std::max(most, settings.touching_radii * radius);
-    for (const double value : positions) require(std::isfinite(value), "a target is not finite");
-    const Index count = seen.surface.shape(0);
-    const double* surface = seen.surface.data();
-    Index kept = 0;
-    std::vector<double> behind(count);
-    std::vector<Index> sample(count);
-    const NearestOfPoints nearest(surface, count, positions.data(), samples.size(), 3, most);
-    count_visits(count);
-    for (Index n = 0; n < count; ++n) {
-        const Index s = nearest.index[n];
-        const double radius = samples.radius[s];
-        if (!(nearest.distance[n] < settings.touching_radii * radius)) continue;
-        double u = 0.0, w = 0.0;
-        for (Index d = 0; d < 3; ++d) {
-            const double offset = surface[3 * n + d] - positions[3 * s + d];
-            u += offset * axes.lateral[3 * s + d];
-            w += offset * axes.depth[3 * s + d];
-        }
-        sample[kept] = s;
-        behind[kept] = w + std::sqrt(radius * radius - u * u);
-        kept += std::fabs(u) < settings.central_part * radius;  // without a branch: no processor foresees it
-    }
-    sample.resize(kept);
-    behind.resize(kept);
-    return means_without_outliers(std::move(sample), std::move(behind), samples.owner, samples.half, settings.deviations * MAD_TO_DEVIATION);
-}
-
-// Move axes in the middle of the silhouette back to the depth that the surface points tell.
-void add_depth(const Samples& samples, const AcrossAxes& axes, const Seen& seen, const Settings& settings, Measured& measured) {
-    const PooledMeans found = depth_behind(samples, measured.target, axes, seen, settings);
-    std::vector<double> some, &weight = measured.depth_weight;
-    for (const double number : found.count) {
-        if (number > 0) some.push_back(number);
-    }
-    const double usual = finite_median(some, 1.0);
-    for (Index s = 0; s < samples.size(); ++s) {
-        weight[s] = found.count[s] > 0.1 * usual ? std::min(1.0, found.count[s] / usual) : 0.0;
-        weight[s] *= (samples.filled[s] ? settings.gap_weight : 1.0) * settings.depth_weight;
-        const double depth = weight[s] > 0 ? found.mean[s] : 0.0;
-        for (Index d = 0; d < 3; ++d) measured.target[3 * s + d] += depth * axes.depth[3 * s + d];
-    }
-    const double noise = depth_noise(samples, measured.target, axes, weight);
-    const double share = std::pow(std::min(1.0, settings.noise_radii / std::max(noise, 1e-9)), 2);
-    for (double& each : weight) each *= share;
-    if (!seen.plane) return;
-    raise_to_plane({samples.size(), samples.positions.data(), axes.lateral.data(), axes.depth.data()}, samples.radius, *seen.plane,
-                   measured.target);
 }
 
 // If the weights are too few to determine the result, each point has a least weight of its own.
@@ -160,6 +52,18 @@ std::vector<double> smoothed(const std::vector<double>& values, std::vector<doub
         least *= *std::max_element(weights.begin(), weights.end()) + strength;
         for (Index k = 0; k < count * dim; ++k) weights[k * dim + k % dim] += least;
         return whittaker(values.data(), weights.data(), count, dim, strength, 2);
+    }
+}
+
+// Append the weight matrix of a sample, (D, D).
+void add_weights(Index s, const Samples& samples, const AcrossAxes& axes, const Measured& measured, double path_weight,
+                 std::vector<double>& weights) {
+    const double *lateral = &axes.lateral[s * samples.dim], *depth = &axes.depth[s * samples.dim];
+    for (Index i = 0; i < samples.dim; ++i) {
+        for (Index j = 0; j < samples.dim; ++j) {
+            const double across = measured.lateral_weight[s] * lateral[i] * lateral[j];
+            weights.push_back(across + measured.depth_weight[s] * depth[i] * depth[j] + (i == j ? path_weight : 0.0));
+        }
     }
 }
 
@@ -178,14 +82,8 @@ void smooth(Samples& samples, const AcrossAxes& axes, const Measured& measured, 
         const Index overlap = samples.closed[p] ? std::min(Index(settings.ring_overlap), size) : 0;
         for (Index k = -overlap; k < size + overlap; ++k) {
             const Index s = first + (k + size) % size;
-            const double *lateral = axes.lateral.data() + s * dim, *depth = axes.depth.data() + s * dim;
-            for (Index i = 0; i < dim; ++i) {
-                values.push_back(measured.target[s * dim + i]);
-                for (Index j = 0; j < dim; ++j) {
-                    const double across = measured.lateral_weight[s] * lateral[i] * lateral[j];
-                    weights.push_back(across + measured.depth_weight[s] * depth[i] * depth[j] + (i == j ? settings.path_weight : 0.0));
-                }
-            }
+            values.insert(values.end(), &measured.target[s * dim], &measured.target[s * dim] + dim);
+            add_weights(s, samples, axes, measured, settings.path_weight, weights);
         }
         const std::vector<double> result = smoothed(values, std::move(weights), dim, strength, settings.least_weight);
         std::copy_n(result.data() + overlap * dim, size * dim, samples.positions.data() + first * dim);
@@ -205,9 +103,8 @@ void iterate(Samples& samples, const Seen& seen, const Settings& settings) {
     }
     std::vector<double> reach(size), trust(size);
     for (Index s = 0; s < size; ++s) reach[s] = settings.touching_radii * samples.radius[s];
-    const Silhouette width = measure_silhouette(
-        {size, dim, samples.positions.data(), tangents.data(), axes.lateral.data(), seen.camera},
-        samples.owner, seen.mask, reach, samples.half);
+    const Silhouette width = measure_silhouette({size, samples.positions.data(), tangents.data(), axes.lateral.data(), seen.camera},
+                                                samples.owner, seen.mask, reach, samples.half);
     set_path_radius(samples, width.radius);
     Measured measured{samples.positions, std::vector<double>(size), std::vector<double>(size)};
     for (Index s = 0; s < size; ++s) {
@@ -241,34 +138,28 @@ Samples samples_of(const Matrix<double>& points, const Vector<Index>& bounds, co
     return samples;
 }
 
-auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius,
-                  Index half, Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
-                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Index iterations,
-                  double touching_radii, double own_radii, double sunk_radii, double central_part, double smoothing_radii,
-                  double max_strength, double least_weight, double ring_overlap, double path_weight, double depth_weight,
-                  double gap_weight, double radius_tolerance, double noise_radii, double deviations) {
+auto axes_in_mask(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed, Vector<bool> filled, Vector<double> radius, Index half,
+                  Matrix<double> pixels, double share, Matrix<double> surface, Vector<double> camera, Matrix<float> depth,
+                  Matrix<bool> mask, Vector<double> plane, Vector<double> beside, Index iterations, double touching_radii, double own_radii,
+                  double sunk_radii, double central_part, double smoothing_radii, double max_strength, double least_weight,
+                  double ring_overlap, double path_weight, double depth_weight, double gap_weight, double radius_tolerance,
+                  double noise_radii, double deviations) {
     Samples samples = samples_of(points, bounds, closed, filled, radius, half);
-    const std::vector<double> intrinsics = dense(camera), normal = dense(plane);
     const Settings known{touching_radii, own_radii,    sunk_radii, central_part,     smoothing_radii, max_strength, least_weight, ring_overlap,
                          path_weight,    depth_weight, gap_weight, radius_tolerance, noise_radii,     deviations};
     require(pixels.shape(1) == 2 && iterations >= 0 && iterations <= 1000, "pixels are not (N, 2), or iterations not from 0 to 1000");
     require(ring_overlap >= 0 && ring_overlap < 1e9, "the overlap is out of bounds");
     require(camera.shape(0) == (samples.dim == 3 ? 4 : 0), "camera is not (4,) in space, or not (0,) in the image");
     require(samples.dim == 2 || surface.shape(1) == 3, "surface is not (N, 3)");
-    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
     require(plane.shape(0) == 4 || plane.shape(0) == 0, "plane is neither (4,) nor (0,)");
-    {
-        nb::gil_scoped_release released;
-        const Values<double> off(beside);
-        const PlaneView view{depth, mask, intrinsics.data(), normal.data(), off, own_radii, sunk_radii};
-        const Seen seen{{pixels.data(), Index(pixels.shape(0)), share}, surface,
-                        intrinsics.empty() ? nullptr : intrinsics.data(), normal.empty() ? nullptr : &view};
-        count_visits(samples.size());
-        for (Index k = 0; k < iterations; ++k) iterate(samples, seen, known);
-    }
-    const Index size = samples.size(), dim = samples.dim;
-    return std::make_tuple(to_numpy(std::move(samples.positions), size, dim), to_numpy(std::move(samples.radius)),
-                           to_numpy(std::move(samples.radii)));
+    const std::vector<double> normal = dense(plane), off = dense(beside);
+    const std::optional<Camera> view = camera_of(camera);
+    const PlaneView level{{depth, mask}, view ? &*view : nullptr, normal.data(), off, own_radii, sunk_radii};
+    level.readings.check();
+    const Seen seen{{pixels.data(), Index(pixels.shape(0)), share}, surface, level.camera, normal.empty() ? nullptr : &level};
+    count_visits(samples.size());
+    for (Index k = 0; k < iterations; ++k) iterate(samples, seen, known);
+    return std::make_tuple(rows_of(std::move(samples.positions), samples.dim), std::move(samples.radius), std::move(samples.radii));
 }
 
 }  // namespace
@@ -326,10 +217,9 @@ void bind_axes_in_mask(Module& m) {
     // ------
     // ValueError
     //     If a sample lies behind the camera.
-    m.def("axes_in_mask", &axes_in_mask, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "filled"_a.noconvert(),
-          "radius"_a.noconvert(), "half"_a, "pixels"_a.noconvert(), "share"_a, "surface"_a.noconvert(), "camera"_a.noconvert(),
-          "depth"_a.noconvert(), "mask"_a.noconvert(), "plane"_a.noconvert(), "beside"_a.noconvert(), "iterations"_a,
-          nb::kw_only(), "touching_radii"_a, "own_radii"_a, "sunk_radii"_a, "central_part"_a, "smoothing_radii"_a, "max_strength"_a,
-          "least_weight"_a, "ring_overlap"_a, "path_weight"_a, "depth_weight"_a, "gap_weight"_a, "radius_tolerance"_a, "noise_radii"_a,
-          "deviations"_a);
+    m.def("axes_in_mask", &axes_in_mask, "points"_array, "bounds"_array, "closed"_array, "filled"_array, "radius"_array, "half"_a,
+          "pixels"_array, "share"_a, "surface"_array, "camera"_array, "depth"_array, "mask"_array, "plane"_array, "beside"_array,
+          "iterations"_a, nb::kw_only(), "touching_radii"_a, "own_radii"_a, "sunk_radii"_a, "central_part"_a, "smoothing_radii"_a,
+          "max_strength"_a, "least_weight"_a, "ring_overlap"_a, "path_weight"_a, "depth_weight"_a, "gap_weight"_a, "radius_tolerance"_a,
+          "noise_radii"_a, "deviations"_a);
 }

@@ -2,8 +2,6 @@
 #include "order_statistics.h"
 #include "polyline.h"
 
-#include <algorithm>
-
 namespace {
 
 // Joints (J, D), and the position of each along the polyline (J,).
@@ -63,13 +61,10 @@ void check_length(const std::vector<double>& points, Index count, Index dim, dou
 
 auto lay_equal_chords(StridedMatrix<double> polyline, double length) {
     const Index count = polyline.shape(0), dim = polyline.shape(1);
-    ReleasedGil released;
     const std::vector<double> points = finite_points(polyline);
     check_length(points, count, dim, length);
     Chords chords = lay(points.data(), count, dim, length);
-    const Index size = chords.size();
-    released.end();
-    return std::make_tuple(to_numpy(std::move(chords.joints), size, dim), to_numpy(std::move(chords.arc_lengths)));
+    return std::make_tuple(rows_of(std::move(chords.joints), dim), std::move(chords.arc_lengths));
 }
 
 // Return the polyline from the arc length `start` on.
@@ -190,7 +185,6 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
     check_bounds(bounds, points.shape(0));
     require(Index(bounds.shape(0)) == lines + 1 && Index(shifts.shape(0)) == 2 * lines, "bounds, closed and shifts do not fit each other");
     require(dim > 0 && length > 0, "points have no coordinates, or length is not positive");
-    ReleasedGil released;
     std::vector<double> joints;
     std::vector<Index> starts{0};
     for (Index c = 0; c < lines; ++c) {
@@ -208,9 +202,7 @@ auto equal_segments(Matrix<double> points, Vector<Index> bounds, Vector<bool> cl
         }
         starts.push_back(Index(joints.size()) / dim);
     }
-    const Index size = starts.back();
-    released.end();
-    return std::make_tuple(to_numpy(std::move(joints), size, dim), to_numpy(std::move(starts)));
+    return std::make_tuple(rows_of(std::move(joints), dim), std::move(starts));
 }
 
 }  // namespace
@@ -232,7 +224,7 @@ void bind_equal_chords(Module& m) {
     // -------
     // joints : (J, D) float64, the J >= 1 joints of the J - 1 chords; only the first point if the polyline is too short for a chord
     // arc_lengths : (J,) float64, the position of each joint along the polyline, from its first point
-    m.def("lay_equal_chords", &lay_equal_chords, "points"_a.noconvert(), "length"_a);
+    m.def("lay_equal_chords", &lay_equal_chords, "points"_array, "length"_a);
     // Lay chains of segments of exactly `length` along polylines, each from end to end.
     //
     // The whole number of segments that fits best is used. A chain is longer or shorter than its polyline by the same length at
@@ -261,6 +253,5 @@ void bind_equal_chords(Module& m) {
     // joints : (J, D) float64, the joints of all chains, one chain after the other
     // bounds : (L + 1,) int64, row of the first joint of each chain; none for a ring and where a polyline is shorter than half a
     //     segment or curled up within one
-    m.def("equal_segments", &equal_segments, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(),
-          "shifts"_a.noconvert(), "length"_a, "most_samples"_a);
+    m.def("equal_segments", &equal_segments, "points"_array, "bounds"_array, "closed"_array, "shifts"_array, "length"_a, "most_samples"_a);
 }

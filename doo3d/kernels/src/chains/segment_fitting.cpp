@@ -1,7 +1,5 @@
 #include "arrays.h"
 
-#include <algorithm>
-
 namespace {
 
 double distance(const double* a, const double* b, Index dim) { return std::sqrt(squared_distance(a, b, dim)); }
@@ -33,7 +31,7 @@ std::vector<double> divided(const double* points, Index count, Index dim, bool c
 struct Chains {
     std::vector<double> joints;
     std::vector<Index> bounds{0};
-    std::vector<std::uint8_t> closed;
+    std::vector<Byte> closed;
 };
 
 // The names are the paper's: p_s start of the current segment, p_c point being traversed, p_e its end, p_t the
@@ -42,6 +40,10 @@ void traverse_contour(const std::vector<double>& points, Index dim, double lengt
     std::vector<double> p_s(points.data(), points.data() + dim), p_t(p_s), p_e(dim);
     bool update_tip = true;
     Index size = chains.bounds.back();
+    const auto add = [&](const std::vector<double>& joint) {
+        chains.joints.insert(chains.joints.end(), joint.begin(), joint.end());
+        ++size;
+    };
     for (Index i = 0; i < Index(points.size()) / dim; ++i) {
         const double* p_c = points.data() + i * dim;
         const double away = distance(p_c, p_s.data(), dim);
@@ -50,12 +52,8 @@ void traverse_contour(const std::vector<double>& points, Index dim, double lengt
             const bool first = size == chains.bounds.back();
             const double* end = chains.joints.data() + chains.joints.size();
             if (first || cosine(end - 2 * dim, end - dim, p_s.data(), p_e.data(), dim) >= min_cosine) {
-                if (first) {
-                    chains.joints.insert(chains.joints.end(), p_s.begin(), p_s.end());
-                    ++size;
-                }
-                chains.joints.insert(chains.joints.end(), p_e.begin(), p_e.end());
-                ++size;
+                if (first) add(p_s);
+                add(p_e);
                 p_s = p_t = p_e;
             } else {
                 chains.bounds.push_back(size);
@@ -85,21 +83,17 @@ auto fit_chains(Matrix<double> points, Vector<Index> bounds, Vector<bool> closed
     }
     require(total / length < 1e8, "the points are over 1e8 times as long as a segment");
     Chains chains;
-    {
-        nb::gil_scoped_release released;
-        for (Index c = 0; c < lines; ++c) {
-            const Index count = bounds(c + 1) - bounds(c);
-            if (count < 2) continue;
-            const Index before = Index(chains.bounds.size());
-            const double* first = points.data() + bounds(c) * dim;
-            traverse_contour(divided(first, count, dim, closed(c), length), dim, length, min_cosine, chains);
-            const Index laid = Index(chains.bounds.size()) - before;
-            chains.closed.insert(chains.closed.end(), laid, closed(c) && laid == 1);
-        }
+    for (Index c = 0; c < lines; ++c) {
+        const Index count = bounds(c + 1) - bounds(c);
+        if (count < 2) continue;
+        const Index before = Index(chains.bounds.size());
+        const double* first = points.data() + bounds(c) * dim;
+        traverse_contour(divided(first, count, dim, closed(c), length), dim, length, min_cosine, chains);
+        const Index laid = Index(chains.bounds.size()) - before;
+        chains.closed.insert(chains.closed.end(), laid, closed(c) && laid == 1);
     }
-    const Index size = chains.bounds.back();
-    return std::make_tuple(to_numpy(std::move(chains.joints), size, dim), to_numpy(std::move(chains.bounds)),
-                           to_numpy_bool(chains.closed));
+    return std::make_tuple(rows_of(std::move(chains.joints), dim), std::move(chains.bounds),
+                           flags(std::move(chains.closed)));
 }
 
 }  // namespace
@@ -129,5 +123,5 @@ void bind_segment_fitting(Module& m) {
     // bounds : (C + 1,) int64, row of the first joint of each chain; the last entry is J. Each chain has at least two joints; there
     //     is none where the points do not reach over one segment
     // closed : (C,) bool, True for the only chain of a ring
-    m.def("fit_chains", &fit_chains, "points"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "length"_a, "min_cosine"_a);
+    m.def("fit_chains", &fit_chains, "points"_array, "bounds"_array, "closed"_array, "length"_a, "min_cosine"_a);
 }

@@ -150,7 +150,6 @@ auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> 
     std::vector<double> axial, lateral;
     std::vector<Index> bounds(count + 1);
     if (count > 0) {
-        nb::gil_scoped_release released;
         const Search search{points, samples, ends, tangents, reach, max_offset, max_gap, window};
         const NearestTarget nearest(samples.data(), size, dim);
         std::vector<std::vector<Ahead>> near = dim == 2 ? near_lines<2>(search) : near_lines<3>(search);
@@ -163,7 +162,7 @@ auto surface_ahead(Matrix<double> points, Matrix<double> samples, Vector<Index> 
             bounds[e + 1] = Index(axial.size());
         }
     }
-    return std::make_tuple(to_numpy(std::move(axial)), to_numpy(std::move(lateral)), to_numpy(std::move(bounds)));
+    return std::make_tuple(std::move(axial), std::move(lateral), std::move(bounds));
 }
 
 }  // namespace
@@ -203,6 +202,6 @@ void bind_surface_ahead(Module& m) {
     // -----
     // The points are compared with the ends whose boxes reach into their cell, so that the time grows with the number of points and
     // not with that of ends.
-    m.def("surface_ahead", &surface_ahead, "points"_a.noconvert(), "samples"_a.noconvert(), "ends"_a.noconvert(),
-          "tangents"_a.noconvert(), "reach"_a.noconvert(), "max_offset"_a.noconvert(), "max_gap"_a.noconvert(), "window"_a);
+    m.def("surface_ahead", &surface_ahead, "points"_array, "samples"_array, "ends"_array, "tangents"_array, "reach"_array,
+          "max_offset"_array, "max_gap"_array, "window"_a);
 }

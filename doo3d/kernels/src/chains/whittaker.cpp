@@ -1,7 +1,5 @@
 #include "whittaker.h"
 
-#include <algorithm>
-
 namespace {
 
 // Solve banded, symmetric, positive definite equations by Cholesky's factorization within the band. band[i][k] is the entry in row i and
@@ -44,12 +42,11 @@ std::vector<double> whittaker(const double* values, const double* weights, Index
     count_visits(size * stride);
     for (Index i = 0; i < reach; ++i) band[i * stride + reach] = 1.0;
     double* const rows = band.data() + reach * stride;
-    for (Index first = 0; first + order < count; ++first) {
-        for (Index a = 0; a <= order; ++a) {
-            for (Index b = 0; b <= a; ++b) {
-                const double product = strength * difference[a] * difference[b];
-                for (Index d = 0; d < dim; ++d) rows[((first + a) * dim + d) * stride + reach - (a - b) * dim] += product;
-            }
+    for (Index a = order; a >= 0; --a) {
+        for (Index b = 0; b <= a; ++b) {
+            const double product = strength * difference[a] * difference[b];
+            double* const to = rows + reach - (a - b) * dim;
+            for (Index row = a * dim; row < (count - order + a) * dim; ++row) to[row * stride] += product;
         }
     }
     for (Index p = 0; p < count; ++p) {
@@ -76,10 +73,8 @@ auto whittaker_smooth(Matrix<double> values, Volume<double> weights, double stre
     require(order >= 1 && order <= 8, "order is not from 1 to 8");
     require(Index(weights.shape(0)) == count && Index(weights.shape(1)) == dim && Index(weights.shape(2)) == dim,
             "weights are not one matrix (D, D) per point");
-    ReleasedGil released;
     auto smooth = whittaker(values.data(), weights.data(), count, dim, strength, order);
-    released.end();
-    return to_numpy(std::move(smooth), count, dim);
+    return shaped(std::move(smooth), count, dim);
 }
 
 }  // namespace
@@ -102,5 +97,5 @@ void bind_whittaker(Module& m) {
     // -------
     // (P, D) float64; the given points if there are no more than `order`. A ValueError says if the weights are too few to determine
     // the result, such as all zero.
-    m.def("whittaker_smooth", &whittaker_smooth, "values"_a.noconvert(), "weights"_a.noconvert(), "strength"_a, "order"_a);
+    m.def("whittaker_smooth", &whittaker_smooth, "values"_array, "weights"_array, "strength"_a, "order"_a);
 }

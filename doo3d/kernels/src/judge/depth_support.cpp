@@ -1,4 +1,4 @@
-#include "arrays.h"
+#include "image.h"
 #include "order_statistics.h"
 
 namespace {
@@ -19,99 +19,98 @@ struct Table {
     }
 };
 
-struct Frame {
-    const Matrix<float>& depth;
-    const Matrix<bool>& mask;
-    double fx, fy, cx, cy;
-
-    // The reading in the mask at a position in the image; 0 if there is none.
-    double reading(double u, double v) const {
-        u = std::nearbyint(u);
-        v = std::nearbyint(v);
-        if (!(u >= 0 && v >= 0 && u < double(mask.shape(1)) && v < double(mask.shape(0)))) return 0.0;
-        const Index row = Index(v), column = Index(u);
-        return mask(row, column) && depth(row, column) > 0 ? depth(row, column) : 0.0;
-    }
+// What is seen of chains, and where it is read.
+struct View {
+    const Camera camera;
+    const MaskedDepth depth;  // in the mask
+    const Table table;
+    const Vector<double>&positions, &lateral;
+    double surface_radii;
 };
 
-// Append by how much the readings beside a segment, from joint to joint, lie behind its surface, to `raw`; and to `errors` without
-// what the plane explains: readings between the surface of a segment that lies on it and the plane are of both.
-void add_errors(const Frame& frame, const Table& table, const double* start, const double* end, double radius,
-                const Vector<double>& positions, const Vector<double>& lateral, double surface, std::vector<double>& errors, std::vector<double>& raw) {
-    const Index steps = positions.shape(0);
-    std::vector<double> z(steps), u(steps), v(steps), below(steps, 0.0);
+// By how much readings lie behind a surface, m; and without what the plane explains.
+struct Errors {
+    std::vector<double> raw, rest;
+};
+
+// Append the errors of the readings beside a segment from joint to joint: readings between the surface of a segment that lies on the plane
+// and the plane are of both.
+void add_errors(const View& view, const double* start, double radius, Errors& errors) {
+    const Index steps = view.positions.shape(0);
+    const double* end = start + 3;
+    std::vector<double> z(steps), at(2 * steps), below(steps);
     for (Index k = 0; k < steps; ++k) {
         double point[3];
-        for (Index d = 0; d < 3; ++d) point[d] = start[d] + positions(k) * (end[d] - start[d]);
+        for (Index d = 0; d < 3; ++d) point[d] = start[d] + view.positions(k) * (end[d] - start[d]);
         z[k] = point[2];
-        u[k] = frame.fx * point[0] / z[k] + frame.cx;
-        v[k] = frame.fy * point[1] / z[k] + frame.cy;
-        if (!(z[k] > 0 && std::isfinite(u[k]) && std::isfinite(v[k]))) return;
-        if (table.carries(point, radius)) {  // depth from the surface to the plane, along the ray of the axis
-            const double towards = (table.height(point) + table.plane(3)) / z[k];
-            below[k] = std::max(0.0, (table.plane(3) / towards) - z[k] + surface * radius);
+        view.camera.project(point, &at[2 * k]);
+        if (!(std::isfinite(at[2 * k]) && std::isfinite(at[2 * k + 1]))) return;
+        if (view.table.carries(point, radius)) {  // depth from the surface to the plane, along the ray of the axis
+            const double height = view.table.plane(3), towards = (view.table.height(point) + height) / z[k];
+            below[k] = std::max(0.0, (height / towards) - z[k] + view.surface_radii * radius);
         }
     }
-    double along[2] = {u[steps - 1] - u[0], v[steps - 1] - v[0]};
+    double along[2] = {at[2 * steps - 2] - at[0], at[2 * steps - 1] - at[1]};
     const double norm = std::max(std::sqrt(along[0] * along[0] + along[1] * along[1]), 1e-9);
     for (double& each : along) each /= norm;
     for (Index k = 0; k < steps; ++k) {
-        for (std::size_t a = 0; a < lateral.shape(0); ++a) {
-            const double offset = radius * frame.fx / z[k] * lateral(a);
-            const double reading = frame.reading(u[k] - offset * along[1], v[k] + offset * along[0]);
-            if (!(reading > 0)) continue;
-            const double error = reading - (z[k] - surface * radius);
-            raw.push_back(error);
-            errors.push_back(error > 0 ? std::max(0.0, error - below[k]) : error);
+        for (std::size_t a = 0; a < view.lateral.shape(0); ++a) {
+            const double offset = radius * view.camera.fx / z[k] * view.lateral(a);
+            const double reading = view.depth.at(at[2 * k] - offset * along[1], at[2 * k + 1] + offset * along[0], true);
+            if (std::isnan(reading)) continue;
+            const double error = reading - (z[k] - view.surface_radii * radius);
+            errors.raw.push_back(error);
+            errors.rest.push_back(error > 0 ? std::max(0.0, error - below[k]) : error);
         }
     }
 }
 
+// Of each segment, as the kernel returns them.
+struct Support {
+    std::vector<double> supported, agreeing, residual, offset;
+
+    // Append that of a segment of which `samples` readings are taken; `limit` is by how much readings that agree may differ, m.
+    void add(const Errors& errors, double samples, double radius, double limit) {
+        Index near = 0, agree = 0;
+        for (const double error : errors.rest) {
+            near += std::fabs(error) < MIN_TOLERANCE_RADII * radius;
+            agree += std::fabs(error) < limit;
+        }
+        supported.push_back(double(near) / samples);
+        agreeing.push_back(double(agree) / samples);
+        const bool is_known = Index(errors.rest.size()) >= MIN_READINGS;
+        residual.push_back(is_known ? std::fabs(median(errors.rest)) / radius : NAN);
+        offset.push_back(is_known ? median(errors.raw) / radius : NAN);
+    }
+};
+
 // The readings that count for all segments of a chain are found first, since the noise of the chain tells which of them agree.
 auto depth_support(Matrix<double> joints, Vector<Index> bounds, Vector<double> radius, Matrix<float> depth, Matrix<bool> mask,
-                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral,
-                   double surface_radii, double lying_radii, double deviations) {
+                   Vector<double> camera, Vector<double> plane, Vector<double> positions, Vector<double> lateral, double surface_radii,
+                   double lying_radii, double deviations) {
     check_bounds(bounds, joints.shape(0));
-    require(joints.shape(1) == 3 && camera.shape(0) == 4, "joints and camera are not (J, 3) and (4,)");
+    require(joints.shape(1) == 3, "joints are not (J, 3)");
     require(plane.shape(0) == 0 || plane.shape(0) == 4, "plane is neither (4,) nor (0,)");
     require(radius.shape(0) + 1 == bounds.shape(0), "radius is not one per chain");
-    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
     require(positions.shape(0) > 0 && lateral.shape(0) > 0, "positions or lateral are empty");
-    const Frame frame{depth, mask, camera(0), camera(1), camera(2), camera(3)};
-    const Table table{plane, lying_radii};
+    const View view{Camera(camera), {depth, mask}, {plane, lying_radii}, positions, lateral, surface_radii};
+    view.depth.check();
     const double samples = double(positions.shape(0) * lateral.shape(0));
     count_visits(Index(samples) * Index(joints.shape(0)));
-    ReleasedGil released;
-    std::vector<double> supported, agreeing, residual, offset;
+    Support support;
     for (std::size_t c = 0; c < radius.shape(0); ++c) {
-        std::vector<double> errors, raw, residuals;
-        std::vector<std::size_t> first;
+        std::vector<Errors> segments;
+        std::vector<double> all;
         for (Index j = bounds(c); j + 1 < bounds(c + 1); ++j) {
-            first.push_back(errors.size());
-            add_errors(frame, table, joints.data() + 3 * j, joints.data() + 3 * j + 3, radius(c), positions, lateral, surface_radii, errors, raw);
+            segments.emplace_back();
+            add_errors(view, joints.data() + 3 * j, radius(c), segments.back());
+            all.insert(all.end(), segments.back().rest.begin(), segments.back().rest.end());
         }
-        first.push_back(errors.size());
-        for (const double error : errors) residuals.push_back(std::fabs(error));
-        const double wide = deviations * MAD_TO_DEVIATION * (residuals.empty() ? 0.0 : median(residuals));
+        const double wide = deviations * MAD_TO_DEVIATION * (all.empty() ? 0.0 : absolute_median(all));
         const double limit = std::min(std::max(wide, MIN_TOLERANCE_RADII * radius(c)), MAX_TOLERANCE_RADII * radius(c));
-        for (std::size_t j = 0; j + 1 < first.size(); ++j) {
-            std::vector<double> own(errors.begin() + first[j], errors.begin() + first[j + 1]);
-            std::vector<double> all(raw.begin() + first[j], raw.begin() + first[j + 1]);
-            Index near = 0, agree = 0;
-            for (const double error : own) {
-                near += std::fabs(error) < MIN_TOLERANCE_RADII * radius(c);
-                agree += std::fabs(error) < limit;
-            }
-            supported.push_back(double(near) / samples);
-            agreeing.push_back(double(agree) / samples);
-            const bool is_known = Index(own.size()) >= MIN_READINGS;
-            residual.push_back(is_known ? std::fabs(median(own)) / radius(c) : NAN);
-            offset.push_back(is_known ? median(all) / radius(c) : NAN);
-        }
+        for (const Errors& errors : segments) support.add(errors, samples, radius(c), limit);
     }
-    released.end();
-    return std::make_tuple(to_numpy(std::move(supported)), to_numpy(std::move(agreeing)), to_numpy(std::move(residual)),
-                           to_numpy(std::move(offset)));
+    return std::make_tuple(std::move(support.supported), std::move(support.agreeing), std::move(support.residual), std::move(support.offset));
 }
 
 }  // namespace
@@ -147,7 +146,6 @@ void bind_depth_support(Module& m) {
     //     and by less than the chain's readings may; 0 for a segment behind the camera
     // residual : (S,) float64 radii, absolute median difference of the readings of each; NaN with too few
     // offset : (S,) float64 radii, by how much they lie behind the surface, median, whatever the plane explains; NaN with too few
-    m.def("depth_support", &depth_support, "joints"_a.noconvert(), "bounds"_a.noconvert(), "radius"_a.noconvert(), "depth"_a.noconvert(),
-          "mask"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert(), "positions"_a.noconvert(), "lateral"_a.noconvert(), nb::kw_only(),
-          "surface_radii"_a, "lying_radii"_a, "deviations"_a);
+    m.def("depth_support", &depth_support, "joints"_array, "bounds"_array, "radius"_array, "depth"_array, "mask"_array, "camera"_array,
+          "plane"_array, "positions"_array, "lateral"_array, nb::kw_only(), "surface_radii"_a, "lying_radii"_a, "deviations"_a);
 }

@@ -1,8 +1,7 @@
 // A strand and what lies on both of its sides: whether the strand rises from these, and differs from them in color.
+#include "image.h"
 #include "lab.h"
 #include "order_statistics.h"
-
-#include <algorithm>
 
 namespace {
 
@@ -21,76 +20,69 @@ constexpr double LOW_CONTRAST_SHARE = 0.2;
 
 double smaller(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::min(a, b); }
 
-// Samples along a strand in an image: its pixels at lateral offsets.
-struct Lateral {
+// Samples along a strand in an image, and what is looked at: the strand itself or one of its sides.
+struct Strand {
     const StridedMatrix<double>&view, &across;
+    const Vector<double>& reach;
     const Matrix<bool>& mask;
 
-    Lateral(const StridedMatrix<double>& view, const StridedMatrix<double>& across, const Matrix<bool>& mask, std::size_t samples)
-        : view(view), across(across), mask(mask) {
-        require(view.shape(0) == samples && view.shape(1) == 2, "view is not (S, 2)");
-        require(across.shape(0) == samples && across.shape(1) == 2, "across is not (S, 2)");
-    }
-    // Return the row-major index of the pixel at an offset of a sample, in px; -1 beyond the image.
-    Index pixel(Index sample, double offset) const {
-        const Index height = mask.shape(0), width = mask.shape(1);
-        const double u = std::nearbyint(view(sample, 0) + offset * across(sample, 0));
-        const double v = std::nearbyint(view(sample, 1) + offset * across(sample, 1));
-        return u >= 0 && v >= 0 && u < double(width) && v < double(height) ? Index(v) * width + Index(u) : -1;
-    }
-    bool beside(Index pixel) const { return pixel >= 0 && !bytes_of(mask)[pixel]; }
-};
-
-// The pixels across each sample of a strand, at multiples of its radius there.
-struct Across : Lateral {
-    const Vector<double>& reach;
-
     Index samples() const { return Index(reach.shape(0)); }
-    // Call `visit` with the row-major index of each pixel at some radii to a side of a sample, within the image; with a side of 0
-    // also of those in the mask.
+    // Call `visit` with the row-major index of each pixel at some radii to a side of a sample, within the image and not in the mask;
+    // with a side of 0, on the strand, also of those in the mask.
     template <class Visit>
     void for_each(Index sample, const Vector<double>& radii, double side, Visit visit) const {
         for (std::size_t i = 0; i < radii.shape(0); ++i) {
             const double offset = side == 0 ? reach(sample) * radii(i) : side * (reach(sample) * radii(i) + SIDE_MARGIN_PX);
-            const Index at = pixel(sample, offset);
-            if (side == 0 ? at >= 0 : beside(at)) visit(at);
+            const double u = view(sample, 0) + offset * across(sample, 0), v = view(sample, 1) + offset * across(sample, 1);
+            const Index pixel = pixel_at(u, v, mask.shape(0), mask.shape(1));
+            if (pixel >= 0 && (side == 0 || !bytes_of(mask)[pixel])) visit(pixel);
         }
+    }
+    // Call `measure` with each sample and a side, and compare what is found with the strand itself: return those that are finite of the lesser
+    // of both differences.
+    template <class Measure>
+    std::vector<double> differences(Measure measure) const {
+        std::vector<double> found;
+        for (Index i = 0; i < samples(); ++i) {
+            const auto own = measure(i, 0);
+            const double left = measure(i, -1) - own, right = measure(i, 1) - own, difference = smaller(left, right);
+            if (std::isfinite(difference)) found.push_back(difference);
+        }
+        return found;
     }
 };
 
-double middle_reading(const Across& strand, const Matrix<float>& depth, Index sample, const Vector<double>& radii, double side) {
+double middle_reading(const Strand& strand, const Matrix<float>& depth, Index sample, const Vector<double>& radii, double side) {
     std::vector<float> readings;
     strand.for_each(sample, radii, side, [&](Index pixel) {
         if (depth.data()[pixel] > 0) readings.push_back(depth.data()[pixel]);
     });
-    if (readings.empty()) return std::nan("");
-    return value_at(readings, (readings.size() - 1) / 2);
+    return readings.empty() ? std::nan("") : value_at(readings, (readings.size() - 1) / 2);
+}
+
+// Return the medians of the values in windows of nearly one size.
+std::vector<double> medians_in_windows(const std::vector<double>& values, Index size) {
+    const Index count = Index(values.size()), parts = std::max<Index>(1, count / size);
+    std::vector<double> medians;
+    for (Index part = 0, first = 0; part < parts; ++part) {
+        const Index last = first + count / parts + (part < count % parts);
+        medians.push_back(median(std::vector<double>(values.begin() + first, values.begin() + last)));
+        first = last;
+    }
+    return medians;
 }
 
 // Return by how much more than half of a strand does not rise from both sides, 0 to 1.
-double flat_share(const Across& strand, const Matrix<float>& depth, const Vector<double>& core, const Vector<double>& sides, double radius) {
-    std::vector<double> reach(strand.samples()), rise;
-    for (Index i = 0; i < strand.samples(); ++i) reach[i] = strand.reach(i);
-    if (median(reach) < MIN_FLAT_REACH_PX) return 0.0;
-    for (Index i = 0; i < strand.samples(); ++i) {
-        const double beside = smaller(middle_reading(strand, depth, i, sides, -1), middle_reading(strand, depth, i, sides, 1));
-        const double height = beside - middle_reading(strand, depth, i, core, 0);
-        if (std::isfinite(height)) rise.push_back(height);
-    }
+double flat_share(const Strand& strand, const Matrix<float>& depth, const Vector<double>& core, const Vector<double>& sides, double radius) {
+    if (median(dense(strand.reach)) < MIN_FLAT_REACH_PX) return 0.0;
+    const std::vector<double> rise =
+        strand.differences([&](Index i, int side) { return middle_reading(strand, depth, i, side ? sides : core, side); });
     if (rise.empty()) return 0.0;
-    const Index count = Index(rise.size()), parts = std::max<Index>(1, count / FLAT_WINDOW_SAMPLES);
-    std::vector<double> of_window, away;
-    for (Index part = 0, first = 0; part < parts; ++part) {
-        const Index last = first + count / parts + (part < count % parts);
-        std::vector<double> window(rise.begin() + first, rise.begin() + last);
-        of_window.push_back(median(window));
-        first = last;
-    }
-    Index low = 0;
-    for (const double height : of_window) low += height < FLAT_RISE_RADII * radius;
-    const double share = double(low) / double(parts), middle = median(of_window);
-    for (const double height : of_window) away.push_back(std::fabs(height - middle));
-    const double noise = MAD_TO_DEVIATION * median(away);
+    std::vector<double> medians = medians_in_windows(rise, FLAT_WINDOW_SAMPLES);
+    const auto low = std::count_if(medians.begin(), medians.end(), [&](double height) { return height < FLAT_RISE_RADII * radius; });
+    const double share = double(low) / double(medians.size()), middle = median(medians);
+    for (double& height : medians) height -= middle;
+    const double noise = MAD_TO_DEVIATION * absolute_median(medians);
     return noise < MAX_RISE_NOISE_RADII * radius ? std::max(0.0, 2 * share - 1) : 0.0;
 }
 
@@ -103,7 +95,7 @@ struct Color {
     }
 };
 
-Color mean_color(const Across& strand, const Volume<Byte>& color, Index sample, const Vector<double>& radii, double side) {
+Color mean_color(const Strand& strand, const Volume<Byte>& color, Index sample, const Vector<double>& radii, double side) {
     const LabTables& to_lab = lab_tables();
     int sums[CHANNELS] = {}, count = 0;
     strand.for_each(sample, radii, side, [&](Index pixel) {
@@ -118,13 +110,9 @@ Color mean_color(const Across& strand, const Volume<Byte>& color, Index sample, 
 }
 
 // Return the contrast of the strand with the more similar side that a share of the samples is below; infinite without pixels.
-double low_contrast(const Across& strand, const Volume<Byte>& color, const Vector<double>& core, const Vector<double>& sides) {
-    std::vector<double> contrasts;
-    for (Index i = 0; i < strand.samples(); ++i) {
-        const Color own = mean_color(strand, color, i, core, 0);
-        const double contrast = smaller(own - mean_color(strand, color, i, sides, -1), own - mean_color(strand, color, i, sides, 1));
-        if (std::isfinite(contrast)) contrasts.push_back(contrast);
-    }
+double low_contrast(const Strand& strand, const Volume<Byte>& color, const Vector<double>& core, const Vector<double>& sides) {
+    std::vector<double> contrasts =
+        strand.differences([&](Index i, int side) { return mean_color(strand, color, i, side ? sides : core, side); });
     if (contrasts.empty()) return INFINITY;
     return value_at(contrasts, std::size_t(LOW_CONTRAST_SHARE * double(contrasts.size() - 1)));
 }
@@ -136,9 +124,10 @@ auto strand_sides(StridedMatrix<double> view, StridedMatrix<double> across, Vect
     const bool colored = color.shape(0) * color.shape(1) > 0;
     require(!colored || (color.shape(0) == height && color.shape(1) == width && color.shape(2) == CHANNELS), "color is not (H, W, 3)");
     require(samples > 0, "there are no samples");
-    const Across strand{{view, across, mask, samples}, reach};
+    require(view.shape(0) == samples && view.shape(1) == 2, "view is not (S, 2)");
+    require(across.shape(0) == samples && across.shape(1) == 2, "across is not (S, 2)");
+    const Strand strand{view, across, reach, mask};
     count_visits(Index(samples * (core.shape(0) + 2 * sides.shape(0) + 2 * color_sides.shape(0))));
-    nb::gil_scoped_release released;
     const double flat = depth.shape(0) * depth.shape(1) > 0 ? flat_share(strand, depth, core, sides, radius) : 0.0;
     return std::make_pair(flat, colored ? low_contrast(strand, color, core, color_sides) : INFINITY);
 }
@@ -169,7 +158,6 @@ void bind_strand_sides(Module& m) {
     //     window, the reading of a sample the lower median of its pixels. 0 where depth tells nothing.
     // contrast : difference of the strand's color to the more similar side at a sample that few are below, in 8-bit CIELAB;
     //     infinite without color.
-    m.def("strand_sides", &strand_sides, "view"_a.noconvert(), "across"_a.noconvert(), "reach"_a.noconvert(), "radius"_a,
-          "depth"_a.noconvert(), "color"_a.noconvert(), "mask"_a.noconvert(), "core"_a.noconvert(), "sides"_a.noconvert(),
-          "color_sides"_a.noconvert());
+    m.def("strand_sides", &strand_sides, "view"_array, "across"_array, "reach"_array, "radius"_a, "depth"_array, "color"_array,
+          "mask"_array, "core"_array, "sides"_array, "color_sides"_array);
 }

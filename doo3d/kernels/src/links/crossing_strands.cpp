@@ -1,9 +1,8 @@
 // Which of two strands that cross in the view is on top: by the depth of their surfaces, and by their colors.
+#include "image.h"
 #include "order_statistics.h"
+#include "parabola.h"
 #include "polyline.h"
-
-#include <algorithm>
-#include <array>
 
 namespace {
 
@@ -31,54 +30,6 @@ double clipped(double value, double limit) { return value < -limit ? -limit : va
 Pair normal_of(const Pair& step) {
     const double size = at_least(std::sqrt(step[0] * step[0] + step[1] * step[1]), 1e-12);
     return {-step[1] / size, step[0] / size};
-}
-
-// Return the coefficients of the least-squares parabola through the values that count.
-std::array<double, 3> fit_parabola(const std::vector<double>& at, const std::vector<double>& values, const std::vector<Byte>& good) {
-    double a[3][4] = {{1e-6}, {0, 1e-6}, {0, 0, 1e-6}};
-    for (std::size_t s = 0; s < at.size(); ++s) {
-        if (!good[s]) continue;
-        const double powers[4] = {1.0, at[s], at[s] * at[s], values[s]};
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 4; ++j) a[i][j] += powers[i] * powers[j];
-        }
-    }
-    for (int i = 0; i < 3; ++i) {
-        for (int k = i + 1; k < 3; ++k) {
-            const double factor = a[k][i] / a[i][i];
-            for (int j = i; j < 4; ++j) a[k][j] -= factor * a[i][j];
-        }
-    }
-    std::array<double, 3> fit{};
-    for (int i = 2; i >= 0; --i) {
-        double rest = a[i][3];
-        for (int j = i + 1; j < 3; ++j) rest -= a[i][j] * fit[j];
-        fit[i] = rest / a[i][i];
-    }
-    return fit;
-}
-
-// Return the value at 0 of the least-squares parabola through values along a strand, outliers left out once; NaN where there are too
-// few values, or none on one side.
-double parabola_at_crossing(const double* along, const std::vector<double>& values, double deviations, Index min_measured) {
-    const std::size_t size = values.size();
-    double most = 0.0, value = std::nan("");
-    std::vector<double> at(along, along + size), residual(size);
-    std::vector<Byte> good(size);
-    for (const double each : at) most = std::max(most, std::fabs(each));
-    for (std::size_t s = 0; s < size; ++s) at[s] /= most, good[s] = std::isfinite(values[s]);
-    for (int round = 0; round < 2; ++round) {
-        const auto fit = fit_parabola(at, values, good);
-        value = fit[0];
-        for (std::size_t s = 0; s < size; ++s) {
-            residual[s] = good[s] ? std::fabs(fit[0] + at[s] * fit[1] + at[s] * at[s] * fit[2] - values[s]) : std::nan("");
-        }
-        const double limit = deviations * at_least(finite_median(residual, NAN), 1e-9);
-        for (std::size_t s = 0; s < size; ++s) good[s] = good[s] && residual[s] <= limit;
-    }
-    Index before = 0, after = 0;
-    for (std::size_t s = 0; s < size; ++s) before += good[s] && along[s] < 0, after += good[s] && along[s] > 0;
-    return before && after && std::count(good.begin(), good.end(), Byte(1)) >= min_measured ? value : std::nan("");
 }
 
 // Read the color of an image between its pixels; NaN outside.
@@ -115,7 +66,6 @@ class CrossingStrands {
         radius_.assign(radius.data(), radius.data() + 2 * count_);
         half_width_.assign(half_width.data(), half_width.data() + 2 * count_);
         count_visits(2 * count_ * samples_);
-        nb::gil_scoped_release released;
         for (Index n = 0; n < 2 * count_; ++n) {
             const Index c = chain.data()[n];
             require(c >= 0 && c < Index(closed.shape(0)), "a chain is not among the chains");
@@ -124,51 +74,27 @@ class CrossingStrands {
                 interpolate(joints, bounds, closed(c), c, place, value.data());
                 return value;
             };
-            const auto step = [&](double first) -> Pair {
-                const auto start = at(first), end = at(first + 1);
-                return {end[0] - start[0], end[1] - start[1]};
-            };
-            const double joint = double(segment.data()[n]) + t.data()[n], sine = std::sin(at_least(angle(n / 2), min_angle));
-            const Pair across = step(double(segment.data()[n]));
-            const double size = at_least(std::sqrt(across[0] * across[0] + across[1] * across[1]), 1e-12);
-            depth_.push_back(at(joint)[2]);
-            normal_.push_back(normal_of(across));
-            for (Index s = 0; s < samples_; ++s) {
-                const Index k = s < samples_ / 2 ? samples_ / 2 - 1 - s : s - samples_ / 2;
-                const double beyond = margin * half_width_[n ^ 1] / sine + distances(k) * half_width_[n];
-                const double along = s < samples_ / 2 ? -beyond : beyond, place = joint + along / size;
-                const auto middle = at(place);
-                middle_.push_back({middle[0], middle[1]});
-                height_.push_back(middle[2]);
-                side_.push_back(normal_of(step(std::floor(place))));
-                along_.push_back(along / half_width_[n]);
-            }
+            const double sine = std::sin(at_least(angle(n / 2), min_angle));
+            add_samples(n, at, double(segment.data()[n]), t.data()[n], distances, margin * half_width_[n ^ 1] / sine);
         }
     }
 
-    auto positions(Vector<double> offsets) const {
-        std::vector<double> result = beyond(offsets);
-        return to_numpy(std::move(result), result.size() / 2, 2);
-    }
+    auto positions(Vector<double> offsets) const { return rows_of(beyond(offsets), 2); }
 
     auto readings(Vector<double> offsets, Matrix<float> depth, Matrix<bool> mask) const {
-        require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask have different shapes");
+        const MaskedDepth masked{depth, mask};
+        masked.check();
         const std::vector<double> places = beyond(offsets);
-        std::vector<double> result(places.size() / 2, NAN);
-        for (std::size_t i = 0; i < result.size(); ++i) {
-            const double u = std::nearbyint(places[2 * i]), v = std::nearbyint(places[2 * i + 1]);
-            if (!(u >= 0 && v >= 0 && u < double(depth.shape(1)) && v < double(depth.shape(0)))) continue;
-            const Index pixel = Index(v) * depth.shape(1) + Index(u);
-            if (bytes_of(mask)[pixel] && depth.data()[pixel] > 0) result[i] = depth.data()[pixel];
-        }
-        return to_numpy(std::move(result));
+        std::vector<double> result(places.size() / 2);
+        for (std::size_t i = 0; i < result.size(); ++i) result[i] = masked.at(places[2 * i], places[2 * i + 1], true);
+        return result;
     }
 
     auto depth_log_odds(Vector<double> surface, double deviations) const {
         require(samples_ && count_ && surface.shape(0) % (2 * count_ * samples_) == 0, "surface is not one per sample and offset");
         count_visits(Index(surface.shape(0)));
         std::vector<double> result(count_);
-        const auto log_odds = [&](Index c) {
+        for (Index c = 0; c < count_; ++c) {
             const double thickness = at_least(radius_[2 * c] + radius_[2 * c + 1], 1e-9);
             const double in_front = surface_at_crossing(2 * c + 1, surface, deviations) - surface_at_crossing(2 * c, surface, deviations);
             double difference = (depth_[2 * c + 1] - depth_[2 * c]) / thickness, noise = 2 * DEPTH_DEVIATION;
@@ -176,10 +102,9 @@ class CrossingStrands {
                 difference = SURFACE_WEIGHT * in_front / thickness + (1 - SURFACE_WEIGHT) * difference;
                 noise = DEPTH_DEVIATION;
             }
-            return 2 * clipped(difference, MAX_DEPTH_DIFFERENCE) / (noise * noise);
-        };
-        without_gil(result, log_odds);
-        return to_numpy(std::move(result));
+            result[c] = 2 * clipped(difference, MAX_DEPTH_DIFFERENCE) / (noise * noise);
+        }
+        return result;
     }
 
     auto color_log_odds(Volume<Byte> image, Vector<double> offsets, double noise) const {
@@ -187,17 +112,16 @@ class CrossingStrands {
         const Index values = Index(offsets.shape(0)) * CHANNELS;
         const std::vector<double> places = beyond(offsets);
         std::vector<double> result(count_);
-        const auto log_odds = [&](Index c) {
+        for (Index c = 0; c < count_; ++c) {
             std::vector<double> profiles(2 * values);
             bool is_measured = true;
             for (Index side = 0; side < 4; ++side) {
                 const double* own = places.data() + (4 * c + side) * samples_ / 2 * Index(offsets.shape(0)) * 2;
                 is_measured &= add_profile(image, own, profiles.data() + side / 2 * values, values) >= MIN_MEASURED / 2;
             }
-            return is_measured ? first_log_odds(image, c, offsets, profiles, noise) : 0.0;
-        };
-        without_gil(result, log_odds);
-        return to_numpy(std::move(result));
+            if (is_measured) result[c] = first_log_odds(image, c, offsets, profiles, noise);
+        }
+        return result;
     }
 
    private:
@@ -206,11 +130,29 @@ class CrossingStrands {
     std::vector<double> point_, radius_, half_width_, depth_, height_, along_;
     std::vector<Pair> middle_, side_, normal_;
 
-    // Compute a value for each crossing.
-    template <class Value>
-    static void without_gil(std::vector<double>& result, Value value) {
-        nb::gil_scoped_release released;
-        for (std::size_t c = 0; c < result.size(); ++c) result[c] = value(Index(c));
+    // Add the samples of a strand before and behind the overlap, whose half-length is given: `at` returns the position of a place on the chain,
+    // counted in joints; the crossing is at `t` of a segment.
+    template <class At>
+    void add_samples(Index strand, At at, double segment, double t, const Vector<double>& distances, double overlap) {
+        const auto step = [&](double first) -> Pair {
+            const auto start = at(first), end = at(first + 1);
+            return {end[0] - start[0], end[1] - start[1]};
+        };
+        const double joint = segment + t;
+        const Pair across = step(segment);
+        const double size = at_least(std::sqrt(across[0] * across[0] + across[1] * across[1]), 1e-12);
+        depth_.push_back(at(joint)[2]);
+        normal_.push_back(normal_of(across));
+        for (Index s = 0; s < samples_; ++s) {
+            const Index k = s < samples_ / 2 ? samples_ / 2 - 1 - s : s - samples_ / 2;
+            const double beyond = overlap + distances(k) * half_width_[strand];
+            const double along = s < samples_ / 2 ? -beyond : beyond, place = joint + along / size;
+            const auto middle = at(place);
+            middle_.push_back({middle[0], middle[1]});
+            height_.push_back(middle[2]);
+            side_.push_back(normal_of(step(std::floor(place))));
+            along_.push_back(along / half_width_[strand]);
+        }
     }
 
     // Return the positions at lateral offsets from each sample.
@@ -240,7 +182,7 @@ class CrossingStrands {
         for (Index s = 0; s < samples_; ++s) {
             if (!(std::fabs(height[s] - middle) < 2 * radius_[strand])) measured[s] = std::nan("");
         }
-        return parabola_at_crossing(along_.data() + first, measured, deviations, MIN_MEASURED);
+        return parabola_at_zero(along_.data() + first, measured, deviations, MIN_MEASURED);
     }
 
     // Add half of the median colors across a strand on one side of a crossing, and return the number of samples in the image.
@@ -275,7 +217,8 @@ class CrossingStrands {
             for (Index k = 0; k < CHANNELS; ++k) {
                 const double to_first = profiles[i / size * CHANNELS + k] - color[k];
                 const double to_second = profiles[(size + i % size) * CHANNELS + k] - color[k];
-                own += to_first * to_first, other += to_second * to_second;
+                own += to_first * to_first;
+                other += to_second * to_second;
             }
         }
         const double count = double(size * size * CHANNELS), variance = noise * noise;
@@ -311,15 +254,14 @@ void bind_crossing_strands(Module& m) {
     // min_angle
     //     rad; strands that cross at less are taken to cross at this
     Class<CrossingStrands>(m, "CrossingStrands")
-        .def(nb::init<Matrix<double>, Vector<Index>, Vector<bool>, Matrix<Index>, Matrix<Index>, Matrix<double>, Vector<double>, Matrix<double>,
-                      Matrix<double>, Matrix<double>, Vector<double>, double, double>(),
-             "joints"_a.noconvert(), "bounds"_a.noconvert(), "closed"_a.noconvert(), "chain"_a.noconvert(), "segment"_a.noconvert(),
-             "t"_a.noconvert(), "angle"_a.noconvert(), "point"_a.noconvert(), "radius"_a.noconvert(), "half_width"_a.noconvert(),
-             "distances"_a.noconvert(), "margin"_a, "min_angle"_a)
+        .def(nb::init<Matrix<double>, Vector<Index>, Vector<bool>, Matrix<Index>, Matrix<Index>, Matrix<double>, Vector<double>,
+             Matrix<double>, Matrix<double>, Matrix<double>, Vector<double>, double, double>(), "joints"_array, "bounds"_array,
+             "closed"_array, "chain"_array, "segment"_array, "t"_array, "angle"_array, "point"_array, "radius"_array, "half_width"_array,
+             "distances"_array, "margin"_a, "min_angle"_a)
         // Return the positions in the view (C * 2 * S * A, 2), at lateral offsets (A,) half-widths from each sample.
-        .def("positions", &CrossingStrands::positions, "offsets"_a.noconvert())
+        .def("positions", &CrossingStrands::positions, "offsets"_array)
         // Return the readings (C * 2 * S * A,) m of a depth image (H, W) float32 at `positions`; NaN outside the mask.
-        .def("readings", &CrossingStrands::readings, "offsets"_a.noconvert(), "depth"_a.noconvert(), "mask"_a.noconvert())
+        .def("readings", &CrossingStrands::readings, "offsets"_array, "depth"_array, "mask"_array)
         // Return the log odds that the first strand is upper, (C,) nat, by the chains' depth and that of their surfaces.
         //
         // The surface of each strand is measured on both sides of the overlap and extrapolated across the overlap by a parabola.
@@ -332,7 +274,7 @@ void bind_crossing_strands(Module& m) {
         //     (C * 2 * S * A,) m, distance of the object's surface at `positions`; NaN without a reading
         // deviations
         //     of an outlier
-        .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_a.noconvert(), "deviations"_a)
+        .def("depth_log_odds", &CrossingStrands::depth_log_odds, "surface"_array, "deviations"_a)
         // Return the log odds that the first strand is upper, (C,) nat, by the colors in the overlap.
         //
         // The colors across the upper strand (bright middle, darker sides) continue through the overlap. So each strand's median
@@ -347,5 +289,5 @@ void bind_crossing_strands(Module& m) {
         //     (A,) lateral offsets in half-widths
         // noise
         //     standard deviation of the colors
-        .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_a.noconvert(), "offsets"_a.noconvert(), "noise"_a);
+        .def("color_log_odds", &CrossingStrands::color_log_odds, "image"_array, "offsets"_array, "noise"_a);
 }

@@ -77,7 +77,7 @@ auto end_tangents(Matrix<double> joints, Vector<Index> bounds, double window) {
         for (Index d = 0; d < dim; ++d) norm += tangent[d] * tangent[d];
         for (Index d = 0; d < dim && norm > 0; ++d) tangent[d] /= std::sqrt(norm);
     }
-    return to_numpy(std::move(tangents), 2 * chains, dim);
+    return rows_of(std::move(tangents), dim);
 }
 
 }  // namespace
@@ -103,5 +103,5 @@ void bind_end_tangents(Module& m) {
     // They are the tangents of a parabola over arc length, fitted by least squares to the joints within `window` of the end; with
     // fewer than four joints of a straight one. A line fitted over a length of a curve of radius R would lag behind its end by
     // length / 2R. The fit uses polynomials orthogonal over the joints, which needs no system of equations.
-    m.def("end_tangents", &end_tangents, "joints"_a.noconvert(), "bounds"_a.noconvert(), "window"_a);
+    m.def("end_tangents", &end_tangents, "joints"_array, "bounds"_array, "window"_a);
 }

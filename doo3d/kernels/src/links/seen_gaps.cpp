@@ -1,25 +1,14 @@
 // Gaps between chain ends along which the object is seen: two ends follow each other on one line of the mask's skeleton.
+#include "image.h"
 #include "nearest.h"
 #include "polyline.h"
 
 namespace {
 
-const double NONE = std::nan("");
-
-struct Camera {
-    double fx, fy, cx, cy;
-
-    // Fill in the pixel (u, v) at which a point (x, y, z) is seen; NaN behind the camera.
-    void project(const double* point, double* pixel) const {
-        const double z = point[2] > 0 ? point[2] : NONE;
-        pixel[0] = fx * point[0] / z + cx;
-        pixel[1] = fy * point[1] / z + cy;
-    }
-};
-
 // The nearest target of each point within reach; -1 without one.
-std::vector<Index> nearest_within(const double* points, Index count, const std::vector<double>& targets, double reach) {
-    NearestOfPoints found(points, count, targets.data(), Index(targets.size()) / 2, 2, reach);
+std::vector<Index> nearest_within(const std::vector<double>& points, const std::vector<double>& targets, double reach) {
+    const Index count = Index(points.size()) / 2;
+    NearestOfPoints found(points.data(), count, targets.data(), Index(targets.size()) / 2, 2, reach);
     for (Index i = 0; i < count; ++i) {
         if (!std::isfinite(found.distance[i])) found.index[i] = -1;
     }
@@ -104,11 +93,11 @@ struct Ends {
 };
 
 void check(const Matrix<double>& points, const Matrix<double>& tangents, const Matrix<double>& joints, const Vector<Index>& bounds,
-           const Vector<bool>& closed, const Vector<double>& camera, const Matrix<double>& lines, const Vector<Index>& line_bounds) {
+           const Vector<bool>& closed, const Matrix<double>& lines, const Vector<Index>& line_bounds) {
     require(points.shape(1) == 3 && tangents.shape(1) == 3 && joints.shape(1) == 3, "points, tangents or joints are not (., 3)");
     require(points.shape(0) == tangents.shape(0) && points.shape(0) == 2 * closed.shape(0), "ends are not two per chain");
     require(bounds.shape(0) == closed.shape(0) + 1, "closed is not one per chain");
-    require(camera.shape(0) == 4 && lines.shape(1) == 2, "camera or lines are not (4,), (L, 2)");
+    require(lines.shape(1) == 2, "lines are not (L, 2)");
     check_bounds(bounds, joints.shape(0));
     check_bounds(line_bounds, lines.shape(0));
     for (std::size_t k = 0; k < lines.size(); ++k) require(std::isfinite(lines.data()[k]), "a point of a line is not finite");
@@ -116,14 +105,16 @@ void check(const Matrix<double>& points, const Matrix<double>& tangents, const M
 
 auto gaps_along_lines(Matrix<double> points, Matrix<double> tangents, Matrix<double> joints, Vector<Index> bounds, Vector<bool> closed,
                       Vector<double> intrinsics, double radius, Matrix<double> lines, Vector<Index> line_bounds, double reach) {
-    check(points, tangents, joints, bounds, closed, intrinsics, lines, line_bounds);
+    check(points, tangents, joints, bounds, closed, lines, line_bounds);
     require(reach > 0 && std::isfinite(reach), "reach is not positive and finite");
-    const Camera camera{intrinsics(0), intrinsics(1), intrinsics(2), intrinsics(3)};
+    const Camera camera(intrinsics);
     const Ends ends(points, tangents, closed, camera, radius);
     const std::vector<double> targets(lines.data(), lines.data() + lines.size());
-    const std::vector<Index> at = nearest_within(ends.seen.data(), Index(points.shape(0)), targets, reach), on = ends.along_lines(at);
+    const std::vector<Index> at = nearest_within(ends.seen, targets, reach), on = ends.along_lines(at);
     std::vector<Index> pairs, sizes{0}, owner(lines.shape(0));
-    for (std::size_t k = 0; k + 1 < line_bounds.shape(0); ++k) std::fill(owner.begin() + line_bounds(k), owner.begin() + line_bounds(k + 1), Index(k));
+    for (std::size_t k = 0; k + 1 < line_bounds.shape(0); ++k) {
+        std::fill(owner.begin() + line_bounds(k), owner.begin() + line_bounds(k + 1), Index(k));
+    }
     std::vector<double> found;
     std::optional<Samples> samples;
     for (std::size_t k = 0; k + 1 < on.size(); ++k) {
@@ -132,7 +123,7 @@ auto gaps_along_lines(Matrix<double> points, Matrix<double> tangents, Matrix<dou
         const std::vector<double> line(targets.begin() + 2 * at[a], targets.begin() + 2 * (at[b] + 1));
         if (!faces(line, &ends.ahead[2 * a], &ends.ahead[2 * b], reach)) continue;
         if (!samples) samples.emplace(joints, bounds, camera, reach);
-        const std::vector<Index> near = nearest_within(line.data(), Index(line.size()) / 2, samples->points, reach);
+        const std::vector<Index> near = nearest_within(line, samples->points, reach);
         const bool is_own = std::all_of(near.begin(), near.end(), [&](Index s) {
             return s < 0 || samples->chain[s] == a / 2 || samples->chain[s] == b / 2;
         });
@@ -141,8 +132,7 @@ auto gaps_along_lines(Matrix<double> points, Matrix<double> tangents, Matrix<dou
         add_lifted(line, points.data() + 3 * a, points.data() + 3 * b, camera, found);
         sizes.push_back(Index(found.size()) / 3);
     }
-    const std::size_t count = pairs.size() / 2, size = found.size() / 3;
-    return std::make_tuple(to_numpy(std::move(pairs), count, 2), to_numpy(std::move(found), size, 3), to_numpy(std::move(sizes)));
+    return std::make_tuple(rows_of(std::move(pairs), 2), rows_of(std::move(found), 3), std::move(sizes));
 }
 
 }  // namespace
@@ -173,7 +163,6 @@ void bind_seen_gaps(Module& m) {
     // pairs : (K, 2) int64, the two ends of each gap, in the order of the line
     // points : (P, 3) float64 m, from the first end along the line to the second; inverse depth is interpolated
     // bounds : (K + 1,) int64, the first point of each gap, and P
-    m.def("gaps_along_lines", &gaps_along_lines, "points"_a.noconvert(), "tangents"_a.noconvert(), "joints"_a.noconvert(),
-          "bounds"_a.noconvert(), "closed"_a.noconvert(), "camera"_a.noconvert(), "radius"_a, "lines"_a.noconvert(),
-          "line_bounds"_a.noconvert(), "reach"_a);
+    m.def("gaps_along_lines", &gaps_along_lines, "points"_array, "tangents"_array, "joints"_array, "bounds"_array, "closed"_array,
+          "camera"_array, "radius"_a, "lines"_array, "line_bounds"_array, "reach"_a);
 }

@@ -1,8 +1,5 @@
 #include "appearance.h"
 
-#include <algorithm>
-#include <array>
-
 namespace {
 
 using Histogram = std::vector<double>;  // of color_cells() cells
@@ -121,7 +118,6 @@ class ColorOdds {
         for (std::size_t k = 0; k < shades.shape(0); ++k) require(shades(k) >= 0 && shades(k) <= 1, "a shade is not between 0 and 1");
         check_pixels(object, color);
         check_pixels(surround, color);
-        nb::gil_scoped_release release;
         const std::vector<double> kernel = half_gaussian(smoothing);
         Histogram counts(color_cells(), 0.0);
         count_visits(Index(object.shape(0)));
@@ -134,7 +130,7 @@ class ColorOdds {
     }
 
     float separation;
-    auto log_odds() const { return to_numpy(std::vector<float>(odds)); }
+    std::vector<float> log_odds() const { return odds; }
     auto log_odds_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, [&](Index cell) { return odds[cell]; }); }
     auto noise_at(StridedMatrix<std::int64_t> pixels) const { return at(pixels, [&](Index cell) { return float(std::sqrt(variance[cell])); }); }
 
@@ -144,7 +140,7 @@ class ColorOdds {
     Histogram variance;       // of the log-odds of each cell
 
     template <class OfCell>
-    VectorResult<double> at(const StridedMatrix<std::int64_t>& pixels, OfCell of_cell) const {
+    std::vector<double> at(const StridedMatrix<std::int64_t>& pixels, OfCell of_cell) const {
         require(pixels.shape(1) == 2, "pixels are not (N, 2)");
         const Index height = color.shape(0), width = color.shape(1);
         std::vector<double> values(pixels.shape(0));
@@ -154,7 +150,7 @@ class ColorOdds {
             require(u >= 0 && v >= 0 && u < width && v < height, "a pixel lies outside of the image");
             values[i] = of_cell(color_cell(color.data() + CHANNELS * (v * width + u)));
         }
-        return to_numpy(std::move(values));
+        return values;
     }
 };
 
@@ -179,17 +175,16 @@ void bind_appearance(Module& m) {
     // least
     //     frequency added to that of each cell, so that none is 0.
     Class<ColorOdds>(m, "ColorOdds")
-        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, double, double>(),
-             "color"_a.noconvert(), "object"_a.noconvert(), "surround"_a.noconvert(), "shades"_a.noconvert(), "shade_share"_a,
-             "smoothing"_a, "least"_a)
+        .def(nb::init<Volume<Byte>, Vector<std::int64_t>, Vector<std::int64_t>, Vector<double>, double, double, double>(), "color"_array,
+             "object"_array, "surround"_array, "shades"_array, "shade_share"_a, "smoothing"_a, "least"_a)
         // The log-odds, (4096,) float32 nat, of the cells of colors: 16 levels per channel, the blue one last.
-        .def_prop_ro("log_odds", &ColorOdds::log_odds, nb::rv_policy::move)
+        .def_prop_ro("log_odds", &ColorOdds::log_odds)
         // The median, nat, of the log-odds over the pixels of the object; 0 without any.
         .def_ro("separation", &ColorOdds::separation)
         // Return the log-odds, (N,) nat, of the colors at pixels (N, 2) int64 (u, v) in the image: positive on the object.
-        .def("log_odds_at", &ColorOdds::log_odds_at, "pixels"_a.noconvert())
+        .def("log_odds_at", &ColorOdds::log_odds_at, "pixels"_array)
         // Return the standard deviations, (N,) nat, of the log-odds at pixels (N, 2) int64 (u, v) in the image.
         //
         // They are sqrt(1/a + 1/b) for a and b pixels of object and surround in the smoothed cell of a color.
-        .def("noise_at", &ColorOdds::noise_at, "pixels"_a.noconvert());
+        .def("noise_at", &ColorOdds::noise_at, "pixels"_array);
 }

@@ -3,7 +3,6 @@
 
 #include "frame_facts.h"
 
-#include <algorithm>
 #if defined(_MSC_VER)
 #include <intrin.h>
 #endif
@@ -140,12 +139,12 @@ struct Crop {
 
 inline Crop cropped(const Matrix<bool>& mask, Index margin) {
     const FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
-    if (facts.runs().empty()) return {};
-    const Box& box = facts.box();
-    const Index top = std::max<Index>(box.top - margin, 0), bottom = std::min(box.bottom + margin, facts.height());
-    const Index left = std::max<Index>(box.left - margin, 0), right = std::min(box.right + margin, facts.width());
+    if (facts.runs.empty()) return {};
+    const Box& box = facts.box;
+    const Index top = std::max<Index>(box.top - margin, 0), bottom = std::min(box.bottom + margin, facts.height);
+    const Index left = std::max<Index>(box.left - margin, 0), right = std::min(box.right + margin, facts.width);
     Crop crop{{bottom - top, right - left}, top, left};
-    for (const Run& run : facts.runs()) crop.bits.set_run(run.row - top, run.start - left, run.end - left);
+    for (const Run& run : facts.runs) crop.bits.set_run(run.row - top, run.start - left, run.end - left);
     return crop;
 }
 
@@ -169,7 +168,7 @@ inline std::vector<Part> parts_of(const std::vector<Run>& runs) {
         }
         Part& part = parts[number[first]];
         part.runs.push_back(runs[i]);
-        part.size += runs[i].end - runs[i].start;
+        part.size += runs[i].size();
     }
     return parts;
 }

@@ -1,9 +1,6 @@
 #include "depth_facts.h"
 #include "order_statistics.h"
 
-#include <cstdlib>
-#include <limits>
-
 namespace {
 
 // Return the mean of the smaller three quarters of values that are not below 0; 0 of nothing.
@@ -46,10 +43,11 @@ inline float masked_float(float value, std::int32_t mask) {
     return value;
 }
 
-// Count the votes of the neighbors, row by row; `limits` holds for each distance in px by how much readings may differ; those farther
-// away than `beyond`, m, may in proportion more, as they are farther away than the median. Loops of a fixed length without branches,
-// to be vectorized: where readings do not agree, 0 is added.
-WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, const float* limits, float median, float beyond, Votes& votes) {
+// Count the votes of the neighbors, row by row; `limits` holds for each distance in px, from 0 to half the window, by how much readings may
+// differ; those farther away than `beyond`, m, may in proportion more, as they are farther away than the median. Loops of a fixed length
+// without branches, to be vectorized: where readings do not agree, 0 is added.
+WITH_AVX2 void count_votes(const float* own, Index pitch, const std::vector<float>& limits, float median, float beyond, Votes& votes) {
+    const Index half_width = Index(limits.size()) - 1;
     float scale[BLOCK];
     for (Index i = 0; i < BLOCK; ++i) {
         scale[i] = own[i] > beyond ? own[i] / median : 1.0f;
@@ -73,27 +71,25 @@ WITH_AVX2 void count_votes(const float* own, Index pitch, Index half_width, cons
 }
 
 // The readings of the mask as an image of its box with some pixels without reading around it.
-struct MaskedDepth {
+struct PaddedDepth {
     const FrameFacts& facts;
     Index pitch, padding;
     Zeros<float> image;
 
-    MaskedDepth(const FrameFacts& facts, const float* depth, Index padding)
+    PaddedDepth(const FrameFacts& facts, const float* depth, Index padding)
         : facts(facts), pitch(facts.columns() + 2 * padding), padding(padding), image((facts.rows() + 2 * padding) * pitch + BLOCK) {
-        count_visits(facts.count());
-        for (const Run& run : facts.runs()) {
-            const float* from = depth + run.row * facts.width();
+        count_visits(facts.count);
+        for (const Run& run : facts.runs) {
+            const float* from = depth + run.row * facts.width;
             std::copy(from + run.start, from + run.end, at(run.row, run.start));
         }
     }
-    ~MaskedDepth() {
-        for (const Run& run : facts.runs()) std::fill_n(at(run.row, run.start), run.end - run.start, 0.0f);
+    ~PaddedDepth() {
+        for (const Run& run : facts.runs) std::fill_n(at(run.row, run.start), run.size(), 0.0f);
     }
-    MaskedDepth(const MaskedDepth&) = delete;
-    MaskedDepth& operator=(const MaskedDepth&) = delete;
 
     float* at(Index row, Index column) {
-        return image.data() + (row - facts.box().top + padding) * pitch + column - facts.box().left + padding;
+        return image.data() + (row - facts.box.top + padding) * pitch + column - facts.box.left + padding;
     }
 };
 
@@ -101,11 +97,11 @@ struct MaskedDepth {
 
 DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
     std::vector<float> readings, steps;
-    count_visits(3 * facts.count());
-    readings.reserve(facts.count());
-    steps.reserve(facts.count());
-    for (const Run& run : facts.runs()) {
-        const float* z = depth + run.row * facts.width();
+    count_visits(3 * facts.count);
+    readings.reserve(facts.count);
+    steps.reserve(facts.count);
+    for (const Run& run : facts.runs) {
+        const float* z = depth + run.row * facts.width;
         for (Index column = run.start; column < run.end; ++column) {
             if (!(z[column] > 0)) continue;
             readings.push_back(z[column]);
@@ -122,12 +118,12 @@ DepthSummary summarize_depth(const FrameFacts& facts, const float* depth) {
 // wherever depth is so smooth that quantization hides its noise.
 double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pixels) {
     std::vector<double> steps, bends, jumps;  // first and second differences, and the first ones that are not 0
-    const std::size_t every = std::size_t(std::max<Index>(1, facts.count() / pixels));
+    const std::size_t every = std::size_t(std::max<Index>(1, facts.count / pixels));
     Visits visits;
-    for (std::size_t k = 0; k < facts.runs().size(); k += every) {
-        const Run& run = facts.runs()[k];
-        const float* z = depth + run.row * facts.width();
-        visits.count += 3 * (run.end - run.start);
+    for (std::size_t k = 0; k < facts.runs.size(); k += every) {
+        const Run& run = facts.runs[k];
+        const float* z = depth + run.row * facts.width;
+        visits.count += 3 * (run.size());
         for (Index u = run.start + 1; u < run.end; ++u) {
             if (!(z[u - 1] > 0 && z[u] > 0)) continue;
             const double before = 1.0 / z[u - 1], own = 1.0 / z[u];
@@ -143,31 +139,28 @@ double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pi
 }
 
 // Along the runs in blocks; the neighbors of a reading are added in row-major order.
-AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
-                                   double median, Index min_agreeing) {
+AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, Agreement rule) {
     AgreeingReadings result;
-    half_width = std::min(half_width, std::max(facts.rows(), facts.columns()));
-    MaskedDepth masked(facts, depth, half_width);
+    const Index half_width = std::min(rule.half_width, std::max(facts.rows(), facts.columns()));
+    PaddedDepth masked(facts, depth, half_width);
     std::vector<float> limits(half_width + 1);
-    for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(slope * double(distance));
-    float nearest = high;  // a limit that grew from the median on would let in noise of a whole step of the sensor in flat scenes
-    for (const Run& run : facts.runs()) {
-        for (Index u = run.start; u < run.end; ++u) {
-            const float own = *masked.at(run.row, u);
-            if (own >= low && own < nearest) nearest = own;
-        }
-    }
-    const float beyond = 2 * float(median) - nearest;
+    for (Index distance = 0; distance <= half_width; ++distance) limits[distance] = least_float(rule.slope * double(distance));
+    float nearest = rule.high;  // a limit that grew from the median on would let in noise of a whole step of the sensor in flat scenes
+    facts.for_each_pixel([&](Index row, Index column) {
+        const float own = *masked.at(row, column);
+        if (own >= rule.low && own < nearest) nearest = own;
+    });
+    const float beyond = 2 * rule.median - nearest;
     Votes votes;
-    count_visits(facts.count() * (2 * half_width + 1) * (2 * half_width + 1));
-    for (const Run& run : facts.runs()) {
+    count_visits(facts.count * (2 * half_width + 1) * (2 * half_width + 1));
+    for (const Run& run : facts.runs) {
         for (Index start = run.start; start < run.end; start += BLOCK) {
             const Index count = std::min<Index>(BLOCK, run.end - start);
             const float* own = masked.at(run.row, start);
-            count_votes(own, masked.pitch, half_width, limits.data(), float(median), beyond, votes);
+            count_votes(own, masked.pitch, limits, rule.median, beyond, votes);
             for (Index i = 0; i < count; ++i) {
-                if (!(own[i] >= low && own[i] <= high)) continue;
-                if (double(votes.agreeing[i]) < std::min(double(min_agreeing), double(votes.neighbors[i]) / 2)) {
+                if (!(own[i] >= rule.low && own[i] <= rule.high)) continue;
+                if (double(votes.agreeing[i]) < std::min(double(rule.min_agreeing), double(votes.neighbors[i]) / 2)) {
                     ++result.dropped;
                     continue;
                 }
@@ -180,11 +173,20 @@ AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, 
     return result;
 }
 
+namespace {
+
+// A pixel without a reading, and where it is in an image of the box.
+struct Empty {
+    Index column, row, at;
+};
+
+}  // namespace
+
 // Only pixels without a reading are looked at, in an image of the box that says which readings were kept and, later, which pixels lie
 // far from all of them.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach) {
     enum : Byte { EMPTY, KEPT, FAR };
-    const Box& box = facts.box();
+    const Box& box = facts.box;
     reach = std::min(reach, std::max(facts.rows(), facts.columns()));
     const Index pitch = facts.columns() + 2 * reach;
     Zeros<Byte> zeros((facts.rows() + 2 * reach) * pitch);
@@ -198,26 +200,25 @@ std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, cons
     };
     mark_kept(KEPT);
     const auto has_near = [&](Index center, Byte wanted) {
-        for (Index row = center - reach * pitch; row <= center + reach * pitch; row += pitch) {
-            for (Index i = row - reach; i <= row + reach; ++i) {
-                if (image[i] == wanted) return true;
-            }
+        bool found = false;
+        for (Index row = center - reach * pitch; row <= center + reach * pitch && !found; row += pitch) {
+            found = std::memchr(image + row - reach, wanted, std::size_t(2 * reach + 1));
         }
-        return false;
+        return found;
     };
-    std::vector<Index> empty, holes;
-    count_visits(count + facts.count());
+    std::vector<Empty> empty;
+    std::vector<Index> far, holes;
+    count_visits(count + facts.count);
     facts.for_each_pixel([&](Index row, Index column) {
         const Index i = at(column, row);
-        if (!(depth[row * facts.width() + column] > 0) && image[i] != KEPT) empty.insert(empty.end(), {column, row, i});
+        if (!(depth[row * facts.width + column] > 0) && image[i] != KEPT) empty.push_back({column, row, i});
     });
-    std::vector<Index> far;
-    for (std::size_t k = 0; k < empty.size(); k += 3) {
-        if (!has_near(empty[k + 2], KEPT)) far.push_back(empty[k + 2]);
+    for (const Empty& pixel : empty) {
+        if (!has_near(pixel.at, KEPT)) far.push_back(pixel.at);
     }
     for (const Index i : far) image[i] = FAR;
-    for (std::size_t k = 0; k < empty.size() && !far.empty(); k += 3) {
-        if (has_near(empty[k + 2], FAR)) holes.insert(holes.end(), {empty[k], empty[k + 1]});
+    for (const Empty& pixel : empty) {
+        if (!far.empty() && has_near(pixel.at, FAR)) holes.insert(holes.end(), {pixel.column, pixel.row});
     }
     for (const Index i : far) image[i] = 0;
     mark_kept(0);

@@ -29,7 +29,13 @@ double inverse_depth_noise(const FrameFacts& facts, const float* depth, Index pi
 // kept : `count` pixels (u, v) whose readings were kept.
 std::vector<Index> depth_holes(const FrameFacts& facts, const float* depth, const Index* kept, Index count, Index reach);
 
-// low, high : m, the range of readings. half_width : px, of the window. slope : m per px of distance by which readings agree.
-// Those that lie farther beyond the `median`, m, than the nearest lies before it may differ in proportion to their distance.
-AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, float low, float high, Index half_width, double slope,
-                                   double median, Index min_agreeing);
+// Which readings agree. Those that lie farther beyond the median than the nearest lies before it may differ in proportion to their
+// distance.
+struct Agreement {
+    float low, high;   // m, the range of readings
+    Index half_width;  // px, of the window
+    double slope;      // m per px of distance by which readings agree
+    float median;      // m, of the readings
+    Index min_agreeing;
+};
+AgreeingReadings agreeing_readings(const FrameFacts& facts, const float* depth, Agreement rule);

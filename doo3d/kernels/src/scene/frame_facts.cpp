@@ -1,31 +1,13 @@
-// Runs of a mask: connected components, holes, distance, medial axis and skeleton.
+// Runs of a mask, without small components and with small holes filled.
 #include "frame_facts.h"
 
-#include "zhang_suen.h"
-
-#include <algorithm>
-#include <cstdlib>
-
 namespace {
-
-// px by which a neighbor of a pixel of the medial axis may be farther from the outside.
-constexpr float SLACK = 1e-3f;
 
 // Return the number of pixels of the set that each run is of, at the run that stands for the set.
 std::vector<Index> sizes(const std::vector<Run>& runs, RunSets& sets) {
     std::vector<Index> size(runs.size());
-    for (std::size_t i = 0; i < runs.size(); ++i) size[sets.root(std::int32_t(i))] += runs[i].end - runs[i].start;
+    for (std::size_t i = 0; i < runs.size(); ++i) size[sets.root(std::int32_t(i))] += runs[i].size();
     return size;
-}
-
-Box box_of(const std::vector<Run>& runs) {
-    if (runs.empty()) return Box();
-    Box box{runs.front().row, runs.back().row + 1, runs.front().start, runs.front().end};
-    for (const Run& run : runs) {
-        box.left = std::min<Index>(box.left, run.start);
-        box.right = std::max<Index>(box.right, run.end);
-    }
-    return box;
 }
 
 // Return the runs of the background within the box of some runs and one pixel around it; the first lies outside of all.
@@ -52,66 +34,65 @@ Index filled_size(const std::vector<Run>& component) {
     const std::vector<Run> gaps = background_of(component);
     RunSets sets = connected(gaps, 0);
     Index size = 0;
-    for (const Run& run : component) size += run.end - run.start;
-    for (std::size_t i = 0; i < gaps.size(); ++i) size += sets.root(std::int32_t(i)) ? gaps[i].end - gaps[i].start : 0;
+    for (const Run& run : component) size += run.size();
+    for (std::size_t i = 0; i < gaps.size(); ++i) size += sets.root(std::int32_t(i)) ? gaps[i].size() : 0;
     return size;
-}
-
-// Set the distances of the pixels of a run to the least by way of the two rows before, `step` away each, and of what they are so far,
-// if `known`. The pixel beside comes after, so that this loop can be vectorized.
-void step_from_rows(float* pixels, Index count, Index step, bool known) {
-    const float *one = pixels - step, *two = one - step;
-    for (Index i = 0; i < count; ++i) {
-        const float near = least(least(one[i - 1], one[i + 1]) + CORNER, one[i] + SIDE);
-        const float far = least(least(two[i - 1], two[i + 1]), least(one[i - 2], one[i + 2])) + KNIGHT;
-        const float found = least(near, far);
-        pixels[i] = known ? least(pixels[i], found) : found;
-    }
 }
 
 }  // namespace
 
-FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels) : height_(height), width_(width) {
-    runs_ = runs_of(mask, height, width);
-    for (const Run& run : runs_) selected_ += run.end - run.start;
+Box box_of(const std::vector<Run>& runs) {
+    if (runs.empty()) return Box();
+    Box box{runs.front().row, runs.back().row + 1, runs.front().start, runs.front().end};
+    for (const Run& run : runs) {
+        box.left = std::min<Index>(box.left, run.start);
+        box.right = std::max<Index>(box.right, run.end);
+    }
+    return box;
+}
+
+FrameFacts::FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels) : height(height), width(width) {
+    require(height < Index(1) << 30 && width < Index(1) << 30, "the mask is too large");
+    runs = runs_of(mask, height, width);
+    for (const Run& run : runs) selected += run.size();
     if (min_pixels > 1) {
         remove_components(min_pixels);
         fill_holes(min_pixels);
     }
-    box_ = box_of(runs_);
-    count_visits(4 * Index(runs_.size()) + selected_);
-    for (const Run& run : runs_) count_ += run.end - run.start;
+    box = box_of(runs);
+    count_visits(4 * Index(runs.size()) + selected);
+    for (const Run& run : runs) count += run.size();
 }
 
 // Remove the 8-connected components that are small with their holes filled.
 void FrameFacts::remove_components(Index min_pixels) {
-    RunSets sets = connected(runs_, 1);
-    const std::vector<Index> size = sizes(runs_, sets);
+    RunSets sets = connected(runs, 1);
+    const std::vector<Index> size = sizes(runs, sets);
     bool any_small = false;
-    for (std::size_t i = 0; i < runs_.size(); ++i) any_small |= size[sets.root(std::int32_t(i))] < min_pixels;
+    for (std::size_t i = 0; i < runs.size(); ++i) any_small |= size[sets.root(std::int32_t(i))] < min_pixels;
     if (!any_small) return;
-    std::vector<std::vector<Run>> small(runs_.size());
-    for (std::size_t i = 0; i < runs_.size(); ++i) {
+    std::vector<std::vector<Run>> small(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
         const std::int32_t root = sets.root(std::int32_t(i));
-        if (size[root] < min_pixels) small[root].push_back(runs_[i]);
+        if (size[root] < min_pixels) small[root].push_back(runs[i]);
     }
-    std::vector<Byte> gone(runs_.size());
-    for (std::size_t i = 0; i < runs_.size(); ++i) gone[i] = !small[i].empty() && filled_size(small[i]) < min_pixels;
+    std::vector<Byte> gone(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) gone[i] = !small[i].empty() && filled_size(small[i]) < min_pixels;
     std::size_t left = 0;
-    for (std::size_t i = 0; i < runs_.size(); ++i) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
         if (gone[sets.root(std::int32_t(i))]) {
-            removed_ += runs_[i].end - runs_[i].start;
+            removed += runs[i].size();
         } else {
-            runs_[left++] = runs_[i];
+            runs[left++] = runs[i];
         }
     }
-    runs_.resize(left);
+    runs.resize(left);
 }
 
 // Fill the 4-connected holes that are small.
 void FrameFacts::fill_holes(Index min_pixels) {
-    if (runs_.empty()) return;
-    const std::vector<Run> gaps = background_of(runs_);
+    if (runs.empty()) return;
+    const std::vector<Run> gaps = background_of(runs);
     RunSets sets = connected(gaps, 0);
     const std::vector<Index> size = sizes(gaps, sets);
     std::vector<Run> holes;
@@ -120,184 +101,16 @@ void FrameFacts::fill_holes(Index min_pixels) {
         if (root && size[root] < min_pixels) holes.push_back(gaps[i]);
     }
     if (holes.empty()) return;
-    std::vector<Run> merged(runs_.size() + holes.size());
-    std::merge(runs_.begin(), runs_.end(), holes.begin(), holes.end(), merged.begin(),
-               [](const Run& a, const Run& b) { return a.row != b.row ? a.row < b.row : a.start < b.start; });
-    runs_.clear();
+    std::vector<Run> merged(runs.size() + holes.size());
+    std::merge(runs.begin(), runs.end(), holes.begin(), holes.end(), merged.begin(), [](const Run& a,
+               const Run& b) { return a.row != b.row ? a.row < b.row : a.start < b.start; });
+    runs.clear();
     for (const Run& run : merged) {
-        if (!runs_.empty() && runs_.back().row == run.row && runs_.back().end == run.start) {
-            runs_.back().end = run.end;
+        if (!runs.empty() && runs.back().row == run.row && runs.back().end == run.start) {
+            runs.back().end = run.end;
         } else {
-            runs_.push_back(run);
+            runs.push_back(run);
         }
     }
-    for (const Run& run : holes) filled_ += run.end - run.start;
-}
-
-FrameFacts::~FrameFacts() {
-    if (!distance_) return;
-    for (const Run& run : runs_) std::fill_n(distance_at(run.row, run.start), run.end - run.start, 0.0f);
-}
-
-float* FrameFacts::distance_at(Index row, Index column) {
-    return distance_->data() + (row - box_.top + PADDING) * (columns() + 2 * PADDING) + column - box_.left + PADDING;
-}
-
-// Two passes, down and up, each along the runs only: what is outside keeps the distance 0.
-const float* FrameFacts::distance() {
-    if (distance_) return distance_->data();
-    const Index pitch = columns() + 2 * PADDING;
-    count_visits(2 * count_);
-    distance_ = std::make_unique<Zeros<float>>((rows() + 2 * PADDING) * pitch);
-    for (const Run& run : runs_) {
-        const Index count = run.end - run.start;
-        float* pixels = distance_at(run.row, run.start);
-        step_from_rows(pixels, count, pitch, false);
-        for (Index i = 0; i < count; ++i) pixels[i] = least(pixels[i], pixels[i - 1] + SIDE);
-    }
-    for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
-        const Index count = run->end - run->start;
-        float* pixels = distance_at(run->row, run->start);
-        step_from_rows(pixels, count, -pitch, true);
-        for (Index i = count; i--;) pixels[i] = least(pixels[i], pixels[i + 1] + SIDE);
-    }
-    return distance_->data();
-}
-
-const MedialAxis& FrameFacts::axis() {
-    if (has_axis_ || runs_.empty()) return axis_;
-    has_axis_ = true;
-    distance();
-    count_visits(count_);
-    const Index pitch = columns() + 2 * PADDING;
-    for (std::size_t stop = runs_.size(), start = stop; stop; stop = start) {  // row by row from below, each from the left
-        while (start && runs_[start - 1].row == runs_[stop - 1].row) --start;
-        for (std::size_t k = start; k < stop; ++k) {
-            const Run& run = runs_[k];
-            const float* pixel = distance_at(run.row, run.start);
-            for (Index column = run.start; column < run.end; ++column, ++pixel) {
-                float farthest = most(pixel[-1], pixel[1]);
-                for (Index side = -1; side < 2; ++side) farthest = most(farthest, most(pixel[side - pitch], pixel[side + pitch]));
-                if (*pixel < farthest - SLACK) continue;
-                axis_.rows.push_back(run.row);
-                axis_.columns.push_back(column);
-                axis_.distances.push_back(*pixel);
-            }
-        }
-    }
-    return axis_;
-}
-
-const std::vector<Index>& FrameFacts::skeleton() {
-    if (!skeleton_.empty() || runs_.empty()) return skeleton_;
-    distance();
-    const Index width = columns() + 2, pitch = columns() + 2 * PADDING;
-    Zeros<Byte> image((rows() + 2) * width);
-    Byte* codes = image.data();
-    count_visits(3 * count_);
-    std::vector<std::int32_t> pixels;
-    std::vector<Index> kept;
-    pixels.reserve(count_);
-    const auto code_of = [&](Index row, Index column) -> Byte& { return codes[(row - box_.top + 1) * width + column - box_.left + 1]; };
-    for_each_pixel([&](Index row, Index column) {
-        const float* at = distance_at(row, column);
-        Byte& code = code_of(row, column);
-        code = 255;
-        pixels.push_back(std::int32_t(&code - codes));
-        if (*at >= 2) return;  // farther in, all neighbors are of the object
-        for (int k = 0; k < 8; ++k) {
-            if (!(at[RING_ROWS[k] * pitch + RING_COLUMNS[k]] > 0)) code &= Byte(~(1 << k));
-        }
-        if (!code) kept.push_back(&code - codes);
-    });
-    const std::size_t alone = kept.size();  // pixels without neighbors: their code is 0, and they stay
-    thin_codes(codes, width, std::move(pixels));
-    for_each_pixel([&](Index row, Index column) {
-        Byte& code = code_of(row, column);
-        if (code) kept.push_back(&code - codes);
-        code = 0;
-    });
-    std::inplace_merge(kept.begin(), kept.begin() + Index(alone), kept.end());
-    skeleton_ = std::move(kept);
-    return skeleton_;
-}
-
-template <class Visit>
-void FrameFacts::for_each_widened(Index reach, Visit visit) const {
-    Index done = 0, row = -1;
-    for (const Run& run : runs_) {
-        if (run.row != row) done = 0;
-        row = run.row;
-        const Index first = std::max(done, run.start - box_.left - reach), last = std::min(columns(), run.end - box_.left + reach);
-        visit(row, first, last - first);
-        done = last;
-    }
-}
-
-// The largest along the rows first, for all pixels near a run; then along the columns, for the pixels of the runs alone.
-std::vector<Byte> FrameFacts::in_core(const Index* pixels, Index count, Index reach, float fraction, float margin) {
-    distance();
-    const Index width = columns();
-    reach = std::min(reach, std::max(rows(), width));
-    Zeros<float> spread(rows() * width), peak(rows() * width);
-    const auto at = [&](Zeros<float>& image, Index row, Index column) { return image.data() + (row - box_.top) * width + column; };
-    Visits visits{count};
-    std::vector<float> near;
-    for_each_widened(reach, [&](Index row, Index first, Index length) {
-        near.assign(length + 2 * reach, 0.0f);  // the distances of the row, with `reach` columns on either side
-        const Index left = std::max<Index>(first - reach, 0), right = std::min(first + length + reach, width);
-        std::copy_n(distance_at(row, box_.left + left), right - left, near.begin() + left - (first - reach));
-        float* to = at(spread, row, first);
-        for (Index shift = 0; shift <= 2 * reach; ++shift) {
-            for (Index i = 0; i < length; ++i) to[i] = most(to[i], near[i + shift]);
-        }
-        visits.count += (2 * reach + 1) * length;
-    });
-    for (const Run& run : runs_) {
-        const Index length = run.end - run.start;
-        float* to = at(peak, run.row, run.start - box_.left);
-        for (Index row = std::max(box_.top, run.row - reach); row <= std::min(box_.bottom - 1, run.row + reach); ++row) {
-            const float* from = at(spread, row, run.start - box_.left);
-            for (Index i = 0; i < length; ++i) to[i] = most(to[i], from[i]);
-        }
-        visits.count += (2 * reach + 1) * length;
-    }
-    std::vector<Byte> core(count);
-    for (Index k = 0; k < count; ++k) {
-        const Index u = pixels[2 * k], v = pixels[2 * k + 1];
-        if (u < box_.left || v < box_.top || u >= box_.right || v >= box_.bottom) continue;
-        const float own = *distance_at(v, u), largest = *at(peak, v, u - box_.left);
-        core[k] = own > 0 && own >= std::min(fraction * largest, largest - margin);
-    }
-    for_each_widened(reach, [&](Index row, Index first, Index length) { std::fill_n(at(spread, row, first), length, 0.0f); });
-    for (const Run& run : runs_) std::fill_n(at(peak, run.row, run.start - box_.left), run.end - run.start, 0.0f);
-    return core;
-}
-
-// The disc around each pixel of the skeleton is marked in an image of the box with as much around it, and cleared again.
-std::vector<Byte> FrameFacts::near_skeleton(const Index* pixels, Index count, double reach) {
-    reach = std::min(reach, double(height_ + width_));
-    const Index margin = Index(reach), width = columns() + 2 * margin, pitch = columns() + 2;
-    std::vector<Byte> near(count);
-    Zeros<Byte> image((rows() + 2 * margin) * width);
-    Visits visits{count};
-    const auto mark = [&](Byte value) {
-        for (Index dy = -margin; dy <= margin; ++dy) {
-            Index dx = -1;
-            while (chamfer_length(dx + 1, std::abs(dy)) < reach) ++dx;
-            if (dx < 0) continue;
-            for (const Index pixel : skeleton()) {
-                const Index row = pixel / pitch - 1 + margin + dy, column = pixel % pitch - 1 + margin;
-                std::fill_n(image.data() + row * width + column - dx, 2 * dx + 1, value);
-            }
-            visits.count += Index(skeleton_.size());
-        }
-    };
-    mark(1);
-    for (Index k = 0; k < count; ++k) {
-        const Index column = pixels[2 * k] - box_.left + margin, row = pixels[2 * k + 1] - box_.top + margin;
-        near[k] = column >= 0 && row >= 0 && column < width && row < rows() + 2 * margin && image.data()[row * width + column];
-    }
-    mark(0);
-    return near;
+    for (const Run& run : holes) filled += run.size();
 }

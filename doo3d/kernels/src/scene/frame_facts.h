@@ -8,7 +8,6 @@
 #include "runs.h"
 #include "zeros.h"
 
-#include <algorithm>
 #include <memory>
 
 // px: the lengths of the three kinds of steps on a 5 x 5 neighborhood (Borgefors, CVGIP 34, 1986).
@@ -26,6 +25,9 @@ struct Box {
     Index top = 0, bottom = 0, left = 0, right = 0;
 };
 
+// Return the box of runs in the order of their rows.
+Box box_of(const std::vector<Run>& runs);
+
 // Pixels of a medial axis, from the bottom row of the mask to the top, and their distances from its outside, px.
 struct MedialAxis {
     std::vector<Index> rows, columns;
@@ -40,21 +42,18 @@ public:
     FrameFacts(const Byte* mask, Index height, Index width, Index min_pixels);
     ~FrameFacts();
 
-    Index height() const { return height_; }
-    Index width() const { return width_; }
-    Index selected() const { return selected_; }  // pixels before small regions went
-    Index removed() const { return removed_; }
-    Index filled() const { return filled_; }
-    Index count() const { return count_; }
-    const Box& box() const { return box_; }
-    const std::vector<Run>& runs() const { return runs_; }
-    Index rows() const { return box_.bottom - box_.top; }
-    Index columns() const { return box_.right - box_.left; }
+    const Index height, width;
+    Index selected = 0, removed = 0, filled = 0, count = 0;  // pixels at first, of small components, of small holes, and at last
+    Box box;
+    std::vector<Run> runs;
+
+    Index rows() const { return box.bottom - box.top; }
+    Index columns() const { return box.right - box.left; }
 
     // Call `visit` with the row and the column of each pixel, in row-major order.
     template <class Visit>
     void for_each_pixel(Visit visit) const {
-        for (const Run& run : runs_) {
+        for (const Run& run : runs) {
             for (Index column = run.start; column < run.end; ++column) visit(Index(run.row), column);
         }
     }
@@ -78,9 +77,6 @@ private:
     void remove_components(Index min_pixels);
     void fill_holes(Index min_pixels);
 
-    Index height_, width_, selected_ = 0, removed_ = 0, filled_ = 0, count_ = 0;
-    Box box_;
-    std::vector<Run> runs_;
     std::unique_ptr<Zeros<float>> distance_;
     MedialAxis axis_;
     std::vector<Index> skeleton_;

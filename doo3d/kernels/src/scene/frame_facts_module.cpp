@@ -3,169 +3,107 @@
 
 #include <nanobind/stl/optional.h>
 
-#include <algorithm>
-#include <optional>
-
 namespace {
 
 // The facts, with the depth that Python gave, if any.
 struct Facts : FrameFacts {
     std::optional<Matrix<float>> depth;
 
-    using FrameFacts::FrameFacts;
-
+    Facts(Matrix<bool> mask, std::optional<Matrix<float>> depth, Index min_pixels)
+        : FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), min_pixels), depth(std::move(depth)) {
+        require(!this->depth || (Index(this->depth->shape(0)) == height && Index(this->depth->shape(1)) == width),
+                "depth and mask have different shapes");
+    }
     const float* readings() const {
         require(depth.has_value(), "the facts were made without depth");
         return depth->data();
     }
 };
 
-void make(Facts* self, Matrix<bool> mask, std::optional<Matrix<float>> depth, Index min_pixels) {
-    require(mask.shape(0) < (1u << 30) && mask.shape(1) < (1u << 30), "the mask is too large");
-    require(!depth || (depth->shape(0) == mask.shape(0) && depth->shape(1) == mask.shape(1)), "depth and mask have different shapes");
-    const Byte* bytes = bytes_of(mask);
-    {
-        nb::gil_scoped_release released;
-        new (self) Facts(bytes, Index(mask.shape(0)), Index(mask.shape(1)), min_pixels);
-    }
-    self->depth = std::move(depth);
-}
-
-auto box_tuple(const FrameFacts& facts) {
-    const Box& box = facts.box();
+auto box(const Facts& facts) {
+    const Box& box = facts.box;
     return std::make_tuple(box.top, box.bottom, box.left, box.right);
 }
 
-auto mask_image(const FrameFacts& facts) {
-    const std::size_t height = facts.height(), width = facts.width();
-    auto* image = new bool[std::max<std::size_t>(height * width, 1)]();
-    nb::capsule owner(image, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
-    for (const Run& run : facts.runs()) std::fill(image + run.row * width + run.start, image + run.row * width + run.end, true);
-    return MatrixResult<bool>(image, {height, width}, owner);
-}
-
-// Hand pixels, u and v in turn, to NumPy as (N, 2).
-MatrixResult<Index> to_pairs(std::vector<Index>&& pixels) {
-    const std::size_t count = pixels.size() / 2;
-    return to_numpy(std::move(pixels), count, 2);
+Array<Byte, 2, bool> mask_image(const Facts& facts) {
+    const std::size_t height = facts.height, width = facts.width;
+    std::vector<Byte> image(height * width);
+    for (const Run& run : facts.runs) std::fill_n(image.data() + run.row * width + run.start, run.size(), 1);
+    return {std::move(image), {height, width}};
 }
 
 // Sorted by column by counting the pixels of each.
-auto pixels(const FrameFacts& facts) {
-    std::vector<Index> next(facts.columns() + 1), found(2 * facts.count());
-    {
-        nb::gil_scoped_release released;
-        const Index left = facts.box().left;
-        facts.for_each_pixel([&](Index, Index column) { ++next[column - left + 1]; });
-        for (Index column = 0; column < facts.columns(); ++column) next[column + 1] += next[column];
-        facts.for_each_pixel([&](Index row, Index column) {
-            Index* pixel = found.data() + 2 * next[column - left]++;
-            pixel[0] = column;
-            pixel[1] = row;
-        });
-    }
-    return to_pairs(std::move(found));
+auto pixels(const Facts& facts) {
+    std::vector<Index> next(facts.columns() + 1), found(2 * facts.count);
+    const Index left = facts.box.left;
+    facts.for_each_pixel([&](Index, Index column) { ++next[column - left + 1]; });
+    for (Index column = 0; column < facts.columns(); ++column) next[column + 1] += next[column];
+    facts.for_each_pixel([&](Index row, Index column) {
+        Index* pixel = found.data() + 2 * next[column - left]++;
+        pixel[0] = column;
+        pixel[1] = row;
+    });
+    return rows_of(std::move(found), 2);
 }
 
-auto axis(FrameFacts& facts) {
-    MedialAxis found;
-    {
-        nb::gil_scoped_release released;
-        found = facts.axis();
-    }
-    return std::make_tuple(to_numpy(std::move(found.rows)), to_numpy(std::move(found.columns)), to_numpy(std::move(found.distances)));
+auto axis(Facts& facts) {
+    MedialAxis found = facts.axis();
+    return std::make_tuple(std::move(found.rows), std::move(found.columns), std::move(found.distances));
 }
 
-auto skeleton(FrameFacts& facts) {
+auto skeleton(Facts& facts) {
     std::vector<Index> found;
-    {
-        nb::gil_scoped_release released;
-        const Index width = facts.columns() + 2;
-        for (const Index pixel : facts.skeleton()) {
-            found.insert(found.end(), {pixel % width - 1 + facts.box().left, pixel / width - 1 + facts.box().top});
-        }
+    const Index width = facts.columns() + 2;
+    for (const Index pixel : facts.skeleton()) {
+        found.insert(found.end(), {pixel % width - 1 + facts.box.left, pixel / width - 1 + facts.box.top});
     }
-    return to_pairs(std::move(found));
+    return rows_of(std::move(found), 2);
+}
+
+void check_pixels(const Matrix<Index>& pixels, double reach) {
+    require(pixels.shape(1) == 2, "pixels are not (N, 2)");
+    require(reach >= 0, "reach is negative");
 }
 
 auto core_pixels(Facts& facts, Matrix<Index> pixels, Index reach, double fraction, double margin) {
-    require(pixels.shape(1) == 2, "pixels are not (N, 2)");
-    require(reach >= 0, "reach is negative");
-    std::vector<Byte> core;
-    {
-        const Index count = pixels.shape(0);
-        const Index* data = pixels.data();
-        nb::gil_scoped_release released;
-        core = facts.in_core(data, count, reach, float(fraction), float(margin));
-    }
-    return to_numpy_bool(core);
+    check_pixels(pixels, double(reach));
+    return flags(facts.in_core(pixels.data(), pixels.shape(0), reach, float(fraction), float(margin)));
 }
 
 auto middle_pixels(Facts& facts, Matrix<Index> pixels, double reach) {
-    require(pixels.shape(1) == 2, "pixels are not (N, 2)");
-    require(reach >= 0, "reach is negative");
-    std::vector<Byte> middle;
-    {
-        const Index count = pixels.shape(0);
-        const Index* data = pixels.data();
-        nb::gil_scoped_release released;
-        middle = facts.near_skeleton(data, count, reach);
-    }
-    return to_numpy_bool(middle);
+    check_pixels(pixels, reach);
+    return flags(facts.near_skeleton(pixels.data(), pixels.shape(0), reach));
 }
 
 auto depth_summary(const Facts& facts) {
-    const float* depth = facts.readings();
-    DepthSummary found;
-    {
-        nb::gil_scoped_release released;
-        found = summarize_depth(facts, depth);
-    }
+    const DepthSummary found = summarize_depth(facts, facts.readings());
     return std::make_tuple(found.readings, found.median, found.noise);
 }
 
 double depth_deviation(const Facts& facts, Index pixels) {
-    const float* depth = facts.readings();
     require(pixels > 0, "pixels is not over 0");
-    nb::gil_scoped_release released;
-    return inverse_depth_noise(facts, depth, pixels);
+    return inverse_depth_noise(facts, facts.readings(), pixels);
 }
 
 auto agreeing(const Facts& facts, double low, double high, Index half_width, double slope, double median, Index min_agreeing) {
-    const float* depth = facts.readings();
     require(half_width >= 0, "half_width is negative");
-    AgreeingReadings found;
-    {
-        nb::gil_scoped_release released;
-        found = agreeing_readings(facts, depth, float(low), float(high), half_width, slope, median, min_agreeing);
-    }
-    return std::make_tuple(to_pairs(std::move(found.pixels)), to_numpy(std::move(found.depth)),
-                           to_numpy(std::move(found.means)), found.dropped);
+    AgreeingReadings found =
+        agreeing_readings(facts, facts.readings(), {float(low), float(high), half_width, slope, float(median), min_agreeing});
+    return std::make_tuple(rows_of(std::move(found.pixels), 2), std::move(found.depth), std::move(found.means), found.dropped);
 }
 
 auto holes(const Facts& facts, Matrix<Index> kept, Index reach) {
-    const float* depth = facts.readings();
-    require(kept.shape(1) == 2, "kept is not (N, 2)");
-    require(reach >= 0, "reach is negative");
-    std::vector<Index> found;
-    {
-        const Index count = kept.shape(0);
-        const Index* pixels = kept.data();
-        nb::gil_scoped_release released;
-        found = depth_holes(facts, depth, pixels, count, reach);
-    }
-    return to_pairs(std::move(found));
+    check_pixels(kept, double(reach));
+    return rows_of(depth_holes(facts, facts.readings(), kept.data(), kept.shape(0), reach), 2);
 }
 
 // Pixels of an axis relative to the mask's first row and column are those of the image.
 auto medial_axis(Matrix<bool> mask) {
-    ReleasedGil released;
-    FrameFacts facts(bytes_of(mask), mask.shape(0), mask.shape(1), 0);
-    released.end();
+    Facts facts(mask, {}, 0);
     return axis(facts);
 }
 
-auto bounding_box(Matrix<bool> mask) { return box_tuple(FrameFacts(bytes_of(mask), mask.shape(0), mask.shape(1), 0)); }
+auto bounding_box(Matrix<bool> mask) { return box(Facts(mask, {}, 0)); }
 
 }  // namespace
 
@@ -184,27 +122,27 @@ void bind_frame_facts(Module& m) {
     // min_pixels
     //     components and holes of fewer pixels are small
     Class<Facts>(m, "FrameFacts")
-        .def_init(&make, "mask"_a.noconvert(), "depth"_a.noconvert() = nb::none(), "min_pixels"_a = 0)
+        .def(nb::init<Matrix<bool>, std::optional<Matrix<float>>, Index>(), "mask"_array, "depth"_array = nb::none(), "min_pixels"_a = 0)
         // Number of pixels before small components are removed and small holes are filled.
-        .def_prop_ro("selected", [](const Facts& facts) { return facts.selected(); })
+        .def_ro("selected", &Facts::selected)
         // Number of pixels of small components.
-        .def_prop_ro("removed", [](const Facts& facts) { return facts.removed(); })
+        .def_ro("removed", &Facts::removed)
         // Number of pixels of small holes.
-        .def_prop_ro("filled", [](const Facts& facts) { return facts.filled(); })
+        .def_ro("filled", &Facts::filled)
         // Number N of pixels after small components are removed and small holes are filled.
-        .def_prop_ro("count", [](const Facts& facts) { return facts.count(); })
+        .def_ro("count", &Facts::count)
         // First row, row after the last, first column and column after the last that hold pixels; else four 0.
-        .def_prop_ro("box", [](const Facts& facts) { return box_tuple(facts); })
+        .def_prop_ro("box", &box)
         // Return the mask (H, W) bool as a new array.
-        .def("image", [](const Facts& facts) { return mask_image(facts); })
+        .def("image", &mask_image)
         // Return the pixels (N, 2) int64 (u, v), sorted by u and then v.
-        .def("pixel_list", [](const Facts& facts) { return pixels(facts); })
+        .def("pixel_list", &pixels)
         // Return the pixels as far from the outside as their farthest neighbor, as the function `medial_axis` does.
         //
         // Returns (K,) int64 rows, (K,) int64 columns and (K,) float32 px, the distances.
-        .def("medial_axis", [](Facts& facts) { return axis(facts); })
+        .def("medial_axis", &axis)
         // Return the pixels (S, 2) int64 (u, v) that Zhang-Suen thinning leaves, in row-major order; see `thin_pixels`.
-        .def("skeleton_pixels", [](Facts& facts) { return skeleton(facts); })
+        .def("skeleton_pixels", &skeleton)
         // Tell which pixels lie in the core of a strand: as far from the edge as the largest such distance around, or nearly.
         //
         // Parameters
@@ -219,9 +157,9 @@ void bind_frame_facts(Module& m) {
         // Returns
         // -------
         // (K,) bool, False for a pixel outside the mask
-        .def("core_pixels", &core_pixels, "pixels"_a.noconvert(), "reach"_a, "fraction"_a, "margin"_a)
+        .def("core_pixels", &core_pixels, "pixels"_array, "reach"_a, "fraction"_a, "margin"_a)
         // Tell which pixels (K, 2) int64 (u, v) are nearer than `reach` px to the skeleton, as in `medial_axis`: (K,).
-        .def("middle_pixels", &middle_pixels, "pixels"_a.noconvert(), "reach"_a)
+        .def("middle_pixels", &middle_pixels, "pixels"_array, "reach"_a)
         // Return the number of depth readings, their median, and the median absolute difference of horizontal neighbors, m.
         //
         // Raises
@@ -286,7 +224,7 @@ void bind_frame_facts(Module& m) {
         // Raises
         // ------
         // ValueError : there is no depth, or `reach` is negative.
-        .def("depth_holes", &holes, "kept"_a.noconvert(), "reach"_a);
+        .def("depth_holes", &holes, "kept"_array, "reach"_a);
     // Return the pixels of a mask that are as far from its edge as their farthest neighbor, and their distances.
     //
     // Everything outside the image counts as outside the mask. The distance is a chamfer distance, an approximation of the Euclidean
@@ -307,9 +245,9 @@ void bind_frame_facts(Module& m) {
     // 1.6 times as fast as cv2.distanceTransform with cv2.dilate on the masks of rendered 1280x720 frames (median 0.24 ms against
     // 0.38 ms, at most 0.8 ms against 1.6 ms), whose distances also differ with and without Intel's IPP: these are the same on
     // every machine.
-    m.def("medial_axis", &medial_axis, "mask"_a.noconvert());
+    m.def("medial_axis", &medial_axis, "mask"_array);
     // Return the first row, the row after the last, the first column and the column after the last that hold True; else four 0.
     //
     // mask : (H, W) bool.
-    m.def("bounding_box", &bounding_box, "mask"_a.noconvert());
+    m.def("bounding_box", &bounding_box, "mask"_array);
 }

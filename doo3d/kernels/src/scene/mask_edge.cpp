@@ -1,10 +1,7 @@
 // The edge of a mask, and where the colors of the image say that it is: on bits and on the runs of rows near the mask only.
 #include "appearance.h"
-#include "bit_image.h"
-
-#include <cstdlib>
-#include <limits>
-#include <new>
+#include "image.h"
+#include "mask_runs.h"
 
 namespace {
 
@@ -19,68 +16,17 @@ std::vector<Index> chamfer_ball(double px) {
     return half_widths;
 }
 
-void require_color(const Volume<Byte>& color, Index height, Index width) {
-    const bool fits = Index(color.shape(0)) == height && Index(color.shape(1)) == width && color.shape(2) == CHANNELS;
-    require(fits, "color does not have the shape (H, W, 3)");
-}
-
-BitImage edge_of(const BitImage& mask) {
-    BitImage edge = (~mask).dilated(SQUARE);
-    return edge &= mask;
-}
-
-// Return the largest chamfer distance of the pixels of a part from those that are not in it; beyond the image there are none.
-double thickness(const Part& part, const BitImage& image) {
-    Index left = image.width, right = 0;
-    for (const Run& run : part.runs) left = std::min<Index>(left, run.start), right = std::max<Index>(right, run.end);
-    const Index top = part.runs.front().row, height = part.runs.back().row + 1 - top, across = right - left + 2;
-    std::vector<double> distance((height + 2) * across, 0.0);
-    count_visits(Index(distance.size()) + 2 * part.size);
-    const double FAR = std::numeric_limits<double>::max() / 2;
-    for (Index y = 0; y < height + 2; ++y) {
-        for (Index x = 0; x < across; ++x) {
-            const Index v = y + top - 1, u = x + left - 1;
-            if (v < 0 || u < 0 || v >= image.height || u >= image.width) distance[y * across + x] = FAR;
-        }
-    }
-    const auto relax = [&](Index at, Index forward) {
-        const double straight = std::min(distance[at - forward], distance[at - forward * across]) + STRAIGHT;
-        return std::min(straight, std::min(distance[at - forward * (across + 1)], distance[at - forward * (across - 1)]) + DIAGONAL);
-    };
-    const auto index = [&](const Run& run, Index x) { return (run.row - top + 1) * across + x - left + 1; };
-    for (const Run& run : part.runs) {
-        for (Index x = run.start; x < run.end; ++x) distance[index(run, x)] = FAR;
-    }
-    for (const Run& run : part.runs) {
-        for (Index x = run.start; x < run.end; ++x) distance[index(run, x)] = std::min(FAR, relax(index(run, x), 1));
-    }
-    double largest = 0.0;
-    for (auto run = part.runs.rbegin(); run != part.runs.rend(); ++run) {
-        for (Index x = run->end - 1; x >= run->start; --x) {
-            double& value = distance[index(*run, x)];
-            value = std::min(value, relax(index(*run, x), -1));
-            largest = std::max(largest, value);
-        }
-    }
-    return largest;
-}
-
-// Return the index (0 to size - 1) that an index beyond is mirrored to, at the middle of the first and the last pixel.
-Index mirrored(Index i, Index size) {
-    while (size > 1 && (i < 0 || i >= size)) i = i < 0 ? -i : 2 * (size - 1) - i;
-    return size > 1 ? i : 0;
-}
-
 // All is in the box of the mask and its ring: distances are dilations of bits, samples are steps through runs, and log-odds are
 // looked up and smoothed in the rows near the band, seven at a time.
 class MaskEdge {
    public:
     MaskEdge(Matrix<bool> mask, double band_px, double ring_px) : height(mask.shape(0)), width(mask.shape(1)) {
         require(band_px >= 0 && ring_px >= band_px && std::isfinite(ring_px), "band_px and ring_px are no distances in this order");
-        nb::gil_scoped_release release;
         const Index margin = std::max<Index>(Index(ring_px), 1);
         Crop crop = cropped(mask, margin);
-        part = std::move(crop.bits), top = crop.top, left = crop.left;
+        part = std::move(crop.bits);
+        top = crop.top;
+        left = crop.left;
         room = margin - Index(band_px / STRAIGHT);
         band = part.dilated(chamfer_ball(band_px));
         surround = ~band;
@@ -89,43 +35,32 @@ class MaskEdge {
     }
 
     auto inside() const {
-        std::vector<std::int64_t> pixels;
-        {
-            nb::gil_scoped_release release;
-            const BitImage core = found.eroded(SQUARE);
-            pixels = pixels_of(core.any() ? core : found, 1);
-        }
-        return to_numpy(std::move(pixels));
+        const BitImage core = found.eroded(SQUARE);
+        return pixels_of(core.any() ? core : found, 1);
     }
 
     auto around(Index most) const {
         require(most > 0, "no pixel is wanted");
-        std::vector<std::int64_t> pixels;
-        {
-            nb::gil_scoped_release release;
-            pixels = pixels_of(surround, std::max<Index>(1, surround.count() / most));
-        }
-        return to_numpy(std::move(pixels));
+        std::vector<std::int64_t> pixels = pixels_of(surround, std::max<Index>(1, surround.count() / most));
+        return pixels;
     }
 
     void move(Volume<Byte> color, Vector<float> log_odds, Vector<float> kernel) {
         const Index reach = Index(kernel.shape(0)) / 2;
-        require_color(color, height, width);
+        require(Index(color.shape(0)) == height && Index(color.shape(1)) == width && color.shape(2) == CHANNELS, "color is not (H, W, 3)");
         require(Index(log_odds.shape(0)) == color_cells(), "log_odds has to have a value for each cell of colors");
         require(kernel.shape(0) % 2 == 1 && reach <= room, "the kernel has no middle, or is wider than the ring");
-        nb::gil_scoped_release release;
         const BitImage rows = band.dilated(std::vector<Index>(reach + 1, 0));
         BitImage likely(found.height, found.width);
         std::vector<std::vector<float>> lines(2 * reach + 1, std::vector<float>(found.width));  // the last rows, smoothed along
         std::vector<float> odds, sums(found.width);
         for (Index next = 0; next < found.height + reach; ++next) {
-            if (next < found.height) {
-                rows.for_each_run_of(next, [&](Index start, Index end) {
-                    count_visits((end - start) * Index(kernel.shape(0)));
-                    read_odds(color, log_odds, next, start - reach, end + reach, odds);
-                    smooth_along(odds, kernel, &lines[next % lines.size()][start], end - start);
-                });
-            }
+            const auto smooth_next = [&](Index start, Index end) {
+                count_visits((end - start) * Index(kernel.shape(0)));
+                read_odds(color, log_odds, next, start - reach, end + reach, odds);
+                smooth_along(odds, kernel, &lines[next % lines.size()][start], end - start);
+            };
+            if (next < found.height) rows.for_each_run_of(next, smooth_next);
             const Index row = next - reach;
             if (row < 0) continue;
             band.for_each_run_of(row, [&](Index start, Index end) {
@@ -142,36 +77,31 @@ class MaskEdge {
     }
 
     void restore_parts(double min_thickness, double min_elongation) {
-        nb::gil_scoped_release release;
         BitImage dropped = ~found;
         dropped &= part;
         for (const Part& lost : parts_of(dropped)) {
             if (double(lost.size) <= min_elongation * min_thickness * min_thickness) continue;
-            const double thickest = thickness(lost, part);
+            const double thickest = thickness(lost, part.height, part.width);
             if (thickest <= min_thickness || double(lost.size) <= min_elongation * thickest * thickest) continue;
             for (const Run& run : lost.runs) found.set_run(run.row, run.start, run.end);
         }
     }
 
     double raggedness() const {
-        nb::gil_scoped_release release;
-        BitImage beyond = ~part.dilated(CROSS), within = part.eroded(CROSS);
+        BitImage beyond = ~part.dilated(CROSS), within = part.eroded(CROSS), border = (~part).dilated(SQUARE);
         beyond &= found;
         within &= ~found;
-        const Index edge = edge_of(part).count();
+        border &= part;
+        const Index edge = border.count();
         return edge ? double(beyond.count() + within.count()) / double(edge) : 0.0;
     }
 
-    auto mask() const {
-        const std::size_t size = std::max<Index>(height * width, 1);
-        auto* pixels = static_cast<bool*>(std::calloc(size, sizeof(bool)));  // the system hands out zeros where nothing is written
-        if (!pixels) throw std::bad_alloc();
-        nb::capsule owner(pixels, [](void* p) noexcept { std::free(p); });
+    Array<Byte, 2, bool> mask() const {
+        std::vector<Byte> pixels(height * width);
         found.for_each_run([&](Index row, Index start, Index end) {
-            bool* line = pixels + (row + top) * width + left;
-            std::fill(line + start, line + end, true);
+            std::fill_n(pixels.data() + (row + top) * width + left + start, end - start, 1);
         });
-        return MatrixResult<bool>(pixels, {std::size_t(height), std::size_t(width)}, owner);
+        return {std::move(pixels), {std::size_t(height), std::size_t(width)}};
     }
 
    private:
@@ -235,7 +165,7 @@ void bind_mask_edge(Module& m) {
     //     px, distances from the mask; the edge moves up to the first, and the surround is sampled up to the second, but not farther
     //     than this from the mask's bounding box along rows and columns.
     Class<MaskEdge>(m, "MaskEdge")
-        .def(nb::init<Matrix<bool>, double, double>(), "mask"_a.noconvert(), "band_px"_a, "ring_px"_a)
+        .def(nb::init<Matrix<bool>, double, double>(), "mask"_array, "band_px"_a, "ring_px"_a)
         // Return the pixels within the edge whose eight neighbors are too; all pixels within the edge if there are none.
         //
         // Returns (N,) int64, row-major indices in the whole image.
@@ -256,7 +186,7 @@ void bind_mask_edge(Module& m) {
         // kernel
         //     (2 R + 1,) float32, symmetric weights by which the log-odds are smoothed along rows and columns; at the border of the
         //     image they are mirrored.
-        .def("move", &MaskEdge::move, "color"_a.noconvert(), "log_odds"_a.noconvert(), "kernel"_a.noconvert())
+        .def("move", &MaskEdge::move, "color"_array, "log_odds"_array, "kernel"_array)
         // Restore the connected parts of the mask, now beyond the edge, that are as thick and long as a cable.
         //
         // min_thickness : px, half-width that such a part exceeds. min_elongation : area that it exceeds, in squares of that.

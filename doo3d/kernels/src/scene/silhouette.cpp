@@ -9,10 +9,6 @@ struct Projected {
     std::vector<double> pixels, across, scale;
 };
 
-void project(const double* camera, const double* point, double* pixel) {
-    for (Index d = 0; d < 2; ++d) pixel[d] = camera[d] * point[d] / point[2] + camera[2 + d];
-}
-
 constexpr double PROJECTION_STEP = 1e-4;  // m along an axis, whose projection tells its direction and scale in the image
 constexpr double MIN_SCALE = 1e-6;        // px per m; a lateral axis along the ray has no scale in the image
 
@@ -28,9 +24,9 @@ Projected project_samples(const SilhouetteSamples& samples) {
             beside[d] = position[d] + PROJECTION_STEP * samples.lateral[3 * s + d];
         }
         double *pixel = seen.pixels.data() + 2 * s, *across = seen.across.data() + 2 * s;
-        project(samples.camera, position, pixel);
-        project(samples.camera, ahead, along);
-        project(samples.camera, beside, moved);
+        samples.camera->project(position, pixel);
+        samples.camera->project(ahead, along);
+        samples.camera->project(beside, moved);
         require(position[2] > 0 && ahead[2] > 0 && beside[2] > 0, "a sample lies behind the camera");
         for (Index d = 0; d < 2; ++d) along[d] -= pixel[d];
         const double square = along[0] * along[0] + along[1] * along[1];
@@ -44,11 +40,11 @@ Projected project_samples(const SilhouetteSamples& samples) {
 }
 
 // Half of the steps in the image to the neighbors on the same path.
-std::vector<double> image_lengths(const std::vector<double>& pixels, const Values<Index>& path) {
-    const Index count = path.size();
+std::vector<double> image_lengths(const std::vector<double>& pixels, const std::vector<Index>& path) {
+    const Index count = Index(path.size());
     std::vector<double> step(count + 1), lengths(count);
     for (Index s = 1; s < count; ++s) {
-        if (path(s) == path(s - 1)) step[s] = std::sqrt(squared_distance(&pixels[2 * s], &pixels[2 * s - 2], 2));
+        if (path[s] == path[s - 1]) step[s] = std::sqrt(squared_distance(&pixels[2 * s], &pixels[2 * s - 2], 2));
     }
     for (Index s = 0; s < count; ++s) lengths[s] = (step[s] + step[s + 1]) / 2;
     return lengths;
@@ -57,27 +53,21 @@ std::vector<double> image_lengths(const std::vector<double>& pixels, const Value
 auto silhouette(Matrix<double> positions, Matrix<double> tangents, Matrix<double> lateral, Vector<Index> path, Matrix<double> pixels,
                 double share, Vector<double> camera, Vector<double> reach, Index half) {
     const Index count = positions.shape(0), dim = positions.shape(1);
-    const bool planar = camera.shape(0) == 0;
-    require(dim == (planar ? 2 : 3) && (planar || camera.shape(0) == 4), "positions are not (S, 3) with a camera (4,), nor (S, 2) without");
+    require(camera.shape(0) == (dim == 3 ? 4 : 0) && (dim == 2 || dim == 3), "positions are not (S, 3) with a camera (4,), nor (S, 2) without");
     require(tangents.shape(0) == positions.shape(0) && Index(tangents.shape(1)) == dim, "tangents are not as positions");
     require(lateral.shape(0) == positions.shape(0) && Index(lateral.shape(1)) == dim, "lateral are not as positions");
     require(Index(path.shape(0)) == count && Index(reach.shape(0)) == count, "path and reach are not one per position");
     require(pixels.shape(1) == 2 && half >= 0, "pixels are not (N, 2), or half is negative");
-    const std::vector<double> intrinsics = dense(camera);
-    Silhouette found;
-    {
-        nb::gil_scoped_release released;
-        const double* known = planar ? nullptr : intrinsics.data();
-        found = measure_silhouette({count, dim, positions.data(), tangents.data(), lateral.data(), known}, path,
-                                   {pixels.data(), Index(pixels.shape(0)), share}, reach, half);
-    }
-    return std::make_tuple(to_numpy(std::move(found.offset)), to_numpy(std::move(found.radius)));
+    const std::optional<Camera> view = camera_of(camera);
+    const SilhouetteSamples samples{count, positions.data(), tangents.data(), lateral.data(), view ? &*view : nullptr};
+    Silhouette found = measure_silhouette(samples, dense(path), {pixels.data(), Index(pixels.shape(0)), share}, dense(reach), half);
+    return std::make_tuple(std::move(found.offset), std::move(found.radius));
 }
 
 }  // namespace
 
-Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Index>& path, const MaskPixels& mask,
-                              const Values<double>& reach, Index half) {
+Silhouette measure_silhouette(const SilhouetteSamples& samples, const std::vector<Index>& path, const MaskPixels& mask,
+                              const std::vector<double>& reach, Index half) {
     const Index count = samples.count, size = mask.count;
     const double* pixels = mask.pixels;
     count_visits(count + size);
@@ -89,7 +79,7 @@ Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Ind
     double most = 0.0;
     for (Index s = 0; s < count; ++s) {
         require(std::isfinite(seen.pixels[2 * s]) && std::isfinite(seen.pixels[2 * s + 1]), "a sample is not finite");
-        limit[s] = reach(s) * std::fabs(seen.scale[s]);
+        limit[s] = reach[s] * std::fabs(seen.scale[s]);
         require(limit[s] > 0 && std::isfinite(limit[s]), "reach is not positive and finite");
         most = std::max(most, limit[s]);
     }
@@ -141,6 +131,6 @@ void bind_silhouette(Module& m) {
     // -------
     // offset : (S,) float64 m (px), from the sample to the middle of the mask along the lateral axis; 0 without pixels
     // radius : (S,) float64 m (px), half the width; 0 without pixels. A ValueError says if a sample lies behind the camera
-    m.def("silhouette", &silhouette, "positions"_a.noconvert(), "tangents"_a.noconvert(), "lateral"_a.noconvert(), "path"_a.noconvert(),
-          "pixels"_a.noconvert(), "share"_a, "camera"_a.noconvert(), "reach"_a.noconvert(), "half"_a);
+    m.def("silhouette", &silhouette, "positions"_array, "tangents"_array, "lateral"_array, "path"_array, "pixels"_array, "share"_a,
+          "camera"_array, "reach"_array, "half"_a);
 }

@@ -1,13 +1,14 @@
 // The middle and the width of a mask across paths.
 #pragma once
 
+#include "image.h"
 #include "nearest.h"
 
 // Samples along paths, with the unit axes along and across each: (count, dim) in space, or in the image where there is no camera.
 struct SilhouetteSamples {
-    Index count, dim;
+    Index count;
     const double *positions, *tangents, *lateral;
-    const double* camera;  // fx, fy, cx, cy
+    const Camera* camera;
 };
 
 // Pixels (u, v) of a mask, (count, 2), and how many pixels each stands for.
@@ -24,5 +25,5 @@ struct Silhouette {
 
 // Every pixel within `reach` of the nearest sample belongs to it. The number of pixels of a sample and of `half` neighbors on either
 // side, over their length in the image, is the width there.
-Silhouette measure_silhouette(const SilhouetteSamples& samples, const Values<Index>& path, const MaskPixels& mask,
-                              const Values<double>& reach, Index half);
+Silhouette measure_silhouette(const SilhouetteSamples& samples, const std::vector<Index>& path, const MaskPixels& mask,
+                              const std::vector<double>& reach, Index half);

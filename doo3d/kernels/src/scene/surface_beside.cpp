@@ -1,35 +1,12 @@
 // The surface beside chains in a depth image: its pixels, how far behind the chains it lies, and whether positions lie over it.
+#include "image.h"
 #include "nearest.h"
 #include "order_statistics.h"
 #include "polyline.h"
 
-#include <limits>
-
 namespace {
 
 const double NONE = std::nan("");
-
-struct Image {
-    const Matrix<bool>& mask;
-    const Matrix<float>& depth;
-    double fx, fy, cx, cy;
-
-    // Append where each of N points is seen, px (u, v); NaN behind the camera.
-    void project(const double* points, Index count, std::vector<double>& seen) const {
-        for (Index i = 0; i < count; ++i) {
-            const double z = points[3 * i + 2] > 0 ? points[3 * i + 2] : NONE;
-            seen.push_back(fx * points[3 * i] / z + cx);
-            seen.push_back(fy * points[3 * i + 1] / z + cy);
-        }
-    }
-    // Return the row-major index of the pixel at a place; -1 beyond the image.
-    Index pixel(double u, double v) const {
-        const Index height = mask.shape(0), width = mask.shape(1);
-        u = std::nearbyint(u);
-        v = std::nearbyint(v);
-        return u >= 0 && v >= 0 && u < double(width) && v < double(height) ? Index(v) * width + Index(u) : -1;
-    }
-};
 
 // Radii behind a joint up to which a reading beside it counts as the supporting surface. Farther back is another surface.
 constexpr double MAX_RISE_RADII = 8.0;
@@ -46,12 +23,9 @@ void add_rise(const double* behind, Index count, std::size_t min_readings, std::
         if (std::isfinite(behind[i])) part.push_back(behind[i]);
     }
     const std::size_t known = part.size();
-    double rise = NONE, noise = NONE;
-    if (known) {
-        rise = median(part);
-        for (double& value : part) value = std::fabs(value - rise);
-        noise = MAD_TO_DEVIATION * median(part);
-    }
+    const double rise = finite_median(part, NONE);
+    for (double& value : part) value -= rise;
+    const double noise = known ? MAD_TO_DEVIATION * absolute_median(std::move(part)) : NONE;
     rises.push_back(known >= min_readings && rise > MIN_RISE_NOISE_RATIO * noise ? rise : NONE);
     noises.push_back(noise);
 }
@@ -67,23 +41,24 @@ auto surface_beside(Matrix<double> joints, Vector<Index> bounds, Vector<double> 
                     Matrix<bool> mask, Matrix<float> depth, std::size_t min_readings) {
     const Index count = joints.shape(0), sides = lateral.shape(0);
     check_bounds(bounds, count);
-    require(joints.shape(1) == 3 && camera.shape(0) == 4, "joints or camera are not (N, 3), (4,)");
-    require(depth.shape(0) == mask.shape(0) && depth.shape(1) == mask.shape(1), "depth and mask differ in size");
+    require(joints.shape(1) == 3, "joints are not (N, 3)");
+    const Camera view(camera);
+    const MaskedDepth readings{depth, mask};
+    readings.check();
     for (std::size_t c = 0; c + 1 < bounds.shape(0); ++c) require(bounds(c + 1) > bounds(c), "a chain has no joints");
-    const Image image{mask, depth, camera(0), camera(1), camera(2), camera(3)};
-    std::vector<double> seen, behind(count * sides, NONE), rise, noise;
-    image.project(joints.data(), count, seen);
-    const std::vector<std::uint8_t> open(bounds.shape(0) - 1);
+    std::vector<double> seen(2 * count), behind(count * sides, NONE), rise, noise;
+    for (Index i = 0; i < count; ++i) view.project(joints.data() + 3 * i, &seen[2 * i]);
+    const std::vector<Byte> open(bounds.shape(0) - 1);
     const std::vector<double> tangents = tangents_along(seen.data(), 2, dense(bounds), open);
     std::vector<Index> on, beside;
     count_visits(count * (sides + 1));
     for (Index i = 0; i < count; ++i) {
-        const double z = joints(i, 2), reach = image.fx * radius / z;
-        const Index middle = image.pixel(seen[2 * i], seen[2 * i + 1]);
+        const double z = joints(i, 2), reach = view.fx * radius / z;
+        const Index middle = readings.pixel(seen[2 * i], seen[2 * i + 1]);
         if (middle >= 0 && bytes_of(mask)[middle]) on.push_back(middle);
         for (Index k = 0; k < sides; ++k) {
             const double offset = reach * lateral(k);
-            const Index pixel = image.pixel(seen[2 * i] - offset * tangents[2 * i + 1], seen[2 * i + 1] + offset * tangents[2 * i]);
+            const Index pixel = readings.pixel(seen[2 * i] - offset * tangents[2 * i + 1], seen[2 * i + 1] + offset * tangents[2 * i]);
             if (pixel < 0 || bytes_of(mask)[pixel]) continue;
             beside.push_back(pixel);
             const double back = depth.data()[pixel] > 0 ? double(depth.data()[pixel]) - z : NONE;
@@ -94,7 +69,7 @@ auto surface_beside(Matrix<double> joints, Vector<Index> bounds, Vector<double> 
         const auto [first, last] = near_end(joints.data(), bounds(end / 2), bounds(end / 2 + 1), end % 2 == 1, RISE_WINDOW_RADII * radius);
         add_rise(behind.data() + first * sides, (last - first) * sides, min_readings, rise, noise);
     }
-    return std::make_tuple(to_numpy(std::move(on)), to_numpy(std::move(beside)), to_numpy(std::move(rise)), to_numpy(std::move(noise)));
+    return std::make_tuple(std::move(on), std::move(beside), std::move(rise), std::move(noise));
 }
 
 // Return the difference over the deviation; without either 0, and no infinite one.
@@ -104,7 +79,7 @@ double in_deviations(double difference, double deviation) {
 }
 
 auto surface_log_odds(Matrix<double> points, Matrix<Index> pixels, Vector<double> readings, double noise, Matrix<double> ends,
-                    Vector<double> rise, Vector<double> rise_noise, Vector<double> camera, Vector<double> plane) {
+                      Vector<double> rise, Vector<double> rise_noise, Vector<double> camera, Vector<double> plane) {
     const Index count = points.shape(0), number = ends.shape(0);
     require(points.shape(1) == 3 && pixels.shape(1) == 2 && ends.shape(1) == 3, "points, pixels or ends are not (N, 3), (N, 2), (E, 3)");
     require(Index(pixels.shape(0)) == count && Index(readings.shape(0)) == count, "pixels and readings are not one per point");
@@ -124,7 +99,7 @@ auto surface_log_odds(Matrix<double> points, Matrix<Index> pixels, Vector<double
         }
         odds[n] = in_deviations(nearer, deviation);
     }
-    return to_numpy(std::move(odds));
+    return odds;
 }
 
 }  // namespace
@@ -155,8 +130,8 @@ void bind_surface_beside(Module& m) {
     // around : (A,) int64, of the pixels at the offsets that are outside the mask
     // rise : (2 C,) float64 m, at the first and the last joint of each chain; NaN where it is not told from zero
     // noise : (2 C,) float64 m, the standard deviation of single readings there; NaN without any
-    m.def("surface_beside", &surface_beside, "joints"_a.noconvert(), "bounds"_a.noconvert(), "camera"_a.noconvert(), "radius"_a,
-          "lateral"_a.noconvert(), "mask"_a.noconvert(), "depth"_a.noconvert(), "min_readings"_a);
+    m.def("surface_beside", &surface_beside, "joints"_array, "bounds"_array, "camera"_array, "radius"_a, "lateral"_array, "mask"_array,
+          "depth"_array, "min_readings"_a);
     // Return the log-odds, by depth, that readings are of the surface beside an object, and not of the object at positions.
     //
     // They are the distance by which the reading is farther than the position and half the rise at the nearest end, in standard
@@ -178,6 +153,6 @@ void bind_surface_beside(Module& m) {
     // Returns
     // -------
     // (N,) float64 nat; 0 where it is not known
-    m.def("surface_log_odds", &surface_log_odds, "points"_a.noconvert(), "pixels"_a.noconvert(), "readings"_a.noconvert(), "noise"_a,
-          "ends"_a.noconvert(), "rise"_a.noconvert(), "rise_noise"_a.noconvert(), "camera"_a.noconvert(), "plane"_a.noconvert());
+    m.def("surface_log_odds", &surface_log_odds, "points"_array, "pixels"_array, "readings"_array, "noise"_a, "ends"_array, "rise"_array,
+          "rise_noise"_array, "camera"_array, "plane"_array);
 }

@@ -1,16 +1,8 @@
-#include "arrays.h"
-
-#include <algorithm>
-#include <array>
-#include <iterator>
-#include <limits>
+#include "image.h"
 
 namespace {
 
 using Color = std::array<double, 3>;
-
-// Return the index (0 to size - 1) that an index one beyond is mirrored to.
-Index mirrored(Index i, Index size) { return size == 1 ? 0 : i < 0 ? 1 : i >= size ? size - 2 : i; }
 
 struct Position {
     double u, v;
@@ -182,7 +174,7 @@ class Follower {
         const std::size_t half = std::size(BESIDE_RADII) / 2;
         for (std::size_t k = 0; k < 2 * half; ++k) {
             const Color background = read(sight.position, lateral, BESIDE_RADII[k]);
-            double least = std::numeric_limits<double>::infinity();
+            double least = INFINITY;
             for (const Color& own : colors) least = std::min(least, distance(background, own));
             sight.contrast[k / half] += least;
         }
@@ -226,7 +218,7 @@ class Follower {
                 fits |= mean_distance(seen[way], k) <= MAX_DISTANCE;
             }
             if (!fits) continue;
-            double best_cost = std::numeric_limits<double>::infinity(), best_distance = 0.0, best_contrast = 0.0;
+            double best_cost = INFINITY, best_distance = 0.0, best_contrast = 0.0;
             Index best = 0;
             for (Index way = 0; way < WAYS; ++way) {
                 const double distance = mean_distance(seen[way], k);
@@ -246,21 +238,16 @@ class Follower {
     }
 };
 
-auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints, double radius, double max_length,
-                   double step, double min_extension, double noise) {
+auto follow_strand(Volume<Byte> image, Matrix<bool> mask, Matrix<double> joints, double radius, double max_length, double step,
+                   double min_extension, double noise) {
     require(image.shape(2) == 3 && image.shape(0) == mask.shape(0) && image.shape(1) == mask.shape(1), "image and mask do not fit");
     require(image.shape(0) > 0 && image.shape(1) > 0, "the image is empty");
     require(joints.shape(0) > 1 && joints.shape(1) == 2, "joints has to be (N, 2) with two joints at least");
     require(radius > 0 && std::isfinite(max_length * radius), "the radius is not positive, or the length not finite");
     require(step >= 0.01, "a step is less than 0.01 radii");
     for (std::size_t i = 0; i < 2 * joints.shape(0); ++i) require(std::abs(joints.data()[i]) < 1e6, "a joint is not finite, or too far away");
-    std::vector<double> path;
-    {
-        nb::gil_scoped_release release;
-        path = Follower(image, mask, radius, step, noise).follow(joints, max_length, min_extension);
-    }
-    const std::size_t count = path.size() / 2;
-    return to_numpy(std::move(path), count, 2);
+    std::vector<double> path = Follower(image, mask, radius, step, noise).follow(joints, max_length, min_extension);
+    return rows_of(std::move(path), 2);
 }
 
 }  // namespace
@@ -294,6 +281,6 @@ void bind_follow_strand(Module& m) {
     // Raises
     // ------
     // ValueError : shapes do not fit, a joint is not finite or two lie at the same place, or the radius is not positive.
-    m.def("follow_strand", &follow_strand, "image"_a.noconvert(), "mask"_a.noconvert(), "joints"_a.noconvert(), "radius"_a, "max_length"_a,
-          nb::kw_only(), "step"_a, "min_extension"_a, "noise"_a);
+    m.def("follow_strand", &follow_strand, "image"_array, "mask"_array, "joints"_array, "radius"_a, "max_length"_a, nb::kw_only(), "step"_a,
+          "min_extension"_a, "noise"_a);
 }

@@ -3,16 +3,17 @@
 
 #include "arrays.h"
 
-#include <array>
+// Return the share of light, 0 to 1, of an 8-bit value of sRGB.
+inline double linear_light(std::size_t value) {
+    const double v = double(value) / 255;
+    return v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92;
+}
 
 // Integer arithmetic with tables: light of 11 bits, and its cube root of 15.
 class LabTables {
    public:
     LabTables() {
-        for (std::size_t i = 0; i < light.size(); ++i) {
-            const double v = double(i) / 255;
-            light[i] = std::uint16_t(std::lround(2040 * (v > 0.04045 ? std::pow((v + 0.055) / 1.055, 2.4) : v / 12.92)));
-        }
+        for (std::size_t i = 0; i < light.size(); ++i) light[i] = std::uint16_t(std::lround(2040 * linear_light(i)));
         for (std::size_t i = 0; i < root.size(); ++i) {  // rounded as OpenCV does, in single precision
             const double t = double(i) / 2040;
             root[i] = std::uint16_t(std::nearbyint(float(32768 * (t > 216.0 / 24389.0 ? std::cbrt(t) : t * 841.0 / 108.0 + 16.0 / 116.0))));

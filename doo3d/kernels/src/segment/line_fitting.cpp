@@ -1,21 +1,19 @@
 // Straight lines through the neighborhoods of points: of a cloud of sparse points, and none where points show a surface.
 #include "arrays.h"
 #include "symmetric.h"
-
-#include <algorithm>
+#include "vector3.h"
 
 namespace {
 
 // The offsets of the nearest points from one of them, and their squared distances.
 struct Neighborhood {
-    std::vector<double> x, y, z, square;
+    std::vector<Vec> offset;
+    std::vector<double> square;
     Index size = 0, number = 0;  // `number` of them are within 1.2 scales
-
-    double along(Index k, const double* direction) const { return x[k] * direction[0] + y[k] * direction[1] + z[k] * direction[2]; }
 };
 
 struct Line {
-    double center[3] = {0, 0, 0}, direction[3] = {0, 0, 0};
+    Vec center{}, direction{};
     double points = 0.0, across = 0.0, along = 0.0, length = 0.0, own = 0.0;  // across, along: variances; own: squared distance
 };
 
@@ -29,73 +27,73 @@ void principal_axis(double (&a)[3][3], Line& line) {
     }
     line.along = a[largest][largest];
     line.across = std::max(a[(largest + 1) % 3][(largest + 1) % 3] + a[(largest + 2) % 3][(largest + 2) % 3], 0.0);
-    for (int d = 0; d < 3; ++d) line.direction[d] = v[d][largest];
+    line.direction = {v[0][largest], v[1][largest], v[2][largest]};
 }
 
 // Of lines towards some of the neighbors take that near which most of them lie.
-void best_direction(const Neighborhood& near, double scale, double width, Index candidates, double* direction) {
+Vec best_direction(const Neighborhood& near, double scale, double width, Index candidates) {
     double most = -1.0;
+    Vec best{};
     for (Index c = 1; c <= candidates; ++c) {
         const Index pick = std::min(std::max<Index>(1, near.number * c / (candidates + 1)), near.size - 1);
-        const double norm = std::sqrt(near.x[pick] * near.x[pick] + near.y[pick] * near.y[pick] + near.z[pick] * near.z[pick]);
-        const double unit = norm > 0 ? norm : 1.0;
-        const double tried[3] = {near.x[pick] / unit, near.y[pick] / unit, near.z[pick] / unit};
+        const Vec tried = unit(near.offset[pick]);
         double score = 0.0;
         for (Index k = 0; k < near.number; ++k) {
-            const double axial = near.along(k, tried), lateral = near.square[k] - axial * axial;
+            const double axial = dot(near.offset[k], tried), lateral = near.square[k] - axial * axial;
             score += std::fabs(axial) <= scale ? std::max(0.0, 1 - lateral / (width * width)) : 0.0;
         }
         if (score <= most) continue;
         most = score;
-        std::copy(tried, tried + 3, direction);
+        best = tried;
     }
+    return best;
+}
+
+// Fit a line with a known center by the covariance of its members.
+void fit_direction(const Neighborhood& near, const std::vector<Byte>& member, double number, Line& line) {
+    double spread[3][3] = {};
+    for (Index k = 0; k < near.size; ++k) {
+        if (!member[k]) continue;
+        const Vec moved = minus(near.offset[k], line.center);
+        for (int i = 0; i < 3; ++i) {
+            for (int j = i; j < 3; ++j) spread[i][j] += moved[i] * moved[j];
+        }
+    }
+    for (int i = 0; i < 3; ++i) {
+        for (int j = i; j < 3; ++j) spread[i][j] = spread[j][i] = spread[i][j] / number;
+    }
+    principal_axis(spread, line);
 }
 
 // Fit a line to the neighbors within `width` of it, three times: the first time from the direction tried.
 Line fit(const Neighborhood& near, double scale, double width, Index candidates, std::vector<Byte>& member) {
     Line line;
-    best_direction(near, scale, width, candidates, line.direction);
+    line.direction = best_direction(near, scale, width, candidates);
     member.assign(near.size, 0);
     for (int round = 0; round < 3; ++round) {
-        double total[3] = {0, 0, 0}, spread[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        Vec total{};
         line.points = 0.0;
         for (Index k = 0; k < near.size; ++k) {
-            const double moved[3] = {near.x[k] - line.center[0], near.y[k] - line.center[1], near.z[k] - line.center[2]};
-            const double axial = moved[0] * line.direction[0] + moved[1] * line.direction[1] + moved[2] * line.direction[2];
-            const double lateral = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2] - axial * axial;
-            member[k] = lateral <= width * width && std::fabs(near.along(k, line.direction)) <= scale;
+            const Vec moved = minus(near.offset[k], line.center);
+            const double axial = dot(moved, line.direction), lateral = dot(moved, moved) - axial * axial;
+            member[k] = lateral <= width * width && std::fabs(dot(near.offset[k], line.direction)) <= scale;
             if (!member[k]) continue;
             line.points += 1;
-            total[0] += near.x[k];
-            total[1] += near.y[k];
-            total[2] += near.z[k];
+            total = plus(total, near.offset[k], 1.0);
         }
         const double number = std::max(line.points, 1.0);
-        for (int d = 0; d < 3; ++d) line.center[d] = total[d] / number;
-        for (Index k = 0; k < near.size; ++k) {
-            if (!member[k]) continue;
-            const double moved[3] = {near.x[k] - line.center[0], near.y[k] - line.center[1], near.z[k] - line.center[2]};
-            for (int i = 0; i < 3; ++i) {
-                for (int j = i; j < 3; ++j) spread[i][j] += moved[i] * moved[j];
-            }
-        }
-        for (int i = 0; i < 3; ++i) {
-            for (int j = i; j < 3; ++j) spread[i][j] = spread[j][i] = spread[i][j] / number;
-        }
-        principal_axis(spread, line);
+        line.center = over(total, number);
+        fit_direction(near, member, number, line);
     }
-    double first = 0.0, last = 0.0, ahead = 0.0, square = 0.0;
-    for (int d = 0; d < 3; ++d) {
-        ahead += line.center[d] * line.direction[d];
-        square += line.center[d] * line.center[d];
-    }
+    const double ahead = dot(line.center, line.direction);
+    double first = 0.0, last = 0.0;
     for (Index k = 0; k < near.size; ++k) {
         if (!member[k]) continue;
-        first = std::min(first, near.along(k, line.direction) - ahead);
-        last = std::max(last, near.along(k, line.direction) - ahead);
+        first = std::min(first, dot(near.offset[k], line.direction) - ahead);
+        last = std::max(last, dot(near.offset[k], line.direction) - ahead);
     }
     line.length = last - first;
-    line.own = square - ahead * ahead;
+    line.own = dot(line.center, line.center) - ahead * ahead;
     return line;
 }
 
@@ -129,12 +127,10 @@ void fill(Neighborhood& near, const double* points, const double* at, const doub
           double scale) {
     near.size = used;
     near.number = 0;
-    for (auto* values : {&near.x, &near.y, &near.z, &near.square}) values->resize(used);
+    near.offset.resize(used);
+    near.square.resize(used);
     for (Index k = 0; k < used; ++k) {
-        const double* p = points + 3 * index[k];
-        near.x[k] = p[0] - at[0];
-        near.y[k] = p[1] - at[1];
-        near.z[k] = p[2] - at[2];
+        near.offset[k] = minus(vec(points + 3 * index[k]), vec(at));
         near.square[k] = distance[k] * distance[k];
         if (distance[k] <= 1.2 * scale) near.number = k + 1;
     }
@@ -152,31 +148,28 @@ auto fit_lines(Matrix<double> points, Matrix<double> at, Matrix<double> distance
     count_visits(size * nearest * levels);
     Lines lines(size);
     std::copy(at.data(), at.data() + 3 * size, lines.center.begin());
-    {
-        const double *p = points.data(), *centers = at.data(), *d = distance.data();
-        const Index* near_index = index.data();
-        nb::gil_scoped_release released;
-        Neighborhood near;
-        std::vector<Byte> member;
-        std::vector<Index> todo;
-        for (Index level = 0; level < levels; ++level) {
-            const double scale = scales(level);
-            todo.clear();
-            Index used = 2;
-            for (Index s = 0; s < size; ++s) {
-                if (lines.found[s] || !(d[(s + 1) * nearest - 1] >= scale || nearest == count)) continue;
-                todo.push_back(s);
-                while (used < nearest && d[s * nearest + used] < 1.2 * scale) ++used;
-            }
-            for (const Index s : todo) {
-                fill(near, p, centers + 3 * s, d + s * nearest, near_index + s * nearest, used, scale);
-                lines.take(s, fit(near, scale, widths(level), candidates, member), scale, min_points(level), max_spread_ratio);
-            }
+    const double *p = points.data(), *centers = at.data(), *d = distance.data();
+    const Index* near_index = index.data();
+    Neighborhood near;
+    std::vector<Byte> member;
+    std::vector<Index> todo;
+    for (Index level = 0; level < levels; ++level) {
+        const double scale = scales(level);
+        todo.clear();
+        Index used = 2;
+        for (Index s = 0; s < size; ++s) {
+            if (lines.found[s] || !(d[(s + 1) * nearest - 1] >= scale || nearest == count)) continue;
+            todo.push_back(s);
+            while (used < nearest && d[s * nearest + used] < 1.2 * scale) ++used;
+        }
+        for (const Index s : todo) {
+            fill(near, p, centers + 3 * s, d + s * nearest, near_index + s * nearest, used, scale);
+            lines.take(s, fit(near, scale, widths(level), candidates, member), scale, min_points(level), max_spread_ratio);
         }
     }
-    return std::make_tuple(to_numpy_bool(lines.found), to_numpy(std::move(lines.center), size, 3),
-                           to_numpy(std::move(lines.direction), size, 3), to_numpy(std::move(lines.across)),
-                           to_numpy(std::move(lines.spacing)), to_numpy(std::move(lines.scale)), to_numpy(std::move(lines.count)));
+    return std::make_tuple(flags(std::move(lines.found)), rows_of(std::move(lines.center), 3),
+                           rows_of(std::move(lines.direction), 3), std::move(lines.across),
+                           std::move(lines.spacing), std::move(lines.scale), std::move(lines.count));
 }
 
 }  // namespace
@@ -215,6 +208,6 @@ void bind_line_fitting(Module& m) {
     // spacing : (S,) float64 m, mean distance of the points along the line
     // scale : (S,) float64 m
     // count : (S,) int64, number of points of the line
-    m.def("fit_lines", &fit_lines, "points"_a.noconvert(), "at"_a.noconvert(), "distance"_a.noconvert(), "index"_a.noconvert(),
-          "scales"_a.noconvert(), "widths"_a.noconvert(), "min_points"_a.noconvert(), "candidates"_a, "max_spread_ratio"_a);
+    m.def("fit_lines", &fit_lines, "points"_array, "at"_array, "distance"_array, "index"_array, "scales"_array, "widths"_array,
+          "min_points"_array, "candidates"_a, "max_spread_ratio"_a);
 }

@@ -1,8 +1,7 @@
 // A plane in depth: fitted to points, and the pixels raised from it.
 #include "runs.h"
 #include "symmetric.h"
-
-#include <algorithm>
+#include "vector3.h"
 
 namespace {
 
@@ -20,31 +19,22 @@ struct Columns {
         }
     }
     const double* axis(Index d) const { return axes.data() + d * count; }
+    Vec point(Index n) const { return {axis(0)[n], axis(1)[n], axis(2)[n]}; }
 };
 
 struct Plane {
-    double normal[3] = {0, 0, 1}, offset = 0;
-
-    double height(const Columns& points, Index n) const {
-        return points.axis(0)[n] * normal[0] + points.axis(1)[n] * normal[1] + points.axis(2)[n] * normal[2] - offset;
-    }
+    Vec normal{0, 0, 1};
+    double offset = 0;
 };
 
-// Return the plane through three of the points; false if they are on one line.
-bool set_through(const Columns& points, const Index* corners, Plane& plane) {
-    double a[3], b[3], normal[3];
-    for (Index d = 0; d < 3; ++d) {
-        a[d] = points.axis(d)[corners[1]] - points.axis(d)[corners[0]];
-        b[d] = points.axis(d)[corners[2]] - points.axis(d)[corners[0]];
-    }
-    for (Index d = 0; d < 3; ++d) normal[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
-    const double length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    plane.offset = 0.0;
-    for (Index d = 0; d < 3 && length > 0; ++d) {
-        plane.normal[d] = normal[d] / length;
-        plane.offset += plane.normal[d] * points.axis(d)[corners[0]];
-    }
-    return length > 0;
+// Return the plane with a normal through a point.
+Plane plane_through(const Vec& normal, const Vec& point) { return {normal, dot(normal, point)}; }
+
+// Return the plane through three of the points; none if they are on one line.
+std::optional<Plane> plane_of(const Columns& points, const Index* corners) {
+    const Vec corner = points.point(corners[0]);
+    const Vec normal = cross(minus(points.point(corners[1]), corner), minus(points.point(corners[2]), corner));
+    return norm(normal) > 0 ? std::make_optional(plane_through(over(normal, norm(normal)), corner)) : std::nullopt;
 }
 
 // Count the points near a plane; the count ends as soon as the rest of the points cannot make it more than `most`.
@@ -65,31 +55,29 @@ Index count_near(const Columns& points, const Plane& plane, double distance, Ind
 // Fit a plane to its inliers by least squares; false if they are the same as before, or fewer than three.
 bool refine(const Columns& points, double distance, std::vector<Byte>& inlier, Plane& plane) {
     bool changed = false;
-    double number = 0, center[3] = {0, 0, 0}, spread[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, axes[3][3];
+    Vec center{};
+    double number = 0, spread[3][3] = {}, axes[3][3];
     count_visits(points.count);
     for (Index n = 0; n < points.count; ++n) {
-        const Byte near = std::fabs(plane.height(points, n)) < distance;
+        const Byte near = std::fabs(dot(points.point(n), plane.normal) - plane.offset) < distance;
         changed = changed || near != inlier[n];
         inlier[n] = near;
         number += near;
         for (Index d = 0; d < 3; ++d) center[d] += near ? points.axis(d)[n] : 0.0;
     }
     if (number < 3 || !changed) return false;
-    for (double& each : center) each /= number;
+    center = over(center, number);
     for (Index n = 0; n < points.count; ++n) {
         if (!inlier[n]) continue;
+        const Vec moved = minus(points.point(n), center);
         for (Index i = 0; i < 3; ++i) {
-            for (Index j = 0; j < 3; ++j) spread[i][j] += (points.axis(i)[n] - center[i]) * (points.axis(j)[n] - center[j]);
+            for (Index j = 0; j < 3; ++j) spread[i][j] += moved[i] * moved[j];
         }
     }
     diagonalize(spread, axes);
     Index least = 0;
     for (Index k = 1; k < 3; ++k) least = spread[k][k] < spread[least][least] ? k : least;
-    plane.offset = 0.0;
-    for (Index d = 0; d < 3; ++d) {
-        plane.normal[d] = axes[d][least];
-        plane.offset += plane.normal[d] * center[d];
-    }
+    plane = plane_through({axes[0][least], axes[1][least], axes[2][least]}, center);
     return true;
 }
 
@@ -99,31 +87,33 @@ auto fit_plane(StridedMatrix<double> points, Matrix<Index> corners, double dista
     for (std::size_t k = 0; k < corners.size(); ++k) require(corners.data()[k] >= 0 && corners.data()[k] < count, "a corner is no point");
     require(refinements >= 0 && refinements <= 1000, "refinements are not from 0 to 1000");
     Plane best;
-    {
-        nb::gil_scoped_release released;
-        const Columns columns(points);
-        Index most = -1;
-        best.offset = columns.axis(2)[0];
-        for (Index k = 0; k < Index(corners.shape(0)); ++k) {
-            Plane plane;
-            if (!set_through(columns, corners.data() + 3 * k, plane)) continue;
-            const Index near = count_near(columns, plane, distance, most);
-            if (near <= most) continue;
-            best = plane;
-            most = near;
-        }
-        std::vector<Byte> inlier(count, 0);
-        for (Index k = 0; k < refinements && most >= 0 && refine(columns, 2 * distance, inlier, best); ++k) continue;
+    const Columns columns(points);
+    Index most = -1;
+    best.offset = columns.axis(2)[0];
+    for (Index k = 0; k < Index(corners.shape(0)); ++k) {
+        const std::optional<Plane> plane = plane_of(columns, corners.data() + 3 * k);
+        const Index near = plane ? count_near(columns, *plane, distance, most) : -1;
+        if (near <= most) continue;
+        best = *plane;
+        most = near;
     }
-    return std::make_pair(to_numpy(std::vector<double>(best.normal, best.normal + 3)), best.offset);
+    std::vector<Byte> inlier(count, 0);
+    for (Index k = 0; k < refinements && most >= 0 && refine(columns, 2 * distance, inlier, best); ++k) continue;
+    return std::make_pair(std::vector<double>(best.normal.begin(), best.normal.end()), best.offset);
 }
 
 enum Level : Byte { NONE, LOW, SEED };
 
+struct Hysteresis {
+    float offset, low, high;
+};
+
 // The height of a pixel of depth z above the plane is offset - z (along_u + along_v). Pixels above `high` are seeds, from which the
 // pixels above `low` are reached.
-WITH_AVX2 void find_levels(const float* __restrict depth, const float* __restrict along_u, float along_v, float offset, float low, float high,
-                           Index width, Byte* __restrict levels) {
+WITH_AVX2 void find_levels(const float* __restrict depth, const std::vector<float>& along, float along_v, Hysteresis to,
+                           Byte* __restrict levels) {
+    const float *along_u = along.data(), offset = to.offset, low = to.low, high = to.high;
+    const Index width = Index(along.size());
     for (Index c = 0; c < width; ++c) {
         const float z = depth[c], height = offset - (along_v + along_u[c]) * z;
         levels[c] = Byte(Byte((z > 0) & (height > low)) + Byte((z > 0) & (height > high)));
@@ -137,7 +127,7 @@ void reach_from_seeds(Byte* levels, Index height, Index width) {
     std::vector<Byte> has_seed(runs.size(), 0);
     count_visits(Index(runs.size()));
     const auto pixels = [&](const Run& run) { return levels + run.row * width + run.start; };
-    const auto size = [](const Run& run) { return std::size_t(run.end - run.start); };
+    const auto size = [](const Run& run) { return std::size_t(run.size()); };
     for (std::size_t i = 0; i < runs.size(); ++i) {
         has_seed[sets.root(std::int32_t(i))] |= std::memchr(pixels(runs[i]), SEED, size(runs[i])) != nullptr;
     }
@@ -149,20 +139,14 @@ auto raised_pixels(Matrix<float> depth, Vector<float> along_u, Vector<float> alo
     require(Index(along_u.shape(0)) == width, "along_u is not one per column");
     require(Index(along_v.shape(0)) == height, "along_v is not one per row");
     require(low <= high, "low is above high");
-    auto* selected = new bool[std::max<Index>(size, 1)];
-    nb::capsule owner(selected, [](void* p) noexcept { delete[] static_cast<bool*>(p); });
-    {
-        nb::gil_scoped_release released;
-        auto* levels = reinterpret_cast<Byte*>(selected);
-        count_visits(size);
-        std::vector<float> u(width);
-        for (Index c = 0; c < width; ++c) u[c] = along_u(c);
-        for (Index row = 0; row < height; ++row) {
-            find_levels(depth.data() + row * width, u.data(), along_v(row), float(offset), float(low), float(high), width, levels + row * width);
-        }
-        reach_from_seeds(levels, height, width);
+    count_visits(size);
+    std::vector<Byte> levels(size);
+    const std::vector<float> u = dense(along_u);
+    for (Index row = 0; row < height; ++row) {
+        find_levels(depth.data() + row * width, u, along_v(row), {float(offset), float(low), float(high)}, &levels[row * width]);
     }
-    return MatrixResult<bool>(selected, {std::size_t(height), std::size_t(width)}, owner);
+    reach_from_seeds(levels.data(), height, width);
+    return Array<Byte, 2, bool>{std::move(levels), {std::size_t(height), std::size_t(width)}};
 }
 
 }  // namespace
@@ -187,7 +171,7 @@ void bind_plane(Module& m) {
     // offset : m; points p on the plane have normal @ p = offset.
     //
     // If the corners of every plane are on one line, the result is the plane z = constant through the first point.
-    m.def("fit_plane", &fit_plane, "points"_a.noconvert(), "corners"_a.noconvert(), "distance"_a, "refinements"_a);
+    m.def("fit_plane", &fit_plane, "points"_array, "corners"_array, "distance"_a, "refinements"_a);
     // Select the pixels raised from a plane towards the camera: hysteresis threshold of their height.
     //
     // A pixel of depth z lies offset - z (along_u + along_v) above the plane. Pixels higher than `high` are selected, and pixels
@@ -207,6 +191,5 @@ void bind_plane(Module& m) {
     // Returns
     // -------
     // (H, W) bool
-    m.def("raised_pixels", &raised_pixels, "depth"_a.noconvert(), "along_u"_a.noconvert(), "along_v"_a.noconvert(), "offset"_a,
-          "low"_a, "high"_a);
+    m.def("raised_pixels", &raised_pixels, "depth"_array, "along_u"_array, "along_v"_array, "offset"_a, "low"_a, "high"_a);
 }

@@ -1,7 +1,6 @@
 #include "plane_rise.h"
 #include "order_statistics.h"
 
-
 namespace {
 
 double height_over(const double* plane, const double* point) {
@@ -9,15 +8,13 @@ double height_over(const double* plane, const double* point) {
 }
 
 // Append the height over the plane of what is seen at a position beside the mask, if anything is.
-inline void add_height(const PlaneView& view, const double* point, std::vector<double>& heights) {
-    const double* camera = view.camera;
-    if (!(point[2] > 0)) return;
-    const double u = std::nearbyint(camera[0] * point[0] / point[2] + camera[2]);
-    const double v = std::nearbyint(camera[1] * point[1] / point[2] + camera[3]);
-    if (!(u >= 0 && v >= 0 && u < double(view.mask.shape(1)) && v < double(view.mask.shape(0)))) return;
-    const double reading = view.depth(Index(v), Index(u));
-    if (view.mask(Index(v), Index(u)) || !(reading > 0)) return;
-    const double seen[3] = {(u - camera[2]) / camera[0] * reading, (v - camera[3]) / camera[1] * reading, reading};
+void add_height(const PlaneView& view, const double* point, std::vector<double>& heights) {
+    const Camera& camera = *view.camera;
+    double at[2];
+    camera.project(point, at);
+    const double u = std::nearbyint(at[0]), v = std::nearbyint(at[1]), reading = view.readings.at(u, v, false);
+    if (std::isnan(reading)) return;
+    const double seen[3] = {(u - camera.cx) / camera.fx * reading, (v - camera.cy) / camera.fy * reading, reading};
     heights.push_back(height_over(view.plane, seen));
 }
 
@@ -33,9 +30,10 @@ WITH_AVX2 void raise_to_plane(const SampleAxes& samples, const std::vector<doubl
         const double slope = -(away[0] * view.plane[0] + away[1] * view.plane[1] + away[2] * view.plane[2]);
         if (!(low < radius[s] && low > -view.sunk_radii * radius[s] && slope > 0)) continue;
         heights.clear();
-        visits.count += 2 * view.beside.size();
-        for (Index b = 0; b < 2 * view.beside.size(); ++b) {
-            const double offset = (b % 2 ? 1.0 : -1.0) * (radius[s] + view.beside(b / 2) * point[2] / view.camera[0]);
+        const Index readings = 2 * Index(view.beside.size());
+        visits.count += readings;
+        for (Index b = 0; b < readings; ++b) {
+            const double offset = (b % 2 ? 1.0 : -1.0) * (radius[s] + view.beside[b / 2] * point[2] / view.camera->fx);
             const double at[3] = {point[0] + offset * lateral[0], point[1] + offset * lateral[1], point[2] + offset * lateral[2]};
             add_height(view, at, heights);
         }

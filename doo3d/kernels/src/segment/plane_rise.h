@@ -1,14 +1,14 @@
 // Axes measured inside a plane that is seen beside them, raised to lie on it.
 #pragma once
 
-#include "arrays.h"
+#include "image.h"
 
 // What a camera sees beside strands on a plane.
 struct PlaneView {
-    const Matrix<float>& depth;
-    const Matrix<bool>& mask;
-    const double *camera, *plane;  // fx, fy, cx, cy; unit normal and height along it
-    const Values<double>& beside;  // px beyond both sides of a strand at which the surface is read
+    MaskedDepth readings;
+    const Camera* camera;
+    const double* plane;            // unit normal and height along it
+    const std::vector<double>& beside;  // px beyond both sides of a strand at which the surface is read
     double near_radii, sunk_radii;  // of the plane within which their median is of the plane; below it from which an axis is raised
 };
 

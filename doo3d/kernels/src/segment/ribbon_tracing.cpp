@@ -1,13 +1,8 @@
-#include "arrays.h"
-
-#include <algorithm>
-#include <iterator>
-#include <limits>
+#include "image.h"
 
 namespace {
 
 constexpr Index LOOKAHEAD = 3, SAMPLE = 5;  // steps whose mean decides; numbers of a sample: x, y, angle, width, score
-const double PI = std::acos(-1.0);
 
 // Turns per step that are tried, in degrees: a strand bends with a radius of 16 px at least. px sideways that are tried at each step.
 constexpr double TURNS_DEGREES[] = {-7.0, -4.5, -2.0, 0.0, 2.0, 4.5, 7.0}, SHIFTS_PX[] = {-1.0, 0.0, 1.0};
@@ -68,12 +63,11 @@ class Follower {
                 x += limits.step * std::cos(angle);
                 y += limits.step * std::sin(angle);
             }
-            const double row = std::nearbyint(y), column = std::nearbyint(x);
-            if (!(column >= 0 && column < double(columns) && row >= 0 && row < double(height))) break;
-            const Index at = Index(row) * columns + Index(column);
+            const Index at = pixel_at(x, y, height, columns);
+            if (at < 0) break;
             const bool follows = taken.data()[at] && between(angle, angles.data()[at]) < limits.same_turn;
             shared = follows ? shared + 1 : 0;
-            samples.insert(samples.end(), {x, y, angle, wide, step.seen ? double(step.score) : std::numeric_limits<double>::quiet_NaN()});
+            samples.insert(samples.end(), {x, y, angle, wide, step.seen ? double(step.score) : NAN});
             if (shared > MAX_SHARED_SAMPLES) {
                 samples.resize(samples.size() - MAX_SHARED_SAMPLES * SAMPLE);
                 break;
@@ -107,11 +101,9 @@ class Follower {
     }
 
     float value_at(double u, double v, Index direction, const float* own, Index& pixel) const {
-        const double column = std::nearbyint(u), row = std::nearbyint(v);
-        const bool inside = column >= 0 && row >= 0 && column < double(columns) && row < double(height);
-        const double right = double(columns - 1), bottom = double(height - 1);
-        pixel = Index(std::min(std::max(row, 0.0), bottom)) * columns + Index(std::min(std::max(column, 0.0), right));
-        if (!inside) return -1.0f;
+        const double column = std::clamp(std::nearbyint(u), 0.0, double(columns - 1)), row = std::clamp(std::nearbyint(v), 0.0, double(height - 1));
+        pixel = Index(row) * columns + Index(column);
+        if (pixel_at(u, v, height, columns) < 0) return -1.0f;
         float square = 0.0f;
         for (Index k = 0; k < CHANNELS; ++k) {
             const float away = color.data()[pixel * CHANNELS + k] - own[k];
@@ -127,7 +119,7 @@ class Follower {
         Step best{false, x, y, angle, turn, 0.0f, 0};
         const double sideways_u = std::sin(angle), sideways_v = std::cos(angle);
         const double largest = TURNS_DEGREES[std::size(TURNS_DEGREES) - 1] * (PI / 180);
-        double highest = -std::numeric_limits<double>::infinity();
+        double highest = -INFINITY;
         for (const double degrees : TURNS_DEGREES) {
             const double turned = degrees * (PI / 180);
             double along_u[LOOKAHEAD], along_v[LOOKAHEAD], u = 0, v = 0;
@@ -162,9 +154,9 @@ class Follower {
     }
 };
 
-auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color, Matrix<Byte> taken, Matrix<float> angles, Vector<double> start,
-                   Vector<double> widths, double step, double color_scale, double max_color_cost, double color_cost, double max_score,
-                   double same_turn) {
+auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color, Matrix<Byte> taken, Matrix<float> angles,
+                   Vector<double> start, Vector<double> widths, double step, double color_scale, double max_color_cost, double color_cost,
+                   double max_score, double same_turn) {
     const Index height = score.shape(1), columns = score.shape(2);
     const auto is_image = [&](Index rows, Index across) { return rows == height && across == columns; };
     require(score.shape(0) > 0 && width.shape(0) == score.shape(0) && is_image(width.shape(1), width.shape(2)), "score and width differ");
@@ -175,13 +167,8 @@ auto follow_ribbon(Volume<float> score, Volume<Byte> width, Volume<float> color,
     require(start(0) >= 0 && start(1) >= 0 && start(0) <= double(columns - 1) && start(1) <= double(height - 1), "start is not in the image");
     const Limits limits{step, color_scale, max_color_cost, color_cost, max_score, same_turn};
     count_visits(Index(std::size(TURNS_DEGREES) * std::size(SHIFTS_PX)));
-    std::vector<double> samples;
-    {
-        nb::gil_scoped_release released;
-        samples = Follower(score, width, color, widths, limits)(start(0), start(1), start(2), taken, angles);
-    }
-    const std::size_t count = samples.size() / SAMPLE;
-    return to_numpy(std::move(samples), count, SAMPLE);
+    std::vector<double> samples = Follower(score, width, color, widths, limits)(start(0), start(1), start(2), taken, angles);
+    return rows_of(std::move(samples), SAMPLE);
 }
 
 }  // namespace
@@ -220,7 +207,6 @@ void bind_ribbon_tracing(Module& m) {
     // -------
     // (P, 5) x, y, direction, running mean of the width, and score less the cost of the color, NaN where the strand is not seen; the
     // last sample is seen.
-    m.def("follow_ribbon", &follow_ribbon, "score"_a.noconvert(), "width"_a.noconvert(), "color"_a.noconvert(), "taken"_a.noconvert(),
-          "angles"_a.noconvert(), "start"_a.noconvert(), "widths"_a.noconvert(), nb::kw_only(), "step"_a, "color_scale"_a,
-          "max_color_cost"_a, "color_cost"_a, "max_score"_a, "same_turn"_a);
+    m.def("follow_ribbon", &follow_ribbon, "score"_array, "width"_array, "color"_array, "taken"_array, "angles"_array, "start"_array,
+          "widths"_array, nb::kw_only(), "step"_a, "color_scale"_a, "max_color_cost"_a, "color_cost"_a, "max_score"_a, "same_turn"_a);
 }

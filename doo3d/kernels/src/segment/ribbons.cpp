@@ -1,19 +1,10 @@
 // Scores of ribbons: the image is turned so that a direction is horizontal, strip by strip, and the scores are turned back.
-#include "arrays.h"
-
-#include <algorithm>
-
-// Loops over rows are compiled twice where glibc chooses one, for processors with wider vectors too; the numbers are the same.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
-#define DOO3D_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
-#else
-#define DOO3D_WIDE_VECTORS
-#endif
+#include "turned_image.h"
 
 namespace {
 
-// channels and the sum of their squares; columns at a time; numbers of a row of sums: the planes and the spread along the window
-constexpr Index PLANES = CHANNELS + 1, STRIP = 128, BLOCK = STRIP / 8, KEPT = (PLANES + 1) * STRIP;
+// columns at a time; numbers of a row of sums: the planes and the spread along the window
+constexpr Index STRIP = 128, BLOCK = STRIP / 8, KEPT = (PLANES + 1) * STRIP;
 using Sum = std::uint32_t;  // of integers: what overflows cancels out in a difference
 
 float difference(Sum last, Sum first) { return float(std::int32_t(last - first)); }
@@ -36,7 +27,7 @@ void sum_along(const std::int32_t* row, Index count, Sum* sums) {
 }
 
 // Make integers of the pixels of a row, channel by channel, and of the sum of their squares.
-DOO3D_WIDE_VECTORS void to_integers(const float* __restrict row, Index count, Scales to, Index stride, std::int32_t* __restrict planes) {
+WITH_AVX2 void to_integers(const float* __restrict row, Index count, Scales to, Index stride, std::int32_t* __restrict planes) {
     const float back = 1 / to.channel;
     for (Index x = 0; x < count; ++x) {
         float square = 0.0f;
@@ -50,8 +41,7 @@ DOO3D_WIDE_VECTORS void to_integers(const float* __restrict row, Index count, Sc
 }
 
 // Write the sums over the rows up to the next: of the variance in a window along the row, and of the planes.
-DOO3D_WIDE_VECTORS void add_row(const Sum* sums, Index stride, Index window, Scales to, const Sum* __restrict before,
-                               Sum* __restrict after) {
+WITH_AVX2 void add_row(const Sum* sums, Index stride, Index window, Scales to, const Sum* __restrict before, Sum* __restrict after) {
     const float channel = 1 / (to.channel * float(window)), squares = 1 / (to.square * float(window));
     const Sum *r = sums, *g = r + stride, *b = g + stride, *s = b + stride;
     for (Index x = 0; x < STRIP; ++x) {
@@ -72,14 +62,17 @@ struct Rows {
 
     Rows from(Index x) const { return {first + x, last + x}; }
 };
+struct Windows {
+    Rows inside, above, below;
+};
 struct Factors {
-    float inside, spread, side, square;
+    float inside, spread, side, square, noise;
 };
 
 // The score of a pixel is the mean squared difference between the ribbon's color and the pixels of one side, of the side that
 // differs less, over the variance along the ribbon plus `noise`.
-DOO3D_WIDE_VECTORS void score_row(Rows i, Rows a, Rows b, Index count, Factors to, float noise, std::int32_t index, float* __restrict best,
-                                  std::int32_t* __restrict which) {
+WITH_AVX2 void score_row(const Windows& rows, Index count, Factors to, std::int32_t index, float* __restrict best, std::int32_t* __restrict which) {
+    const Rows i = rows.inside, a = rows.above, b = rows.below;
     const Index R = STRIP, G = 2 * STRIP, B = 3 * STRIP, S = 4 * STRIP;
     for (Index x = 0; x < count; ++x) {
         const float spread = difference(i.last[x], i.first[x]) * to.spread, red = difference(i.last[x + R], i.first[x + R]) * to.inside;
@@ -92,7 +85,7 @@ DOO3D_WIDE_VECTORS void score_row(Rows i, Rows a, Rows b, Index count, Factors t
         const float down = difference(b.last[x + S], b.first[x + S]) * to.square + own -
                            (difference(b.last[x + R], b.first[x + R]) * r + difference(b.last[x + G], b.first[x + G]) * g +
                             difference(b.last[x + B], b.first[x + B]) * t);
-        const float value = (up < down ? up : down) / (spread + noise);
+        const float value = (up < down ? up : down) / (spread + to.noise);
         which[x] = value > best[x] ? index : which[x];
         best[x] = value > best[x] ? value : best[x];
     }
@@ -111,140 +104,6 @@ struct SummedRows {
 struct Width {
     std::size_t summed;     // which rows it looks at
     Index core, gap, side;  // rows on either side of the middle one; rows to the sides, and rows of a side
-};
-
-// An image of PLANES numbers a pixel less the mean color, the last of them 0, with its last row and column twice.
-struct Centered {
-    Index height, width;
-    float square = 1.0f;  // the largest sum of squares of a pixel
-    std::vector<float> values;
-
-    explicit Centered(const Volume<float>& image)
-        : height(image.shape(0)), width(image.shape(1)), values((height + 1) * (width + 1) * PLANES) {
-        double mean[CHANNELS] = {};
-        for (Index i = 0; i < height * width; ++i) {
-            for (Index k = 0; k < CHANNELS; ++k) mean[k] += double(image.data()[i * CHANNELS + k]);
-        }
-        for (double& sum : mean) sum /= double(height * width);
-        for (Index row = 0; row <= height; ++row) {
-            for (Index x = 0; x <= width; ++x) {
-                const float* from = image.data() + (std::min(row, height - 1) * width + std::min(x, width - 1)) * CHANNELS;
-                float* to = values.data() + (row * (width + 1) + x) * PLANES;
-                for (Index k = 0; k < CHANNELS; ++k) to[k] = from[k] - float(mean[k]);
-                square = std::max(square, to[0] * to[0] + to[1] * to[1] + to[2] * to[2]);
-            }
-        }
-    }
-};
-
-// Where positions lie between pixels: the pixel above and to the left, and how far to the next ones.
-struct Between {
-    std::vector<std::int32_t> pixel;
-    std::vector<float> along, down;
-};
-struct Pair {
-    float u, v;
-};
-
-// Find the pixels of positions along a line, in an image of rows of `stride` pixels; positions beyond its border are moved there.
-DOO3D_WIDE_VECTORS void find_pixels(Pair start, Pair step, Pair last, std::int32_t stride, Index count, std::int32_t* __restrict pixel,
-                                    float* __restrict along, float* __restrict down) {
-    for (std::int32_t x = 0; x < std::int32_t(count); ++x) {
-        float u = start.u + step.u * float(x), v = start.v + step.v * float(x);
-        u = u > 0.0f ? u : 0.0f;
-        v = v > 0.0f ? v : 0.0f;
-        u = u < last.u ? u : last.u;
-        v = v < last.v ? v : last.v;
-        const std::int32_t left = std::int32_t(u), above = std::int32_t(v);
-        pixel[x] = above * stride + left;
-        along[x] = u - float(left);
-        down[x] = v - float(above);
-    }
-}
-
-DOO3D_WIDE_VECTORS void read_between(const float* __restrict image, Index below, const Between& at, Index count, float* __restrict pixels) {
-    for (Index x = 0; x < count; ++x) {
-        const float *over = image + Index(at.pixel[x]) * PLANES, *under = over + below, along = at.along[x], down = at.down[x];
-        for (Index k = 0; k < PLANES; ++k) {
-            const float upper = over[k] + along * (over[k + PLANES] - over[k]), lower = under[k] + along * (under[k + PLANES] - under[k]);
-            pixels[x * PLANES + k] = upper + down * (lower - upper);
-        }
-    }
-}
-
-DOO3D_WIDE_VECTORS void read_scores(const float* __restrict scores, Index below, const Between& at, Index count, float* __restrict read) {
-    const std::int32_t* pixel = at.pixel.data();
-    const float *along = at.along.data(), *down = at.down.data(), *under = scores + below;
-    for (Index x = 0; x < count; ++x) {
-        const float upper = scores[pixel[x]] + along[x] * (scores[pixel[x] + 1] - scores[pixel[x]]);
-        const float lower = under[pixel[x]] + along[x] * (under[pixel[x] + 1] - under[pixel[x]]);
-        read[x] = upper + down[x] * (lower - upper);
-    }
-}
-
-// The image turned so that a direction is horizontal, on the smallest grid that holds all of it.
-class Turned {
-   public:
-    Index height, width;
-
-    Turned(const Centered& image, double angle) : image(image), cos(std::cos(angle)), sin(std::sin(angle)) {
-        const double across = double(image.width), down = double(image.height), c = std::fabs(cos), s = std::fabs(sin);
-        width = Index(across * c + down * s + 2);
-        height = Index(across * s + down * c + 2);
-        u0 = (across - 1) / 2 - cos * double(width - 1) / 2 + sin * double(height - 1) / 2;
-        v0 = (down - 1) / 2 - sin * double(width - 1) / 2 - cos * double(height - 1) / 2;
-    }
-
-    // The rows of a column that are looked at: those within a margin of the image's pixels; the last one is exclusive.
-    std::pair<Index, Index> rows(Index column) const {
-        const double margin = 3.0;  // px: what an interpolation reads beside the image
-        double first = 0, last = double(height);
-        const auto cut = [&](double at, double step, Index size) {
-            const double low = -margin - at, high = double(size) + margin - at;
-            if (std::fabs(step) < 1e-9) {
-                if (low > 0 || high < 0) last = 0;
-                return;
-            }
-            first = std::max(first, std::min(low / step, high / step));
-            last = std::min(last, std::max(low / step, high / step) + 1);
-        };
-        cut(u0 + cos * double(column), -sin, image.width);
-        cut(v0 + sin * double(column), cos, image.height);
-        return {Index(first), std::max(std::min(Index(last), height), Index(first))};
-    }
-
-    // Write the pixels of a row of the turned image; those beyond the image repeat its border.
-    void read(Index row, Index first, Index last, float* pixels) {
-        const double v = double(row), u = double(first);
-        place(last - first, {float(u0 - sin * v + cos * u), float(v0 + cos * v + sin * u)}, {float(cos), float(sin)},
-              {float(image.width - 1), float(image.height - 1)}, image.width + 1);
-        read_between(image.values.data(), PLANES * (image.width + 1), between, last - first, pixels);
-    }
-
-    // Turn scores back: between the pixels, and the width of the nearest one.
-    void turn_back(const float* scores, const Byte* widths, float* score, Byte* which) {
-        const double u = -(cos * u0 + sin * v0), v = sin * u0 - cos * v0;
-        for (Index row = 0; row < image.height; ++row, score += image.width, which += image.width) {
-            place(image.width, {float(u + sin * double(row)), float(v + cos * double(row))}, {float(cos), float(-sin)},
-                  {float(width - 1), float(height - 1)}, width);
-            read_scores(scores, width, between, image.width, score);
-            for (Index x = 0; x < image.width; ++x) {
-                which[x] = widths[between.pixel[x] + (between.down[x] > 0.5f ? width : 0) + (between.along[x] > 0.5f ? 1 : 0)];
-            }
-        }
-    }
-
-   private:
-    const Centered& image;
-    double cos, sin, u0, v0;  // and where the first pixel lies in the image
-    Between between;
-
-    void place(Index count, Pair start, Pair step, Pair last, Index stride) {
-        between.pixel.resize(std::max(between.pixel.size(), std::size_t(count)));
-        between.along.resize(between.pixel.size());
-        between.down.resize(between.pixel.size());
-        find_pixels(start, step, last, std::int32_t(stride), count, between.pixel.data(), between.along.data(), between.down.data());
-    }
 };
 
 using Blocks = std::vector<std::pair<Index, Index>>;  // the rows at which each block of a strip is looked at
@@ -271,15 +130,13 @@ class Ribbons {
         for (Index left = 0; left < width; left += STRIP) {
             Blocks blocks;
             Index first = height, last = 0;
-            for (Index at = left; at < std::min(left + STRIP, width); at += BLOCK) {
-                blocks.emplace_back(height, 0);
-                for (Index x = at; x < std::min(at + BLOCK, width); ++x) {
-                    const auto rows = image.rows(x);
-                    if (rows.first >= rows.second) continue;
-                    blocks.back() = {std::min(blocks.back().first, rows.first), std::max(blocks.back().second, rows.second)};
-                }
-                first = std::min(first, blocks.back().first);
-                last = std::max(last, blocks.back().second);
+            for (Index x = left; x < std::min(left + STRIP, width); ++x) {
+                if (x % BLOCK == 0) blocks.emplace_back(height, 0);
+                const auto rows = image.rows(x);
+                if (rows.first >= rows.second) continue;
+                blocks.back() = {std::min(blocks.back().first, rows.first), std::max(blocks.back().second, rows.second)};
+                first = std::min(first, rows.first);
+                last = std::max(last, rows.second);
             }
             if (first < last) score_strip(image, left, first, last, blocks, best + left, which + left);
         }
@@ -350,11 +207,11 @@ class Ribbons {
                 SummedRows& rows = summed[at.summed];
                 const float inside = 1 / float((2 * at.core + 1)), window = 1 / float(2 * rows.half + 1), side = 1 / float(at.side);
                 const Factors to{inside * window / scales.channel, inside / scales.spread, 2 * side * window / scales.channel,
-                                 side * window / scales.square};
-                score_row(rows.window(row - at.core, row + at.core).from(begin),
-                          rows.window(row - at.gap - at.side + 1, row - at.gap).from(begin),
-                          rows.window(row + at.gap, row + at.gap + at.side - 1).from(begin), end - begin, to, noise, std::int32_t(w),
-                          highest, index);
+                                 side * window / scales.square, noise};
+                const Windows windows{rows.window(row - at.core, row + at.core).from(begin),
+                                      rows.window(row - at.gap - at.side + 1, row - at.gap).from(begin),
+                                      rows.window(row + at.gap, row + at.gap + at.side - 1).from(begin)};
+                score_row(windows, end - begin, to, std::int32_t(w), highest, index);
             }
             const Index count = std::min(end, image.width - left) - begin;
             std::copy_n(highest, count, best + row * image.width + begin);
@@ -371,22 +228,19 @@ auto ribbon_scores(Volume<float> image, Index directions, Vector<double> widths,
     count_visits(Index(size * count * (1 + widths.shape(0))));
     std::vector<float> scores(size * count);
     std::vector<Byte> best(size * count);
-    {
-        nb::gil_scoped_release released;
-        const Centered centered(image);
-        Ribbons ribbons(centered.square, widths, noise, length_widths, min_length);
-        std::vector<float> score;
-        std::vector<Byte> which;
-        for (std::size_t direction = 0; direction < count; ++direction) {
-            Turned turned(centered, std::acos(-1.0) * double(direction) / double(count));
-            const std::size_t pixels = std::size_t(turned.height * turned.width);
-            score.resize(std::max(score.size(), pixels));
-            which.resize(std::max(which.size(), pixels));
-            ribbons.score(turned, score.data(), which.data());
-            turned.turn_back(score.data(), which.data(), scores.data() + direction * size, best.data() + direction * size);
-        }
+    const Centered centered(image);
+    Ribbons ribbons(centered.square, widths, noise, length_widths, min_length);
+    std::vector<float> score;
+    std::vector<Byte> which;
+    for (std::size_t direction = 0; direction < count; ++direction) {
+        Turned turned(centered, PI * double(direction) / double(count));
+        const std::size_t pixels = std::size_t(turned.height * turned.width);
+        score.resize(std::max(score.size(), pixels));
+        which.resize(std::max(which.size(), pixels));
+        ribbons.score(turned, score.data(), which.data());
+        turned.turn_back(score.data(), which.data(), scores.data() + direction * size, best.data() + direction * size);
     }
-    return std::make_tuple(to_numpy(std::move(scores), count, height, width), to_numpy(std::move(best), count, height, width));
+    return std::make_tuple(shaped(std::move(scores), count, height, width), shaped(std::move(best), count, height, width));
 }
 
 }  // namespace
@@ -416,6 +270,5 @@ void bind_ribbons(Module& m) {
     // -------
     // score : (D, H, W) float32, of the width that scores most.
     // width : (D, H, W) uint8, the index of that width.
-    m.def("ribbon_scores", &ribbon_scores, "image"_a.noconvert(), "directions"_a, "widths"_a.noconvert(), "noise"_a, "length_widths"_a,
-          "min_length"_a);
+    m.def("ribbon_scores", &ribbon_scores, "image"_array, "directions"_a, "widths"_array, "noise"_a, "length_widths"_a, "min_length"_a);
 }

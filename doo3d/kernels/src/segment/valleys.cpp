@@ -5,8 +5,6 @@
 // pixel of the window in place of 8 for 8 orientations. Runs of pixels in a row are summed together, for vector instructions.
 #include "arrays.h"
 
-#include <algorithm>
-
 namespace {
 
 // The detectors of orientations from 0 to a half turn, by the offsets (dx, dy) >= 0 of a quarter of their window. The even parts
@@ -17,7 +15,7 @@ struct Detectors {
 
     Detectors(double across, double along, Index orientations)
         : half(Index(std::ceil(2 * std::max(across, along)))), orientations(orientations) {
-        const double turn = std::acos(-1.0) / double(orientations);
+        const double turn = PI / double(orientations);
         for (Index o = 0; o <= orientations / 2; ++o) add(turn * double(o), across, along);
     }
 
@@ -149,29 +147,31 @@ auto valley_depth(Matrix<float> image, Matrix<bool> wanted, double across, doubl
     require(orientations > 0 && orientations % 2 == 0, "the number of orientations is not even");
     std::vector<float> depth(rows * columns, 0.0f);
     std::vector<Byte> best(rows * columns, 0);
-    if (rows && columns) {
-        nb::gil_scoped_release release;
-        const Detectors detectors(across, along, orientations);
-        const Padded padded(image, detectors.half);
-        Responses responses(padded, detectors);
-        for (Index y = 0; y < rows; ++y) {
-            const Byte* row = bytes_of(wanted) + y * columns;
-            for (Index start = first_set(row, 0, columns), end; start < columns; start = first_set(row, end, columns)) {
-                for (end = start; end < columns && row[end];) ++end;
-                responses.measure(&padded.values[(y + detectors.half) * padded.width + start + detectors.half], end - start);
-                for (Index i = 0; i < end - start; ++i) {
-                    float most = responses.at(0, i), least = most;
-                    for (Index o = 1; o < orientations; ++o) {
-                        const float response = responses.at(o, i);
-                        if (response > most) most = response, best[y * columns + start + i] = Byte(o);
-                        least = std::min(least, response);
-                    }
-                    depth[y * columns + start + i] = most + std::min(0.0f, least);
-                }
+    if (!rows || !columns) return std::make_pair(shaped(std::move(depth), rows, columns), shaped(std::move(best), rows, columns));
+    const Detectors detectors(across, along, orientations);
+    const Padded padded(image, detectors.half);
+    Responses responses(padded, detectors);
+    const auto measure = [&](Index y, Index start, Index end) {
+        responses.measure(&padded.values[(y + detectors.half) * padded.width + start + detectors.half], end - start);
+        for (Index i = 0, pixel = y * columns + start; i < end - start; ++i, ++pixel) {
+            float most = responses.at(0, i), least = most;
+            for (Index o = 1; o < orientations; ++o) {
+                const float response = responses.at(o, i);
+                if (response > most) best[pixel] = Byte(o);
+                most = std::max(most, response);
+                least = std::min(least, response);
             }
+            depth[pixel] = most + std::min(0.0f, least);
+        }
+    };
+    for (Index y = 0; y < rows; ++y) {
+        const Byte* row = bytes_of(wanted) + y * columns;
+        for (Index start = first_set(row, 0, columns), end; start < columns; start = first_set(row, end, columns)) {
+            end = std::find(row + start, row + columns, Byte(0)) - row;
+            measure(y, start, end);
         }
     }
-    return std::make_pair(to_numpy(std::move(depth), rows, columns), to_numpy(std::move(best), rows, columns));
+    return std::make_pair(shaped(std::move(depth), rows, columns), shaped(std::move(best), rows, columns));
 }
 
 }  // namespace
@@ -198,5 +198,5 @@ void bind_valleys(Module& m) {
     // -------
     // depth : (H, W) float32, in the unit of the image; 0 where it is not wanted
     // orientation : (H, W) uint8, number of the orientation that responds most
-    m.def("valley_depth", &valley_depth, "image"_a.noconvert(), "wanted"_a.noconvert(), "across"_a, "along"_a, "orientations"_a);
+    m.def("valley_depth", &valley_depth, "image"_array, "wanted"_array, "across"_a, "along"_a, "orientations"_a);
 }

@@ -2,8 +2,6 @@
 
 #include "polyline.h"
 
-#include <algorithm>
-
 namespace {
 
 std::pair<Index, Index> nodes_of(const Branch& branch) { return std::minmax(branch.a, branch.b); }

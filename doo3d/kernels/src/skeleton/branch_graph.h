@@ -6,7 +6,6 @@
 #include <map>
 #include <queue>
 #include <set>
-#include <utility>
 
 // A line of the skeleton between two ends, each a node or FREE, a tip. A branch never changes: one that is cut, joined or moved is removed,
 // and another one added.

@@ -2,10 +2,6 @@
 #include "nearest.h"
 #include "polyline.h"
 
-#include <algorithm>
-#include <array>
-#include <numeric>
-
 namespace {
 
 using Line = std::vector<double>;  // (P, D) points
@@ -129,7 +125,7 @@ public:
 
     Line points;
     std::vector<Index> bounds{0};
-    std::vector<std::uint8_t> closed;
+    std::vector<Byte> closed;
     std::vector<double> lengths;  // of the skeleton that is in no path: spurs, loops, trimmed ends
 
 private:
@@ -233,7 +229,6 @@ auto skeleton_paths(Matrix<std::int32_t> table, Matrix<double> points, Index win
     const Trim cut{trim(0), trim(1), trim(2), shares(0), shares(1)};
     Index count = 0;
     Paths paths = [&] {
-        nb::gil_scoped_release released;
         BranchGraph graph(traced_branches(neighbors), points.data(), dim);
         graph.simplify(kept, widths);
         Paths found(std::move(graph), dim, window_half, cut);
@@ -241,9 +236,8 @@ auto skeleton_paths(Matrix<std::int32_t> table, Matrix<double> points, Index win
         count = found.add_branches(most_branches);
         return found;
     }();
-    const Index size = paths.bounds.back();
-    return std::make_tuple(to_numpy(std::move(paths.points), size, dim), to_numpy(std::move(paths.bounds)), to_numpy_bool(paths.closed),
-                           to_numpy(std::move(paths.lengths)), count);
+    return std::make_tuple(rows_of(std::move(paths.points), dim), std::move(paths.bounds), flags(std::move(paths.closed)),
+                           std::move(paths.lengths), count);
 }
 
 }  // namespace
@@ -289,7 +283,6 @@ void bind_skeleton_paths(Module& m) {
     // closed : (L,) bool, True for a loop
     // lengths : (3,) float64, lengths of the spurs and of the small loops removed, and length cut from the ends
     // count : number of branches, those too that are beyond `most_branches`
-    m.def("skeleton_paths", &skeleton_paths, "table"_a.noconvert(), "points"_a.noconvert(), "window_half"_a, "least"_a.noconvert(),
-          "trim"_a.noconvert(), "shares"_a.noconvert(), "half_widths"_a.noconvert(), "origin"_a.noconvert(), "corner_widths"_a,
-          "most_branches"_a);
+    m.def("skeleton_paths", &skeleton_paths, "table"_array, "points"_array, "window_half"_a, "least"_array, "trim"_array, "shares"_array,
+          "half_widths"_array, "origin"_array, "corner_widths"_a, "most_branches"_a);
 }

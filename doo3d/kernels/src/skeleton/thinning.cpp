@@ -9,9 +9,6 @@
 // A neighborhood is a bit set: bit n is neighbor n.
 #include "thinning.h"
 
-#include <algorithm>
-#include <array>
-
 // A neighbor at a fixed step has its key at a fixed difference, so one pass over the keys with two pointers links all voxels in
 // that direction; the opposite direction comes with it.
 std::vector<std::int32_t> link_neighbors(const std::vector<Index>& keys, Index rows, Index columns) {
@@ -39,14 +36,14 @@ using Bits = std::uint32_t;
 
 // What is known of the 26 neighbors.
 struct Tables {
-    std::array<std::uint8_t, NEIGHBORS> parity{};  // the axes along which the step to each neighbor is odd
+    std::array<Byte, NEIGHBORS> parity{};  // the axes along which the step to each neighbor is odd
     std::array<int, 6> directions{};  // the neighbors beyond each face, in the order in which the directions take turns
 
     Tables() {
         constexpr Offset order[6] = {{0, 0, -1}, {0, 0, 1}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {1, 0, 0}};
         for (int n = 0; n < NEIGHBORS; ++n) {
             const Offset p = offset_of(n);
-            parity[n] = std::uint8_t(4 * std::abs(p.x) + 2 * std::abs(p.y) + std::abs(p.z));
+            parity[n] = Byte(4 * std::abs(p.x) + 2 * std::abs(p.y) + std::abs(p.z));
             for (int d = 0; d < 6; ++d) {
                 if (p.x == order[d].x && p.y == order[d].y && p.z == order[d].z) directions[d] = n;
             }
@@ -122,28 +119,15 @@ public:
         return changed;
     }
 
-    std::vector<std::uint8_t> alive;
+    std::vector<Byte> alive;
 
 private:
     // Label each voxel by the parities of its steps in x, y, z from its component's first.
     void label_subgrids() {
-        std::vector<Index> stack;
-        for (Index seed = 0; seed < table_.size(); ++seed) {
-            if (subgrid_[seed] >= 0) continue;
-            subgrid_[seed] = 0;
-            stack.assign(1, seed);
-            while (!stack.empty()) {
-                const Index i = stack.back();
-                stack.pop_back();
-                for (int n = 0; n < NEIGHBORS; ++n) {
-                    const Index j = table_.row(i)[n];
-                    if (j >= 0 && subgrid_[j] < 0) {
-                        subgrid_[j] = std::int8_t(subgrid_[i] ^ TABLES.parity[n]);
-                        stack.push_back(j);
-                    }
-                }
-            }
-        }
+        const auto is_new = [&](Index voxel) { return subgrid_[voxel] < 0; };
+        flood(table_, is_new, [&](Index voxel, Index from, int n) {
+            subgrid_[voxel] = from < 0 ? 0 : std::int8_t(subgrid_[from] ^ TABLES.parity[n]);
+        });
     }
 
     // Collect the deletable voxels whose neighbor beyond a face is missing. A voxel that was found not deletable is not
@@ -168,22 +152,25 @@ private:
                 if (subgrid_[i] != subgrid) continue;
                 stale_[i] = 0;
                 if (!is_deletable(bits_[i])) continue;
-                alive[i] = 0;
+                remove(i);
                 changed = true;
-                for (int n = 0; n < NEIGHBORS; ++n) {
-                    const Index j = table_.row(i)[n];
-                    if (j < 0) continue;
-                    bits_[j] &= ~(Bits(1) << (25 - n));
-                    stale_[j] = alive[j];
-                }
             }
         }
         return changed;
     }
+    void remove(Index voxel) {
+        alive[voxel] = 0;
+        for (int n = 0; n < NEIGHBORS; ++n) {
+            const Index j = table_.row(voxel)[n];
+            if (j < 0) continue;
+            bits_[j] &= ~(Bits(1) << (25 - n));
+            stale_[j] = alive[j];
+        }
+    }
 
     const NeighborTable& table_;
     std::vector<Bits> bits_;
-    std::vector<std::uint8_t> stale_;  // a neighbor was deleted since the voxel was last found not deletable
+    std::vector<Byte> stale_;  // a neighbor was deleted since the voxel was last found not deletable
     std::vector<std::int8_t> subgrid_;
     std::vector<Index> chosen_;
 };
@@ -191,7 +178,6 @@ private:
 auto neighbor_table(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 3, "coords are not (M, 3)");
-    ReleasedGil released;
     Index shape[3] = {1, 1, 1};
     for (Index i = 0; i < count; ++i) {
         for (int d = 0; d < 3; ++d) {
@@ -207,18 +193,15 @@ auto neighbor_table(StridedMatrix<Index> coords) {
         require(i == 0 || keys[i - 1] < keys[i], "coords are not in lexicographic order");
     }
     auto table = link_neighbors(keys, shape[1], shape[2]);
-    released.end();
-    return to_numpy(std::move(table), count, NEIGHBORS);
+    return rows_of(std::move(table), NEIGHBORS);
 }
 
 auto thin_voxels(Matrix<std::int32_t> table) {
-    ReleasedGil released;
     const NeighborTable neighbors(table);
     Thinning thinning(neighbors);
     while (thinning.pass()) {
     }
-    released.end();
-    return to_numpy_bool(thinning.alive);
+    return flags(std::move(thinning.alive));
 }
 
 }  // namespace
@@ -229,7 +212,7 @@ void bind_thinning(Module& m) {
     // coords : (M, 3) int64 >= 1, index of each of M voxels along the three axes, in lexicographic order. Returns (M, 26) int32:
     // for each voxel, the row in `coords` of its neighbor at each offset from (-1, -1, -1) to (1, 1, 1) in lexicographic order
     // without (0, 0, 0); -1 where there is no voxel.
-    m.def("neighbor_table", &neighbor_table, "coords"_a.noconvert());
+    m.def("neighbor_table", &neighbor_table, "coords"_array);
     // Tell which voxels belong to the curve skeleton, lines one voxel wide (Lee-Kashyap-Chu thinning).
     //
     // table : (M, 26) int32 as `neighbor_table` returns it: indices of the neighbors of each of M voxels, -1 for none. Returns (M,)
@@ -238,5 +221,5 @@ void bind_thinning(Module& m) {
     // Each of six directions takes its turn: the voxels exposed in that direction are collected and then deleted in 8 interleaved
     // sub-grids, so that no two neighbors are tested one right after the other. Each is tested again just before it is deleted.
     // Deleting in index order would erode a strip from one end, since each deletion would expose the next voxel.
-    m.def("thin_voxels", &thin_voxels, "table"_a.noconvert());
+    m.def("thin_voxels", &thin_voxels, "table"_array);
 }

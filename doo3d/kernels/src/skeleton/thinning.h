@@ -33,12 +33,32 @@ private:
     Index size_;
 };
 
+// Fill connected parts of the voxels from their first ones on (flood fill by a stack): `enter(voxel, from, n)` is called with each new voxel
+// that is neighbor n of one before, from -1 with the first of a part; then it is new no longer.
+template <class IsNew, class Enter>
+void flood(const NeighborTable& table, IsNew is_new, Enter enter) {
+    std::vector<Index> stack;
+    const auto add = [&](Index voxel, Index from, int n) {
+        if (voxel < 0 || !is_new(voxel)) return;
+        enter(voxel, from, n);
+        stack.push_back(voxel);
+    };
+    for (Index seed = 0; seed < table.size(); ++seed) {
+        add(seed, -1, 0);
+        while (!stack.empty()) {
+            const Index voxel = stack.back();
+            stack.pop_back();
+            for (int n = 0; n < NEIGHBORS; ++n) add(table.row(voxel)[n], voxel, n);
+        }
+    }
+}
+
 // Return the neighbor table of voxels in a box, given by their ascending row-major indices; `rows` and `columns` are the numbers of its
 // cells along the second and the third axis. The outermost cells of the box must be empty.
 std::vector<std::int32_t> link_neighbors(const std::vector<Index>& keys, Index rows, Index columns);
 
 // Label the 26-connected components of the wanted voxels: (K,) number, -1 elsewhere.
-std::vector<Index> label_components(const NeighborTable& table, const std::vector<std::uint8_t>& wanted);
+std::vector<Index> label_components(const NeighborTable& table, const std::vector<Byte>& wanted);
 
 // Instead of a junction's number: a branch ends at a tip; a branch is a closed loop without a junction.
 enum : Index { FREE = -1, LOOP = -2 };

@@ -4,9 +4,6 @@
 // blobs and leave lines two pixels wide; with the check at each deletion connected stays connected, and holes stay holes.
 #include "zhang_suen.h"
 
-#include <algorithm>
-#include <array>
-
 namespace {
 
 // The rules for the 256 neighborhoods: deletable in the first and in the second sub-iteration; simple and no end.
@@ -82,7 +79,6 @@ namespace {
 auto thin_pixels(StridedMatrix<Index> coords) {
     const Index count = coords.shape(0);
     require(coords.shape(1) == 2, "coords are not (N, 2)");
-    ReleasedGil released;
     Index height = 1, width = 1;
     for (Index i = 0; i < count; ++i) {
         require(coords(i, 0) >= 1 && coords(i, 1) >= 1, "coords are not 1 or more");
@@ -106,8 +102,7 @@ auto thin_pixels(StridedMatrix<Index> coords) {
     }
     thin_codes(codes.data(), width, pixels);
     for (Index i = 0; i < count; ++i) kept[i] |= codes[pixels[i]] != 0;
-    released.end();
-    return to_numpy_bool(kept);
+    return flags(std::move(kept));
 }
 
 }  // namespace
@@ -119,5 +114,5 @@ void bind_zhang_suen(Module& m) {
     //
     // coords : (N, 2) int64 >= 1, row and column of each of N pixels, in lexicographic order. Returns (N,) bool, True on the
     // skeleton.
-    m.def("thin_pixels", &thin_pixels, "coords"_a.noconvert());
+    m.def("thin_pixels", &thin_pixels, "coords"_array);
 }

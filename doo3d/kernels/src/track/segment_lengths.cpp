@@ -1,7 +1,5 @@
 #include "arrays.h"
 
-#include <algorithm>
-
 namespace {
 
 // Every other joint of a chain, coordinate by coordinate, and how far each gives way.
@@ -53,7 +51,6 @@ WITH_AVX2 double equalize(Joints& joints, Joints& others, Index next, double len
 auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobility, Index rounds, double tolerance) {
     const Index count = joints.shape(0), dim = joints.shape(1);
     require(Index(mobility.shape(0)) == count, "mobility is not one value per joint");
-    ReleasedGil released;
     Joints even(joints, mobility, 0), odd(joints, mobility, 1);
     std::vector<double> scales(even.mobility.size()), moved(count * dim);
     for (Index round = 0; round < rounds; ++round) {
@@ -64,8 +61,7 @@ auto equalize_lengths(Matrix<double> joints, double length, Vector<double> mobil
     for (Index k = 0; k < count; ++k) {
         for (Index d = 0; d < dim; ++d) moved[k * dim + d] = (k % 2 ? odd : even).coordinates[d][k / 2];
     }
-    released.end();
-    return to_numpy(std::move(moved), count, dim);
+    return shaped(std::move(moved), count, dim);
 }
 
 }  // namespace
@@ -89,6 +85,5 @@ void bind_segment_lengths(Module& m) {
     // Returns
     // -------
     // (J, D) float64, m.
-    m.def("equalize_lengths", &equalize_lengths, "joints"_a.noconvert(), "length"_a, "mobility"_a.noconvert(), "rounds"_a,
-          "tolerance"_a);
+    m.def("equalize_lengths", &equalize_lengths, "joints"_array, "length"_a, "mobility"_array, "rounds"_a, "tolerance"_a);
 }

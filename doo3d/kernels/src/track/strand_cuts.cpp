@@ -1,8 +1,5 @@
-#include <algorithm>
-#include <array>
-#include <limits>
-
 #include "arrays.h"
+#include "vector3.h"
 
 namespace {
 
@@ -10,6 +7,11 @@ namespace {
 struct Cut {
     Index before;
     double skipped;  // infinite if it lies in the other direction
+};
+
+// The step of the places, m; the standard deviation of a point, m, its largest cost and how much less a shift of all counts.
+struct Rule {
+    double step, deviation, outside, shift;
 };
 
 // Coordinates of the places of the object, one array each, with its ends repeated: a state begins anywhere from the length of the strand
@@ -28,15 +30,21 @@ WITH_AVX2 void place_costs(const Places& places, const double* point, double var
 }
 
 // Add what a point costs to each state, or to the cheapest change of state, and note which were changed.
-WITH_AVX2 void advance(double* __restrict sums, std::uint8_t* __restrict changed, const double* __restrict costs, Index states, double limit) {
+WITH_AVX2 void advance(double* __restrict sums, Byte* __restrict changed, const double* __restrict costs, Index states, double limit) {
     for (Index s = 0; s < states; ++s) changed[s] = sums[s] > limit;
     for (Index s = 0; s < states; ++s) sums[s] = (sums[s] > limit ? limit : sums[s]) + costs[s];
 }
 
-// Add how far a point lies from its place in each of the states from the place `first` on, and the square of it.
-WITH_AVX2 void add_offsets(const Places& places, Index first, const double* point, Index states, double* __restrict sum_x,
-                           double* __restrict sum_y, double* __restrict sum_z, double* __restrict squares) {
+// Sums over the points of a strand in each state: how far they lie from their places, and the squares of that.
+struct Offsets {
+    std::vector<double> x, y, z, squares;
+};
+
+// Add how far a point lies from its place in the states from `at` on, whose places are those from `first` on.
+WITH_AVX2 void add_offsets(const Places& places, Index first, const double* point, Index states, Index at, Offsets& sums) {
     const double *__restrict x = places[0].data() + first, *__restrict y = places[1].data() + first, *__restrict z = places[2].data() + first;
+    double *__restrict sum_x = &sums.x[at], *__restrict sum_y = &sums.y[at], *__restrict sum_z = &sums.z[at];
+    double* __restrict squares = &sums.squares[at];
     for (Index s = 0; s < states; ++s) {
         const double off_x = point[0] - x[s], off_y = point[1] - y[s], off_z = point[2] - z[s];
         sum_x[s] += off_x;
@@ -49,7 +57,7 @@ WITH_AVX2 void add_offsets(const Places& places, Index first, const double* poin
 // Return the first of the least values.
 WITH_AVX2 Index least_of(const std::vector<double>& values) {
     std::array<double, 8> least;
-    least.fill(std::numeric_limits<double>::infinity());
+    least.fill(INFINITY);
     std::size_t k = 0;
     for (; k + least.size() <= values.size(); k += least.size()) {
         UNROLLED
@@ -69,23 +77,22 @@ WITH_AVX2 Index least_of(const std::vector<double>& values) {
 class Cuts {
 public:
     Cuts(const Matrix<double>& points, const Vector<double>& arcs, const Matrix<double>& places, const Vector<double>& cut, Index whole,
-         double step, double deviation, double outside, double shift)
+         const Rule& rule)
         : points_(points), places_(places.data()), cut_(cut), count_(points.shape(0)), size_(places.shape(0)), whole_(whole),
-          starts_(size_ + whole), variance_(deviation * deviation), outside_(outside), shift_(shift) {
-        for (Index k = 0; k < count_; ++k) along_.push_back(std::min(std::max<Index>(std::lround(arcs(k) / step), 0), whole));
+          starts_(size_ + whole), variance_(rule.deviation * rule.deviation), outside_(rule.outside), shift_(rule.shift) {
+        for (Index k = 0; k < count_; ++k) along_.push_back(std::min(std::max<Index>(std::lround(arcs(k) / rule.step), 0), whole));
         for (Index d = 0; d < 3; ++d) {
             for (Index q = -whole; q < size_ + whole; ++q) repeated_[d].push_back(places_[3 * std::min(std::max<Index>(q, 0), size_ - 1) + d]);
         }
     }
     std::vector<Cut> cheapest() const {
-        double still = 0.0, total = 0.0, squares = 0.0;
+        double still = 0.0, total = 0.0;
         if (count_ < 2 || fits_uncut()) return {};
         std::vector<Cut> cuts = cut_moved({}, still);
         if (cuts.empty()) return cuts;
-        const std::array<double, 3> moved = displacement();
-        for (const double value : moved) squares += value * value;
+        const Vec moved = displacement();
         std::vector<Cut> others = cut_moved(moved, total);
-        return total + double(count_) * squares / (shift_ * shift_ * variance_) < still ? others : cuts;
+        return total + double(count_) * dot(moved, moved) / (shift_ * shift_ * variance_) < still ? others : cuts;
     }
 
 private:
@@ -106,14 +113,13 @@ private:
     Index first_place(Index k, bool backwards) const { return backwards ? whole_ - along_[k] : along_[k]; }
     // Return the squared distance of a point from a place.
     double squared_off(Index k, Index place) const {
-        const double *p = points_.data() + 3 * k, *q = places_ + 3 * place;
-        return (p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) + (p[2] - q[2]) * (p[2] - q[2]);
+        return squared_distance(points_.data() + 3 * k, places_ + 3 * place, 3);
     }
     // Tell whether the strand costs less than the cheapest cut, uncut and with its middle where the object is nearest.
     bool fits_uncut() const {
         const Index middle = count_ / 2;
         Index near = 0;
-        double nearest = squared_off(middle, 0), least = std::numeric_limits<double>::infinity();
+        double nearest = squared_off(middle, 0), least = INFINITY;
         for (Index q = 1; q < size_; ++q) {
             const double squares = squared_off(middle, q);
             if (squares < nearest) {
@@ -133,24 +139,21 @@ private:
         return false;
     }
     // Return how far the strand lies on the mean from the object where it fits best uncut, if a displacement counts little.
-    std::array<double, 3> displacement() const {
+    Vec displacement() const {
         const Index states = 2 * starts_;
-        std::vector<double> sum[3], squares(states, 0.0);
-        for (std::vector<double>& each : sum) each.assign(states, 0.0);
-        for (Index k = 0; k < count_; ++k) {
-            for (const bool backwards : {false, true}) {
-                const Index at = backwards ? starts_ : 0;
-                add_offsets(repeated_, first_place(k, backwards), points_.data() + 3 * k, starts_, sum[0].data() + at, sum[1].data() + at,
-                            sum[2].data() + at, squares.data() + at);
-            }
+        Offsets sums;
+        for (auto* each : {&sums.x, &sums.y, &sums.z, &sums.squares}) each->resize(states);
+        for (Index k = 0; k < 2 * count_; ++k) {
+            const bool backwards = k % 2;
+            add_offsets(repeated_, first_place(k / 2, backwards), points_.data() + 3 * (k / 2), starts_, backwards ? starts_ : 0, sums);
         }
         count_visits(count_ * states);
-        std::array<double, 3> best{};
-        double least = std::numeric_limits<double>::infinity();
+        Vec best{};
+        double least = INFINITY;
         for (Index state = 0; state < states; ++state) {
-            const std::array<double, 3> mean{sum[0][state] / double(count_), sum[1][state] / double(count_), sum[2][state] / double(count_)};
-            const double shift = mean[0] * mean[0] + mean[1] * mean[1] + mean[2] * mean[2];
-            const double cost = squares[state] / double(count_) - shift + shift / (shift_ * shift_);
+            const Vec mean{sums.x[state] / double(count_), sums.y[state] / double(count_), sums.z[state] / double(count_)};
+            const double shift = dot(mean, mean);
+            const double cost = sums.squares[state] / double(count_) - shift + shift / (shift_ * shift_);
             if (cost < least) {
                 least = cost;
                 best = mean;
@@ -159,10 +162,10 @@ private:
         return best;
     }
     // Return the cheapest cuts of the strand moved back by a displacement, and what they cost.
-    std::vector<Cut> cut_moved(const std::array<double, 3>& moved, double& cost) const {
+    std::vector<Cut> cut_moved(const Vec& moved, double& cost) const {
         const Index states = 2 * starts_;
         std::vector<double> costs(repeated_[0].size()), total(states, 0.0);
-        std::vector<std::uint8_t> changed(count_ * states, 0);
+        std::vector<Byte> changed(count_ * states, 0);
         std::vector<Index> best(count_, 0);
         std::vector<Cut> cuts;
         for (Index k = 0; k < count_; ++k) {
@@ -183,7 +186,7 @@ private:
         for (Index k = count_ - 1; k > 0; --k) {
             if (!changed[k * states + state]) continue;
             const bool goes_on = (state < starts_) == (best[k] < starts_);
-            cuts.push_back({k, goes_on ? double(std::abs(state - best[k])) : std::numeric_limits<double>::infinity()});
+            cuts.push_back({k, goes_on ? double(std::abs(state - best[k])) : INFINITY});
             state = best[k];
         }
         std::reverse(cuts.begin(), cuts.end());
@@ -192,23 +195,21 @@ private:
 };
 
 auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matrix<double> places, double step, double deviation,
-               double outside, double shift, Vector<double> cut) {
+                 double outside, double shift, Vector<double> cut) {
     const Index count = points.shape(0), size = places.shape(0);
     require(points.shape(1) == 3 && places.shape(1) == 3, "points and places are not 3-D");
     require(Index(arcs.shape(0)) == count, "arcs is not one value per point");
     require(Index(cut.shape(0)) == count, "cut is not one value per point");
     require(step > 0 && deviation > 0 && shift > 0 && outside > 0, "step, deviation, shift or outside is not positive");
-    ReleasedGil released;
     std::vector<Cut> cuts;
-    if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), step, deviation, outside, shift).cheapest();
+    if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), {step, deviation, outside, shift}).cheapest();
     std::vector<Index> before;
     std::vector<double> skipped;
     for (const Cut& each : cuts) {
         before.push_back(each.before);
         skipped.push_back(each.skipped * step);
     }
-    released.end();
-    return std::make_pair(to_numpy(std::move(before)), to_numpy(std::move(skipped)));
+    return std::make_pair(std::move(before), std::move(skipped));
 }
 
 }  // namespace
@@ -241,6 +242,6 @@ void bind_strand_cuts(Module& m) {
     // -------
     // before : (K,) int64, indices of points, ascending; empty if the strand is best left whole. skipped : (K,) float64 m, how much
     // farther along the object, or less far, the next part lies than it would uncut; infinite if it runs in the other direction.
-    m.def("strand_cuts", &strand_cuts, "points"_a.noconvert(), "arcs"_a.noconvert(), "length"_a, "places"_a.noconvert(), "step"_a,
-          "deviation"_a, "outside"_a, "shift"_a, "cut"_a.noconvert());
+    m.def("strand_cuts", &strand_cuts, "points"_array, "arcs"_array, "length"_a, "places"_array, "step"_a, "deviation"_a, "outside"_a,
+          "shift"_a, "cut"_array);
 }

@@ -1,8 +1,6 @@
 // Where the strands of a frame lie along an object whose shape is about known.
 #include "polyline.h"
 
-#include <numeric>
-
 namespace {
 
 constexpr Index BLOCK = 8;  // starts that are tried at once
@@ -86,7 +84,7 @@ private:
 };
 
 // Find where a strand fits best in one direction, and place it there if it fits better than so far.
-void search(Strand& strand, bool backwards, const std::vector<const Strand*>& placed, const Object& object, Visits& visits) {
+void search(Strand& strand, bool backwards, const std::vector<const Strand*>& placed, const Object& object) {
     const double first = -object.overhang, spacing = (first + object.step) - first;
     const double end = most(object.length - strand.length + object.overhang, first) + object.step;
     const Index starts = Index(std::ceil((end - first) / object.step)), points = Index(strand.arcs.size());
@@ -95,7 +93,7 @@ void search(Strand& strand, bool backwards, const std::vector<const Strand*>& pl
         const double arc = backwards ? strand.length - strand.arcs[i] : strand.arcs[i], limit = double(object.samples);
         rows[i] = Index(std::min(std::max(std::nearbyint((first + arc) / object.step), -limit), limit)) + object.samples;
     }
-    visits.count += starts * (points + Index(placed.size()));
+    count_visits(starts * (points + Index(placed.size())));
     const Reach is_reachable(strand, backwards, placed, object);
     const double tip = object.overhang / 2, factor = object.shift_tolerances, number = double(points);
     const double most_shape = object.tolerance * object.tolerance, most_shift = factor * object.tolerance * factor * object.tolerance;
@@ -142,6 +140,33 @@ Object sampled(const StridedMatrix<double>& expected, double length, double tole
     return object;
 }
 
+// Read a strand whose points are those from the row `first` on.
+Strand strand_of(const double* points, const double* sights, const Vector<double>& arcs, Index first, Index end) {
+    Strand strand{points + 3 * first, sights + 3 * first, end - first, {}, 0.0, {0.0, 0.0}};
+    for (Index i = first; i < end; ++i) {
+        require(std::isfinite(arcs(i)), "an arc length is not finite");
+        strand.arcs.push_back(arcs(i));
+    }
+    return strand;
+}
+
+// Place strands, the longest first; one that costs too much has no place.
+void place_all(std::vector<Strand>& strands, const Object& object) {
+    std::vector<Strand*> order;
+    for (Strand& strand : strands) order.push_back(&strand);
+    std::stable_sort(order.begin(), order.end(), [](const Strand* a, const Strand* b) { return a->length > b->length; });
+    std::vector<const Strand*> placed;
+    for (Strand* strand : order) {
+        if (strand->arcs.empty() || strand->length > object.length + 2 * object.overhang) continue;
+        for (const bool backwards : {false, true}) search(*strand, backwards, placed, object);
+        if (strand->cost < MAX_COST) {
+            placed.push_back(strand);
+        } else {
+            strand->start = std::nan("");
+        }
+    }
+}
+
 auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMatrix<double> sights, Vector<Index> bounds,
                    Vector<double> lengths, Matrix<double> tips, StridedMatrix<double> expected, double length, double tolerance,
                    double steps, double length_error, double shift_tolerances, double max_tip_cost) {
@@ -153,47 +178,25 @@ auto strand_places(StridedMatrix<double> points, Vector<double> arcs, StridedMat
             "bounds, lengths and tips do not fit each other");
     require(expected.shape(0) >= 2 && std::isfinite(length) && length > 0, "the object has no length");
     require(steps >= 1 && steps <= 100 && length_error > 0 && length_error <= 1, "steps or the error of lengths are out of bounds");
-    ReleasedGil released;
     const Object object = sampled(expected, length, tolerance, steps, length_error * length, shift_tolerances, max_tip_cost);
     const std::vector<double> places = dense(points), directions = dense(sights);
-    std::vector<Strand> all(strands);
+    count_visits(count);
+    std::vector<Strand> all;
     for (Index c = 0; c < strands; ++c) {
-        Strand& strand = all[c];
-        strand.points = places.data() + 3 * bounds(c);
-        strand.sights = directions.data() + 3 * bounds(c);
-        strand.count = bounds(c + 1) - bounds(c);
-        strand.length = lengths(c);
-        require(std::isfinite(strand.length) && strand.length >= 0, "a length is not finite, or negative");
-        for (Index side = 0; side < 2; ++side) strand.tips[side] = tips(c, side);
-        for (Index i = bounds(c); i < bounds(c + 1); ++i) {
-            require(std::isfinite(arcs(i)), "an arc length is not finite");
-            strand.arcs.push_back(arcs(i));
-        }
+        require(std::isfinite(lengths(c)) && lengths(c) >= 0, "a length is not finite, or negative");
+        all.push_back(strand_of(places.data(), directions.data(), arcs, bounds(c), bounds(c + 1)));
+        all.back().length = lengths(c);
+        for (Index side = 0; side < 2; ++side) all.back().tips[side] = tips(c, side);
     }
-    std::vector<Index> order(strands);
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return all[a].length > all[b].length; });
-    std::vector<const Strand*> placed;
-    Visits visits{count};
-    for (const Index c : order) {
-        Strand& strand = all[c];
-        if (strand.arcs.empty() || strand.length > length + 2 * object.overhang) continue;
-        for (const bool backwards : {false, true}) search(strand, backwards, placed, object, visits);
-        if (strand.cost < MAX_COST) {
-            placed.push_back(&strand);
-        } else {
-            strand.start = std::nan("");
-        }
-    }
+    place_all(all, object);
     std::vector<double> starts, costs;
-    std::vector<std::uint8_t> backwards;
+    std::vector<Byte> backwards;
     for (const Strand& strand : all) {
         starts.push_back(strand.start);
         costs.push_back(strand.cost);
         backwards.push_back(strand.backwards);
     }
-    released.end();
-    return std::make_tuple(to_numpy(std::move(starts)), to_numpy(std::move(costs)), to_numpy_bool(backwards));
+    return std::make_tuple(std::move(starts), std::move(costs), flags(std::move(backwards)));
 }
 
 }  // namespace
@@ -229,7 +232,6 @@ void bind_strand_places(Module& m) {
     // starts : (C,) float64 m, arc length of the object at which the strand begins; NaN if it has no place
     // costs : (C,) float64
     // backwards : (C,) bool, True for a strand that begins with its last point
-    m.def("strand_places", &strand_places, "points"_a.noconvert(), "arcs"_a.noconvert(), "sights"_a.noconvert(),
-          "bounds"_a.noconvert(), "lengths"_a.noconvert(), "tips"_a.noconvert(), "expected"_a.noconvert(), "length"_a, "tolerance"_a,
-          nb::kw_only(), "steps"_a, "length_error"_a, "shift_tolerances"_a, "max_tip_cost"_a);
+    m.def("strand_places", &strand_places, "points"_array, "arcs"_array, "sights"_array, "bounds"_array, "lengths"_array, "tips"_array,
+          "expected"_array, "length"_a, "tolerance"_a, nb::kw_only(), "steps"_a, "length_error"_a, "shift_tolerances"_a, "max_tip_cost"_a);
 }

@@ -2,8 +2,6 @@
 #include "arrays.h"
 #include "order_statistics.h"
 
-#include <array>
-
 namespace {
 
 using Slopes = std::array<double, 8>;  // by three turns, three shifts, gain and offset of the brightness
@@ -82,8 +80,13 @@ WITH_AVX2 double add(double residual, const Slopes& slope, double noise, double 
     return r * r * shrunk / 2;
 }
 
-auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to_inverse, Vector<double> intrinsics,
-                    Matrix<double> pose, Vector<double> light, Vector<double> noise, double outlier) {
+// Return a standard deviation that is given, or where it is 0 that of residuals, if there are any.
+double noise_of(double given, const std::vector<double>& residuals, double least) {
+    return given > 0 || residuals.empty() ? given : most(MAD_TO_DEVIATION * absolute_median(residuals), least);
+}
+
+auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to_inverse, Vector<double> intrinsics, Matrix<double> pose,
+                    Vector<double> light, Vector<double> noise, double outlier) {
     const Index height = Index(from_gray.shape(0)), width = Index(from_gray.shape(1));
     for (const Image* each : {&from_inverse, &to_gray, &to_inverse}) {
         require(Index(each->shape(0)) == height && Index(each->shape(1)) == width, "the images are not all of one shape (H, W)");
@@ -91,7 +94,6 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
     require(intrinsics.shape(0) == 4 && pose.shape(0) == 4 && pose.shape(1) == 4, "intrinsics and pose are not (4,) and (4, 4)");
     require(light.shape(0) == 2 && noise.shape(0) == 2, "light or noise is not (2,)");
     count_visits(2 * height * width);
-    ReleasedGil released;
     const Views views{from_gray, from_inverse, to_gray, to_inverse, intrinsics, light, pose, height, width};
     std::vector<Pixel> pixels;
     pixels.reserve(std::size_t(height * width));
@@ -103,13 +105,11 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
             Pixel pixel;
             if (!compare(views, row, column, pixel)) continue;
             pixels.push_back(pixel);
-            grays.push_back(std::fabs(pixel.gray));
-            if (!std::isnan(pixel.inverse)) inverses.push_back(std::fabs(pixel.inverse));
+            grays.push_back(pixel.gray);
+            if (!std::isnan(pixel.inverse)) inverses.push_back(pixel.inverse);
         }
     }
-    const double of_gray = noise(0) > 0 || grays.empty() ? noise(0) : most(MAD_TO_DEVIATION * median(grays), LEAST_GRAY_NOISE);
-    const double of_inverse =
-        noise(1) > 0 || inverses.empty() ? noise(1) : most(MAD_TO_DEVIATION * median(inverses), LEAST_INVERSE_NOISE);
+    const double of_gray = noise_of(noise(0), grays, LEAST_GRAY_NOISE), of_inverse = noise_of(noise(1), inverses, LEAST_INVERSE_NOISE);
     const std::size_t unknowns = std::tuple_size<Slopes>::value;
     std::vector<double> sums(unknowns * (unknowns + 1), 0.0);
     double gray_loss = 0.0, inverse_loss = 0.0, agreeing = 0.0;
@@ -122,8 +122,7 @@ auto view_alignment(Image from_gray, Image from_inverse, Image to_gray, Image to
         for (std::size_t j = 0; j < i; ++j) sums[i * (unknowns + 1) + j] = sums[j * (unknowns + 1) + i];
     }
     std::vector<double> summary{of_gray, of_inverse, gray_loss, inverse_loss, double(known), double(pixels.size()), agreeing};
-    released.end();
-    return std::make_pair(to_numpy(std::move(sums), unknowns, unknowns + 1), to_numpy(std::move(summary)));
+    return std::make_pair(rows_of(std::move(sums), unknowns + 1), std::move(summary));
 }
 
 }  // namespace
@@ -157,7 +156,6 @@ void bind_view_alignment(Module& m) {
     // gain; offset); turn and shift are to be applied to the left of the pose. summary : (7,) float64: noise of the brightness and
     // of inverse depth; sums of the losses of either, in squared standard deviations; number of pixels that are known in the first
     // view, of those that the second view shows, and of those whose residuals weigh a quarter at least.
-    m.def("view_alignment", &view_alignment, "from_gray"_a.noconvert(), "from_inverse"_a.noconvert(), "to_gray"_a.noconvert(),
-          "to_inverse"_a.noconvert(), "intrinsics"_a.noconvert(), "pose"_a.noconvert(), "light"_a.noconvert(), "noise"_a.noconvert(),
-          "outlier"_a);
+    m.def("view_alignment", &view_alignment, "from_gray"_array, "from_inverse"_array, "to_gray"_array, "to_inverse"_array,
+          "intrinsics"_array, "pose"_array, "light"_array, "noise"_array, "outlier"_a);
 }

@@ -4,7 +4,6 @@
 // linearly along it. A pixel's coverage by a stroke is the largest of its parts, so parts that overlap show no seams, and the stroke
 // is blended into the layer once. Only the pixels of a row between the outermost touched ones are looked at, so the work follows
 // the strokes and not the size of the layer. A thread that draws lets others run: no Python object is touched while it does.
-#include <algorithm>
 
 #include "arrays.h"
 
@@ -105,7 +104,6 @@ void paint_strokes(Pixels layer, Matrix<double> points, Vector<Index> stops, Mat
     }
     std::vector<Byte> is_blunt(strokes);
     for (Index s = 0; s < strokes; ++s) is_blunt[s] = blunt(s);
-    nb::gil_scoped_release released;
     Coverage coverage(layer.shape(0), layer.shape(1));
     for (Index s = 0; s < strokes; ++s) {
         const Index first = limits[s], last = limits[s + 1] - 1;
@@ -118,7 +116,6 @@ void paint_strokes(Pixels layer, Matrix<double> points, Vector<Index> stops, Mat
 void blend_layer(Pixels picture, Volume<Byte> layer) {
     require(picture.shape(2) == 3 && layer.shape(2) == 4, "picture is not RGB, or layer not RGBA");
     require(picture.shape(0) == layer.shape(0) && picture.shape(1) == layer.shape(1), "picture and layer have different sizes");
-    nb::gil_scoped_release released;
     const Index count = picture.shape(0) * picture.shape(1);
     count_visits(count);
     Byte* below = picture.data();
@@ -141,7 +138,7 @@ void bind_strokes(Module& m) {
     //     (H, W, 3) uint8 RGB. Changed in place
     // layer
     //     (H, W, 4) uint8 RGBA, the colors premultiplied by the opacity
-    m.def("blend_layer", &blend_layer, "picture"_a.noconvert(), "layer"_a.noconvert());
+    m.def("blend_layer", &blend_layer, "picture"_array, "layer"_array);
     // Draw antialiased strokes on a transparent layer in place, one after the other; each replaces what is below it.
     //
     // A stroke is a polyline with a half-width at each point, which changes linearly from one to the next; a single point is a disc.
@@ -159,6 +156,5 @@ void bind_strokes(Module& m) {
     //     (S, 4) uint8, the color of each stroke, premultiplied RGBA
     // blunt
     //     (S,), whether a stroke is cut off at its first and its last point; otherwise its ends are round
-    m.def("paint_strokes", &paint_strokes, "layer"_a.noconvert(), "points"_a.noconvert(), "stops"_a.noconvert(), "colors"_a.noconvert(),
-          "blunt"_a.noconvert());
+    m.def("paint_strokes", &paint_strokes, "layer"_array, "points"_array, "stops"_array, "colors"_array, "blunt"_array);
 }

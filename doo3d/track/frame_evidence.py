@@ -1,0 +1,150 @@
+"""Fit an object to the evidence of one frame: a chain that shows it whole, or strands."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.equal_segments import close_ring
+from ..types import Chain, Floats
+from .chain_matching import MIN_MOTION_RADII
+from .objects import Anchor, SequenceObject
+from .observations import LENGTH_ERROR, Observation, ObservedStrand, visible_joints
+from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, fit_joints, place_strands, relax_lengths
+from .rings import fit_ring, place_on_ring, ring_joints
+from .shape import Shape
+from .strand_cutting import cut_misjoined, cut_strands
+from .strand_ends import MIN_STRAND_RADII
+from .tracks import FILLED_ERROR
+
+NEVER = 10**6
+"""Age, in frames, of a joint that was never visible."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The evidence of a frame for one object.
+
+    Attributes
+    ----------
+    own
+        in an anchor, the visible parts of the object's chain with their positions along it; empty in other frames.
+    whole
+        (M + 1, 3) m, in an anchor, the joints of the whole object; (0, 3) in other frames.
+    strands
+        indices of the strands of the frame that may belong to the object.
+    """
+
+    own: Sequence[Placed]
+    whole: Floats
+    strands: tuple[int, ...]
+
+
+class Period(NamedTuple):
+    """Successive frames in which objects are followed.
+
+    Attributes
+    ----------
+    first
+        index in the capture of the first frame.
+    observations
+        the observations of the T frames.
+    poses
+        (T, 4, 4) m, camera to the frame of the observations; (0, 4, 4) if no camera saw them, or several did.
+    """
+
+    first: int
+    observations: Sequence[Observation]
+    poses: Floats
+
+
+def gather_evidence(item: SequenceObject, period: Period, claimed: Sequence[set[int]]) -> list[Evidence]:
+    """Return the evidence of each frame of a period for one object."""
+    anchors = {anchor.frame - period.first: anchor for anchor in item.anchors}
+    result = []
+    for frame, observation in enumerate(period.observations):
+        free = tuple(k for k, strand in enumerate(observation.strands) if strand.chain not in claimed[frame])
+        result.append(Evidence((), np.zeros((0, 3)), free))
+        if frame in anchors:
+            anchor = anchors[frame]
+            chain = observation.detection.chains[anchor.chain]
+            placed = _place_anchor(chain, anchor, item, period.poses[frame : frame + 1, :3, 3])
+            result[-1] = Evidence((placed,), _resample_anchor(chain, anchor, item), free)
+    return result
+
+
+def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats) -> Placed:
+    """Return the visible parts of a whole chain at their positions along the object.
+
+    The difference between the lengths of chain and object is distributed over the segments in proportion to the variances of
+    their lengths, which are larger in filled gaps. center : position of the camera, as for `visible_joints`.
+    """
+    count = len(chain.depth_filled)
+    shown, sight = visible_joints(chain, 0, count, 0, count, center)
+    variance = np.where(chain.occluded, FILLED_ERROR, LENGTH_ERROR) ** 2
+    lengths = chain.segment_length + (item.length - chain.length) * variance / variance.sum()
+    along = np.append(0.0, np.cumsum(lengths))[shown]
+    arcs = item.length - along if anchor.backwards else along
+    if item.closed:
+        arcs = (arcs + anchor.start * item.length) % item.length
+    return Placed(arcs, chain.joints[shown], (0.0, item.length), 0.0, sight)
+
+
+def _resample_anchor(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floats:
+    """Return the joints of an anchor's chain as those of the object, (M + 1, 3) m."""
+    if item.closed:
+        return close_ring(ring_joints(chain, anchor.backwards, anchor.start, item.segments)[:-1], item.segment_length)
+    joints, backwards = chain.nodes(item.segments + 1), anchor.backwards
+    return relax_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
+
+
+def fit_object(
+    item: SequenceObject, observation: Observation, found: Evidence, expected: Floats, last: Shape | None = None
+) -> Shape:
+    """Fit the expected shape of an object to the strands of a frame.
+
+    Parameters
+    ----------
+    item
+        the object.
+    observation, found
+        the frame, and its evidence for the object.
+    expected
+        (M + 1, 3) m, expected joints.
+    last
+        the shape in the previous frame, for the ages of the joints; None without one.
+    """
+    cost = 0.0
+    place, fit = (place_on_ring, fit_ring) if item.closed else (place_strands, fit_joints)
+    placed = found.own
+    if not placed:
+        strands = [observation.strands[k] for k in found.strands]
+        radius = float(np.nan_to_num(item.radius))
+        tolerance, least = max(TOLERANCE_SHARE * item.length, MIN_MOTION_RADII * radius), MIN_STRAND_RADII * radius
+        for side, node in enumerate(item.nodes):
+            if node is not None:
+                strands = cut_strands(strands, expected[-side], least, tolerance)
+        if not item.closed:
+            strands = cut_misjoined(strands, expected, item.length, least)
+        placed = place(strands, expected, item.length, tolerance)
+        cost = _mean_cost(strands, placed)
+        if placed:
+            nearer, *_ = fit(expected, placed, item.length)
+            placed = place(strands, nearer, item.length, tolerance) or placed
+    joints, seen, measured = fit(expected, placed, item.length)
+    age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
+    return Shape(joints, seen, age, cost, np.zeros_like(seen) if found.own else ~seen, measured)
+
+
+def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
+    """Return the mean cost of placed strands, weighted by length.
+
+    A strand that was not placed costs MISSING_COST.
+    """
+    total = sum(strand.length for strand in strands)
+    if not total:
+        return 0.0
+    placed_length = sum(item.span[1] - item.span[0] for item in placed)
+    costs = sum(item.cost * (item.span[1] - item.span[0]) for item in placed)
+    return (costs + MISSING_COST * max(0.0, total - placed_length)) / total
