@@ -43,7 +43,7 @@ class Stages:
     pruned
         the chains without overlapping segments, and the segments removed.
     merged
-        which chains were joined to one object, each connection with its cost, and the chains dropped.
+        which chains are linked to one object, each link with its cost, and the chains dropped.
     filled
         one polyline per object, its gaps filled.
     branched

@@ -18,10 +18,9 @@ class Assembly:
     gap_paths
         the path from each piece to the next; a closed object has one more, from the last piece to the first.
     closed
-        True for a ring, whose last piece is joined to the first.
+        True for a ring, whose last piece is linked to the first.
     confidence
-        confidence of each connection made by merging, 0 to 1, in the order of the gaps. Empty for a single chain that already
-        was a ring.
+        confidence of each link of two pieces, 0 to 1, in the order of the gaps. Empty for a single chain that already was a ring.
     """
 
     pieces: tuple[Floats, ...]

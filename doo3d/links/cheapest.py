@@ -58,11 +58,11 @@ class Groups(DisjointSet):
         self.is_large: Bools = (total >= MIN_LENGTH_RATIO * total.max())[self.group]
 
     def are_apart(self, first: Rows, second: Rows) -> Bools:
-        """Tell which pairs of ends, given by their rows, are in two groups: (K,) bool."""
+        """Return which pairs of ends, given by their rows, are in two groups: (K,) bool."""
         return np.asarray(self.group[first // 2] != self.group[second // 2])
 
     def are_linkable(self, first: Rows, second: Rows) -> Bools:
-        """Tell which pairs of ends, given by their rows, are free and in large groups: (K,) bool."""
+        """Return which pairs of ends, given by their rows, are free and in large groups: (K,) bool."""
         large = self.is_large[first // 2] & self.is_large[second // 2]
         return np.asarray(~(self.used[first] | self.used[second]) & large)
 

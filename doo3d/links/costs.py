@@ -1,4 +1,8 @@
-"""Costs per unit of length, which links and contacts share. Cost units are mm of gap, in an image px."""
+"""Costs per unit of length, which links and contacts share, and the costs of contacts.
+
+A cost unit is a mm of gap, in an image a px; a radian of a turn costs `merge.direction_weight`. The costs of contacts were set by
+hand, and measured together on rendered harnesses with masks, with ragged masks, and as clouds.
+"""
 
 from collections.abc import Sequence
 
@@ -35,17 +39,17 @@ def length_costs(paths: Sequence[Floats], scene: Scene, config: MergeConfig, per
 
 MISFIT_COST = 300.0
 """Cost units per sum of both radii by which two axes at a contact are nearer or farther apart than its explanation says: 0 for a
-branch, one sum of radii for a crossing. Chosen on rendered trees."""
+branch, one sum of radii for a crossing."""
 
 MISS_COST = 20.0
-"""Cost units per sum of both radii by which the straight continuation of an end misses the axis of a strand. Small: it only
-chooses the position straight ahead among those that fit the end. Chosen on rendered trees."""
+"""Cost units per sum of both radii by which the straight continuation of an end misses the axis of a strand. It is small, since
+it only chooses the position straight ahead among those that fit the end."""
 
 TIP_COST = 120.0
-"""Cost units of leaving an end free: an end is attached to a strand if the attachment costs less. Chosen on rendered trees."""
+"""Cost units of leaving an end free: an end is attached to a strand if the attachment costs less."""
 
 BRANCH_COST = 60.0
-"""Cost units of two opposite branches where two strands might cross instead. Chosen on rendered trees."""
+"""Cost units of two opposite branches where two strands might cross instead."""
 
 GAP_LINK_COST = 250.0
 """Cost units up to which two ends of a cloud are linked across a gap; a link that costs as much has no confidence. Half of

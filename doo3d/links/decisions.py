@@ -170,11 +170,7 @@ def record_decisions(
         a, b = links[i].rows
         others = symmetric[[a, b]]
         others[0, b] = others[1, a] = np.inf
-        cheapest = int(np.argmin(others))
-        runner_up = (
-            candidate((a, b)[cheapest // len(symmetric)], cheapest % len(symmetric))
-            if np.isfinite(others.flat[cheapest])
-            else None
-        )
+        of_pair, other = divmod(int(np.argmin(others)), len(symmetric))
+        runner_up = candidate((a, b)[of_pair], other) if np.isfinite(others[of_pair, other]) else None
         records.append(LinkDecision(candidate(a, b), runner_up, confidence[i], kept[i]))
     return tuple(records)

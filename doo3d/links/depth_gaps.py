@@ -1,9 +1,9 @@
 """Depth gaps: two chain ends joined by the mask, where only the depth is missing.
 
-A stereo camera loses the depth of a strand in stretches: where it bends towards the camera, beside a finger, where it is thin.
-The chains end there, though the strand is seen. The lines along the mask's skeleton, from one place where strands meet to the
-next, tell which two ends such a stretch joins: those that follow each other on one line and point along it towards each other,
-with no other chain in between. Where strands cross, the lines end, and the terms decide.
+A stereo camera loses the depth of a strand where the strand bends towards the camera, beside a finger, or where it is thin. A
+chain ends at such a gap, though the image shows the strand. The middle lines of the mask, from one place where strands meet to
+the next, show which two ends belong together: those that follow each other on one line and point along it towards each other,
+with no other chain in between. The lines end where strands cross; there the terms decide.
 """
 
 from statistics import median
@@ -22,7 +22,7 @@ Gaps: TypeAlias = "dict[tuple[int, int], Floats]"
 
 
 def depth_gaps(points: Floats, tangents: Floats, chains: Curves, scene: Scene) -> tuple[Gaps, tuple[str, ...]]:
-    """Return the gaps between chain ends along which the object is seen in the mask.
+    """Return the gaps between chain ends that lie in the mask, where only the depth is missing.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def depth_gaps(points: Floats, tangents: Floats, chains: Curves, scene: Scene) -
     Returns
     -------
     Rows of two ends, the lower first -> (P, 3) m, points along the middle of the mask from the first end to the second. Their
-    inverse depth is interpolated, since in the image that of a straight line changes evenly. Empty for a cloud, in 2-D, and where
-    the object behind a place makes it free space: a pile fills the mask between any two ends. And messages to the user: that the
-    mask's skeleton has too many branches.
+    inverse depth is interpolated, which changes evenly along the image of a straight line. Empty for a cloud, in 2-D, and where
+    readings behind the strand count as free space, since a pile fills the mask between any two ends. And messages to the user:
+    the mask's skeleton has too many branches.
     """
     if len(chains) < 2:
         return {}, ()

@@ -1,7 +1,6 @@
 """Which chain ends belong together (Keipour et al., RA-L 2022, section III-F)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -68,12 +67,12 @@ def merge(chains: Curves, scene: Scene, segment_length: float, config: MergeConf
     confidence = confidences(links, alternatives, config.max_cost, config.allow_closed_chains)
 
     of_end = {end: value for link, value in zip(links, confidence, strict=True) for end in link.pair}
-    built = [(route, _assembly(route, chains, gap_paths, of_end)) for route in trace_routes(chains.closed.tolist(), links)]
+    built = [(route[0], _assembly(*route, chains, gap_paths, of_end)) for route in trace_routes(chains.closed.tolist(), links)]
     built.sort(key=lambda item: -item[1].segments)
     count = sum(assembly.segments * segment_length >= config.min_length * scene.radius for _, assembly in built)
     if config.chains is not None:
         count = max(config.chains, count if scene.ranks_by_confidence else 0)
-    used = {end.chain for route, _ in built[:count] for end in route.entries}
+    used = {end.chain for entries, _ in built[:count] for end in entries}
     kept = [link.first.chain in used for link in links]
     setting = "merge.min_length" if config.chains is None else "merge.chains"
     dropped = [*((chain, setting) for i, chain in enumerate(chains) if i not in used), *((chain, TOO_MANY) for chain in left_out)]
@@ -139,37 +138,11 @@ def _refusal_notes(groups: Groups, cost: Floats, gap_paths: GapPaths, which: str
     )
 
 
-@dataclass(frozen=True)
-class Route:
-    """The order in which the chains of one object follow each other.
-
-    Attributes
-    ----------
-    entries
-        one `End` (chain and side) per chain, in the order in which the object runs through the chains: the end at which the
-        object enters the chain. It leaves at the other end.
-    closed
-        True if the last chain is linked to the first, or if the only chain is a ring.
-    """
-
-    entries: tuple[End, ...]
-    closed: bool
-
-    @property
-    def gaps(self) -> list[tuple[End, End]]:
-        """The two ends at each gap, in order: the end at which one chain is left, then the end at which the next is entered.
-
-        A closed route has one more gap, from the last chain to the first.
-        """
-        following = [*self.entries[1:], *(self.entries[:1] if self.closed else ())]
-        return [(entry.other, end) for entry, end in zip(self.entries, following, strict=False)]
-
-
-def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[Route]:
+def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[tuple[list[End], bool]]:
     """Return in which order and direction the links lead through the chains, one route per object.
 
-    A chain without a link is a route of its own. Routes between two free ends come first, in the order of their first ends, then
-    rings that the links close. Each chain is in exactly one route.
+    Routes between two free ends come first, in the order of their first ends, then rings that the links close. Each chain is in
+    exactly one route, a chain without a link in a route of its own.
 
     Parameters
     ----------
@@ -177,6 +150,11 @@ def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[Route]:
         for each chain, whether it is a ring; links refer to chains by index.
     links
         the links; no end is in two of them.
+
+    Returns
+    -------
+    For each object the ends at which it enters its chains, in order; it leaves each chain at the other end. And whether the last
+    chain is linked to the first, or the only chain is a ring.
     """
     partner = {link.first: link.second for link in links} | {link.second: link.first for link in links}
     ends = ends_of(len(closed))
@@ -189,15 +167,30 @@ def trace_routes(closed: Sequence[bool], links: Sequence[Link]) -> list[Route]:
         while (end := partner.get(entries[-1].other, start)) != start:
             entries.append(end)
         visited |= {entry.chain for entry in entries}
-        routes.append(Route(tuple(entries), start in partner or closed[start.chain]))
+        routes.append((entries, start in partner or closed[start.chain]))
     return routes
 
 
-def _assembly(route: Route, chains: Curves, gap_paths: GapPaths, of_end: Mapping[End, float]) -> Assembly:
-    """Return the assembly of a route; of_end : confidence of the link of each linked end."""
+def _assembly(
+    entries: Sequence[End], is_ring: bool, chains: Curves, gap_paths: GapPaths, of_end: Mapping[End, float]
+) -> Assembly:
+    """Return the assembly of a route.
+
+    Parameters
+    ----------
+    entries, is_ring
+        the route, as `trace_routes` returns it.
+    chains
+        the joints of all chains.
+    gap_paths
+        the paths across gaps.
+    of_end
+        confidence of the link of each linked end.
+    """
+    gaps = list(zip((entry.other for entry in entries), [*entries[1:], *entries[:is_ring]], strict=False))
     return Assembly(
-        pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in route.entries),
-        gap_paths=tuple(gap_paths.path(*gap) for gap in route.gaps),
-        closed=route.closed,
-        confidence=tuple(of_end[before] for before, _ in route.gaps if before in of_end),
+        pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in entries),
+        gap_paths=tuple(gap_paths.path(*gap) for gap in gaps),
+        closed=is_ring,
+        confidence=tuple(of_end[before] for before, _ in gaps if before in of_end),
     )

@@ -8,12 +8,12 @@ import rustworkx
 from ..types import Floats
 
 FEW_ENDS, RIVALS = 256, 8
-"""Ends up to which all pairs are tried. Of more, each is tried with the RIVALS of the largest weight: 50 ms for 1,000 ends."""
+"""Number of ends up to which all pairs are tried. Of more ends, each is tried with the 8 of largest weight: 50 ms for 1,000."""
 
 BITS = 40
-"""Bits to which the heaviest weight is rounded, since rustworkx matches by whole numbers; and bits below for a random number
-that is added to each weight. Hardly two matchings are equally heavy with it (isolation lemma of Mulmuley, Vazirani and Vazirani,
-1987); among such, rustworkx's choice would differ from run to run."""
+"""Bits of the heaviest weight, since rustworkx matches by whole numbers; and bits of a random number that is added below. With it
+hardly two matchings are equally heavy (isolation lemma of Mulmuley, Vazirani and Vazirani, 1987), between which rustworkx would
+choose differently from run to run."""
 
 Rows = tuple[int, int]
 """Rows of two ends in arrays over all ends of all chains, the lower first."""

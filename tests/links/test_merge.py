@@ -243,6 +243,14 @@ def test_two_halves_of_a_ring(strategy):
     check_whole([ring], halves)
 
 
+@pytest.mark.parametrize("strategy", ["greedy", "global"])
+def test_a_ring_of_links_leaves_the_wanted_number(strategy):
+    """Of three thirds of a ring two chains are wanted: of the three links that the matching holds, one is made."""
+    thirds = [bow(0.3)[first : first + 7] for first in (0, 9, 18)]
+    found = run(thirds, config(strategy=strategy, allow_closed_chains=True, chains=2, max_cost=1e4, max_gap=0.03))
+    assert sorted(len(assembly.pieces) for assembly in found) == [1, 2]
+
+
 def test_a_ring_that_was_found_closed_stays_closed():
     assemblies = run([bow(0.2), chain((0.3, 0), (1, 0), 30)], config(chains=None, min_length=0), closed=[True, False])
     assert sorted((len(a.pieces), a.closed) for a in assemblies) == [(1, False), (1, True)]

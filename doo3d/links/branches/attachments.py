@@ -17,7 +17,7 @@ from .strands import ContactCandidate, SampledChain, across_view, box_distances,
 
 MISS_FREE = 0.4
 """Sums of radii by which the continuation of an end may miss a strand's axis without cost, where the end is up to one sum of
-radii away; up to twice as much at two sums of radii or more. Chosen on rendered trees."""
+radii away; twice as much from two sums of radii on."""
 
 DEPTH_SLOPE = 0.5
 """Difference in depth between an end and a strand that does not count, as a share of the distance across the view beyond the sum

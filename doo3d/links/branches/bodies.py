@@ -1,7 +1,7 @@
 """Decide where two strands pass each other in contact: two branches opposite each other on a trunk, or a crossing.
 
 At a branch the axes meet at one depth, at a crossing they are one sum of radii apart. In an image without depth the turns of the
-strands decide: two that go on straight cross; where one turns, two branches leave the other.
+strands decide: two straight strands cross; where one turns, it is two branches of the other.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,8 @@ from ..costs import BRANCH_COST, MISFIT_COST
 from .strands import ContactCandidate, SampledChain, stretch_inside
 
 CONTACT_RADII, CONTACT_SAMPLES = 0.65, 6
-"""Sums of radii between two axes up to which strands may meet, and samples from one contact on up to which it is one stretch."""
+"""Largest distance of two axes at a contact, in sums of radii; and number of samples between two of them up to which both are
+one contact."""
 
 
 def body_contacts(strands: Sequence[SampledChain], scene: Scene) -> list[ContactCandidate]:
@@ -56,14 +57,14 @@ def planar_turn(first: SampledChain, at: float, second: SampledChain, place: flo
 
 
 def _turn_inside(strand: SampledChain, at: float, other: SampledChain) -> float:
-    """Return the angles in radians by which a strand turns where it comes into another one and where it goes out of it."""
+    """Return the sum of the angles in radians by which a strand turns where it enters another one, and where it leaves it."""
     low, high = stretch_inside(strand, at, other)
     line = unit(strand.at(high) - strand.at(low))
     return float(angle(-strand.arm(low, -1, strand.radius), line) + angle(line, strand.arm(high, 1, strand.radius)))
 
 
 def _nearest_samples(strands: Sequence[SampledChain]) -> Iterator[tuple[int, int, int, int]]:
-    """Yield (strand, sample, strand, sample) where axes come nearest to each other, one for each stretch of contact."""
+    """Yield (strand, sample, strand, sample) at the least distance of two axes, once for each contact."""
     curves = Curves.of([strand.points for strand in strands])
     points, number, first = curves.points, curves.owner, curves.bounds
     radii = np.concatenate([strand.radii for strand in strands])

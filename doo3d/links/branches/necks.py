@@ -13,15 +13,15 @@ from ...types import Bools, Floats, Ints
 from .strands import ARM_RADII, SampledChain, across_view, view_direction
 
 FIRST_CUT, NECK_END, LAST_CUT = 0.6, 2.5, 6.0
-"""Distances of the cuts: the first cut from the trunk's axis, in radii of the trunk; and from the trunk's surface, in radii of
-the branch, the end of the range of necks, and the end of the range in which the width of the branch is measured."""
+"""Distance of the first cut from the trunk's axis, in radii of the trunk. Distances from the trunk's surface, in radii of the
+branch, up to which a narrow cut is a neck, and up to which the width of the branch is measured."""
 
 CLEARANCE_RADII = 2.0
-"""Difference in depth, in radii of the trunk, up to which a pixel of the object is of the branch: depth is uncertain there."""
+"""Largest difference in depth, in radii of the trunk, of a pixel of the branch: depth is uncertain at edges."""
 
 CELL_RADII, CELLS = 0.125, 32
 """Spacing of the cuts, and of the positions of a cut, in radii of the branch; and number of positions on each side of the axis.
-A cut that does not meet the object in the inner half of its positions shows a gap: ends are uncertain."""
+A cut whose inner half of positions is off the object shows a gap: ends are uncertain."""
 
 
 def neck_share(branch: Floats, radius: float, trunk: SampledChain, at: float, scene: Scene) -> float:
@@ -70,7 +70,7 @@ def neck_share(branch: Floats, radius: float, trunk: SampledChain, at: float, sc
 
 
 def _run_lengths(is_object: Bools) -> Ints:
-    """Return how many positions in a row of each cut are of the object: the longest row that lies at the branch's axis."""
+    """Return the number of positions in the longest run of each cut on the object, of those runs near the branch's axis."""
     columns = is_object.shape[1] + 1
     first, end = np.array(runs(np.pad(is_object, ((0, 0), (0, 1))).ravel()), dtype=int).reshape(-1, 2).T
     cut, at = np.divmod(first, columns)

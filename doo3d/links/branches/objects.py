@@ -51,13 +51,10 @@ def assembled(pieces: Sequence[Piece], nodes: Sequence[Node]) -> tuple[list[Chai
     junctions : the junctions, with confidence from the smallest gain by a logistic function.
     objects : the trees, in the order of the chains.
     """
-    at: dict[int, list[ChainEnd]] = {}
-    parts = DisjointSet(range(len(pieces)))
-    for number, piece in enumerate(pieces):
-        for side, node in enumerate(piece.nodes):
-            if node is not None:
-                at.setdefault(node, []).append(ChainEnd(number, side))
-                parts.join(at[node][0].chain, number)
+    at, parts = _ends_at_nodes(pieces), DisjointSet(range(len(pieces)))
+    for first, *others in at.values():
+        for end in others:
+            parts.join(first.chain, end.chain)
     trees = []
     for body in sorted(parts.members(), key=lambda body: -sum(pieces[number].chain.length for number in body)):
         trunk = _trunk(body, pieces, at)
@@ -81,22 +78,28 @@ def laid_out(
     places
         position, (D,) m (px in 2-D), and confidence of each node; those at which fewer than three pieces end are left out.
     """
-    chains = [pieces[number].chain for numbers, _ in trees for number in numbers]
-    at: dict[int, list[ChainEnd]] = {}
-    for k, number in enumerate(number for numbers, _ in trees for number in numbers):
-        for side, node in enumerate(pieces[number].nodes):
-            if node is not None:
-                at.setdefault(node, []).append(ChainEnd(k, side))
-    met = sorted((ends, node) for node, ends in at.items() if len(ends) > 2)
+    ordered = [pieces[number] for numbers, _ in trees for number in numbers]
+    met = sorted((ends, node) for node, ends in _ends_at_nodes(ordered).items() if len(ends) > 2)
     junctions, objects, first = [], list[LinearObject](), 0
     for ends, node in met:
         position, confidence = places[node]
-        junctions.append(Junction(position, tuple(ends), np.array([chains[end.chain].radius for end in ends]), confidence))
+        radii = np.array([ordered[end.chain].chain.radius for end in ends])
+        junctions.append(Junction(position, tuple(ends), radii, confidence))
     for numbers, trunk in trees:
         own = range(first, first + len(numbers))
         objects.append(LinearObject(tuple(own), tuple(k for k, (ends, _) in enumerate(met) if ends[0].chain in own), trunk))
         first += len(numbers)
-    return chains, junctions, objects
+    return [piece.chain for piece in ordered], junctions, objects
+
+
+def _ends_at_nodes(pieces: Sequence[Piece]) -> dict[int, list[ChainEnd]]:
+    """Return the ends of pieces at each node, in the order of the pieces."""
+    at: dict[int, list[ChainEnd]] = {}
+    for end in (ChainEnd(number, side) for number in range(len(pieces)) for side in (0, 1)):
+        node = pieces[end.chain].nodes[end.end]
+        if node is not None:
+            at.setdefault(node, []).append(end)
+    return at
 
 
 def _trunk(body: Sequence[int], pieces: Sequence[Piece], at: Mapping[int, Sequence[ChainEnd]]) -> list[int]:

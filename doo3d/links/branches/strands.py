@@ -1,4 +1,4 @@
-"""Sample the chains of a frame densely along their axes, with radius, tangents and ends; and where these may meet."""
+"""Sample the chains of a frame densely along their axes, with radius, tangents and ends; and candidates for their contacts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from ...types import Bools, Chain, Floats, Ints
 from ..ends import End, Ends
 
 ARM_RADII = (2.0, 8.0)
-"""Distances from a position, in radii, between which direction and radius of a strand on one side of it are measured. The second
-is also the length over which tangents are measured, and that from which on a strand may touch itself."""
+"""Distances from a position, in radii, between which direction and radius of a strand on one side are measured. The second is
+also the length over which the tangents of ends are measured."""
 
 MIN_STEPS = 4
-"""Fewest samples, or segments, over which tangents are measured."""
+"""Fewest segments over which the tangents of ends are measured."""
 
 JUNCTION_RADII = 0.8
-"""Distance up to which a branch is inside its trunk, from the surface of that, in radii of the branch; and from a junction, in
-radii of the strand, within which the axis of a piece is replaced by a straight line to it."""
+"""Distance from a trunk's surface, in radii of the branch, up to which the branch is inside; and distance from a junction, in
+radii of the strand, within which the axis of a piece is replaced by a straight line to the junction."""
 
 
 @dataclass(frozen=True)

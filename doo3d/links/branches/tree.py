@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from ..ends import End
 from .clouds import HIDDEN_WEIGHT
 from .objects import Node, Piece, assembled
 from .strands import ARM_RADII, JUNCTION_RADII, ContactCandidate, SampledChain, stretch_inside
+
+Stop: TypeAlias = "tuple[float, int | None]"
+"""Arc length on a strand, m (px in 2-D), and the index of the node there; None at a tip."""
 
 
 def choose(candidates: Sequence[ContactCandidate], count: int) -> list[ContactCandidate]:
@@ -57,7 +61,7 @@ def nodes_of(contacts: Sequence[ContactCandidate], strands: Sequence[SampledChai
 
 
 def _is_at(node: Node, strand: SampledChain, number: int, at: float) -> bool:
-    """Tell whether a node lies at an arc length on a strand."""
+    """Return whether a node lies at an arc length on a strand."""
     limit = max(NODE_RADII * strand.radius, strand.length / max(len(strand.along), 1))
     return number in node.bodies and abs(node.bodies[number] - at) < limit
 
@@ -133,34 +137,27 @@ def cut(
     chains, junctions, objects : as `Detection` holds them; a chain without a junction is returned as it was.
     """
     pieces: list[Piece] = []
-    tips = {end: k for k, node in enumerate(nodes) for end in node.ends}
+    at_end = {end: k for k, node in enumerate(nodes) for end in node.ends}
     for number, strand in enumerate(strands):
-        stops = sorted((node.bodies[number], k) for k, node in enumerate(nodes) if number in node.bodies)
-        own = tips.get(End(number, 0)), tips.get(End(number, 1))
-        if not stops and own == (None, None):
-            pieces.append(Piece(strand.chain, own))
-        else:
-            pieces += _pieces(strand, stops, own, nodes, length)
+        inner = sorted((node.bodies[number], k) for k, node in enumerate(nodes) if number in node.bodies)
+        stops = [(0.0, at_end.get(End(number, 0))), *inner, (strand.length, at_end.get(End(number, 1)))]
+        is_whole = all(node is None for _, node in stops)
+        pieces += [Piece(strand.chain, (None, None))] if is_whole else _pieces(strand, stops, nodes, length)
     return assembled(pieces, nodes)
 
 
-def _pieces(
-    strand: SampledChain,
-    stops: list[tuple[float, int]],
-    tips: tuple[int | None, int | None],
-    nodes: Sequence[Node],
-    length: float,
-) -> list[Piece]:
-    """Return the pieces of one chain between its stops, (arc length, node), and its tips."""
-    bounds: list[tuple[float, int | None]] = [(0.0, tips[0]), *stops, (strand.length, tips[1])]
-    if strand.chain.closed and stops:
-        bounds = [*stops, (strand.length + stops[0][0], stops[0][1])]
+def _pieces(strand: SampledChain, stops: Sequence[Stop], nodes: Sequence[Node], length: float) -> list[Piece]:
+    """Return the pieces of one chain between its stops, of which the first and the last are its ends.
+
+    strand, stops : the chain. nodes : all junctions. length : segment length, m (px in 2-D).
+    """
     pieces = []
     points, along = strand.points, strand.along
     if strand.chain.closed:
+        stops = [*stops[1:-1], (strand.length + stops[1][0], stops[1][1])]
         points = np.concatenate((points, points[1:]))
         along = np.concatenate((along, strand.length + along[1:]))
-    for (low, first), (high, last) in itertools.pairwise(bounds):
+    for (low, first), (high, last) in itertools.pairwise(stops):
         kept, line = (along > low) & (along < high), []
         for at, node in ((low, first), (high, last)):
             line.append(resample(points, np.array([at])) if node is None else nodes[node].position[None])
@@ -210,4 +207,5 @@ def chain_of(joints: Floats, strands: Sequence[SampledChain], links: Sequence[tu
 
 
 def _middles(joints: Floats) -> Floats:
+    """Return the middles of segments, (N, D)."""
     return (joints[1:] + joints[:-1]) / 2

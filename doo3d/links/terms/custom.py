@@ -1,6 +1,9 @@
 """The costs of the user, from functions of the ends' points (E, D) and tangents (E, D) to (E, E)."""
 
 from collections.abc import Callable
+from functools import partial
+
+import numpy as np
 
 from ...config import MergeConfig
 from ...errors import ConfigError
@@ -17,15 +20,16 @@ def custom_terms(config: MergeConfig) -> dict[str, Callable[[Ends, Scene], Float
     ------
     ConfigError : no cost of that name is registered.
     """
-    return {name: _custom_term(name, weight) for name, weight in config.custom_costs.items()}
+    for name in config.custom_costs:
+        if name not in CUSTOM_COSTS:
+            raise ConfigError(
+                f"merge.custom_costs: there is no cost {name!r}; doo3d.plugins.CUSTOM_COSTS holds "
+                f"{', '.join(CUSTOM_COSTS) or 'none'}: register it there first, or install its plug-in",
+                code="cost-unknown",
+            )
+    return {name: partial(_custom_term, name, weight) for name, weight in config.custom_costs.items()}
 
 
-def _custom_term(name: str, weight: float) -> Callable[[Ends, Scene], Floats]:
-    if name not in CUSTOM_COSTS:
-        raise ConfigError(
-            f"merge.custom_costs: there is no cost {name!r}; doo3d.plugins.CUSTOM_COSTS holds "
-            f"{', '.join(CUSTOM_COSTS) or 'none'}: register it there first, or install its plug-in",
-            code="cost-unknown",
-        )
-    cost = CUSTOM_COSTS[name]
-    return lambda ends, _: weight * cost(ends.points, ends.tangents)
+def _custom_term(name: str, weight: float, ends: Ends, _: Scene) -> Floats:
+    """Return a custom cost of each pair of ends times its weight, (E, E) cost units."""
+    return np.asarray(weight * CUSTOM_COSTS[name](ends.points, ends.tangents))

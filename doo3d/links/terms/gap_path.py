@@ -161,10 +161,10 @@ class GapPaths:
         -------
         (E, E) cost units, a new array; infinite where `cost` is.
         """
-        total = cost.copy()
-        first, second = np.nonzero(np.isfinite(cost))
-        if not (self.ends.config.free_space_weight or self.ends.config.unknown_weight):
+        total, config = cost.copy(), self.ends.config
+        if not (config.free_space_weight or config.unknown_weight):
             return total
+        first, second = np.nonzero(np.isfinite(cost))
         for start in range(0, len(first), AT_ONCE):
             a, b = first[start : start + AT_ONCE], second[start : start + AT_ONCE]
             total[a, b] += self._straight_gap_costs(a, b)
@@ -173,15 +173,14 @@ class GapPaths:
         return total
 
     def _straight_gap_costs(self, first: Ints, second: Ints) -> Floats:
-        """Return the cost of a straight gap between K ends and K others, given by their indices (K,)."""
-        points, config = self.ends.points, self.ends.config
-        samples = _straight_gaps(points, first, second, CONNECTION_SAMPLES)
+        """Return the cost of a straight gap between K ends and K others, given by their rows, (K,) cost units."""
+        samples = _straight_gaps(self.ends.points, first, second, CONNECTION_SAMPLES)
         classes = self.scene.classify(samples).reshape(len(first), len(CONNECTION_SAMPLES))
         is_open = np.isin(classes, OPEN).mean(axis=1)
         unknown = (classes == PointVisibility.NO_DEPTH).mean(axis=1)
-        length = np.linalg.norm(points[second] - points[first], axis=1)
+        length = self.ends.distance[first, second]
         unknown[(length < self.ends.window) & (is_open == 0)] = 0.0
-        weighted = config.free_space_weight * is_open + config.unknown_weight * unknown
+        weighted = self.ends.config.free_space_weight * is_open + self.ends.config.unknown_weight * unknown
         return np.asarray(self.ends.unit_cost * length * weighted)
 
 
