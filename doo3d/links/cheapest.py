@@ -49,7 +49,7 @@ class Groups(DisjointSet):
     def add(self, link: Link) -> None:
         """Add a link, and unite the groups of its two chains."""
         self.links.append(link)
-        self.used[[link.first.row, link.second.row]] = True
+        self.used[list(link.rows)] = True
         if self.join(link.first.chain, link.second.chain):
             self._compare()
 

@@ -85,7 +85,8 @@ class Link(NamedTuple):
     @property
     def rows(self) -> tuple[int, int]:
         """The rows of the two ends in arrays over all ends of all chains."""
-        return self.first.row, self.second.row
+        (a, a_side), (b, b_side) = self.first, self.second
+        return 2 * a + a_side, 2 * b + b_side
 
 
 def ends_of(count: int) -> list[End]:

@@ -133,7 +133,7 @@ class GapPaths:
 
     def _measure(self, pairs: Sequence[Pair]) -> list[GapCost]:
         """Return the costs of gap paths; a short gap costs nothing if the straight line between its ends meets no free space."""
-        first, second = np.array([(a.row, b.row) for a, b in pairs]).T.copy()
+        first, second = (np.array(pairs) @ (2, 1)).T.copy()  # rows of ends, as `End.row`
         ends, is_near = self.ends.points, self.ends.distance[first, second] < self.ends.window
         costly = ~is_near
         if is_near.any():
