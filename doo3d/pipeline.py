@@ -108,7 +108,7 @@ class Stages:
 def _walk(observed: Observed, how: Interpretation) -> Stages:
     """Run the method from the segmented frame to the verdict, interpreted in one way."""
     config = how.applied(observed.config)
-    scene = observed.segmentation.scene.asked(config, how.voxel)  # what was captured, to ask
+    scene = observed.segmentation.scene.with_settings(config, how.voxel)  # what was captured, to ask
     graph = skeletonize(scene, how.clearance)  # voxelize, thin, traverse: ordered paths
     fitted = fit(graph.paths, graph.segment_length, config.fit)  # the paper's segments
     pruned = prune(fitted, scene.voxel if len(fitted) else 1.0, config.prune)  # without overlaps
@@ -116,7 +116,7 @@ def _walk(observed: Observed, how: Interpretation) -> Stages:
     filled = fill(merged.assemblies, graph.segment_length)  # gaps closed by tangent circles
     chains, scene = refine(filled, graph.grid.centroids, scene, graph.segment_length)  # axis, radius, equal segments
     branched = branch(chains, scene)  # trees, where objects may branch
-    verdict = judge(branched.chains, scene, merged.left_out, branched.junctions, branched.objects)
+    verdict = judge(branched.chains, scene, merged.dropped_length, branched.junctions, branched.objects)
     return Stages(observed, scene, graph, fitted, pruned, merged, filled, branched, verdict)
 
 

@@ -15,9 +15,9 @@ from ..kernels import nearest
 from ..scene.axis_in_cloud import shows_half_shells
 from ..scene.cloud import CloudScene
 from ..scene.cross_sections import thinned
+from ..scene.point_visibility import PointVisibility
 from ..scene.samples import Samples, sample_paths
 from ..scene.scene import Scene
-from ..scene.states import PointVisibility
 from ..types import Bools, Chain, Connection, Floats, Ints, Path
 from ..types.stopwatch import timed
 from .end_extension import SurfaceAhead, extend_to_surface, surface_ahead

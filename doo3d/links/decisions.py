@@ -119,7 +119,7 @@ class Merged:
     is_refused: bool = False
 
     @property
-    def left_out(self) -> float:
+    def dropped_length(self) -> float:
         """The length of the chains dropped because of the wanted number of objects, m (px in 2-D)."""
         return sum(item.length for item in self.dropped if item.setting == "merge.chains")
 

@@ -15,7 +15,7 @@ from .axis_in_views import mask_sample
 from .cross_sections import CENTRAL_PART, thinned
 from .frame_facts import FrameFacts
 from .samples import Samples
-from .support import BESIDE_PX
+from .surface_beside import BESIDE_PX
 
 MAX_SUNK_RADII = 3.0
 """Radii by which an axis may be measured too low over the plane beside it, and still lie on it: a stereo camera sees a cable on a

@@ -15,9 +15,9 @@ from ..types import Camera, CloudSampling, Floats, Ints
 from . import axis_in_cloud
 from .cloud_facts import CloudFacts, strip_half_width
 from .frame import SIZE_OVER_SPACING
+from .point_visibility import PointVisibility
 from .samples import Samples
 from .scene import Scene
-from .states import PointVisibility
 from .upper_strand import cloud_log_odds
 
 SPARSE_RADIUS_OVER_SPACING = 0.5

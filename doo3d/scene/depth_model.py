@@ -9,8 +9,8 @@ import numpy as np
 
 from ..types import Bools, Camera, Floats, Ints
 from .frame_facts import FrameFacts
-from .states import PointVisibility
-from .support import Support
+from .point_visibility import PointVisibility
+from .surface_beside import Support
 
 FRONT_PIXELS = 2
 """Pixels round a position in which nothing but the object may be in front of it, where the camera looks past the object."""

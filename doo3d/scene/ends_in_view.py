@@ -8,7 +8,7 @@ from ..geometry.polyline import unit
 from ..geometry.radii import STEP_RADII
 from ..types import Bools, Floats
 from .depth_model import DepthModel
-from .states import PointVisibility
+from .point_visibility import PointVisibility
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
 """Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning ends."""

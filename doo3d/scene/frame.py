@@ -21,7 +21,7 @@ from .masked import NO_COLOR, MaskedScene
 from .samples import Samples
 from .scene import Scene
 from .strand_sides import SIDES
-from .support import Support
+from .surface_beside import Support
 from .upper_strand import color_log_odds, depth_log_odds
 
 VIEW_EDGE, SIZE_OVER_SPACING = 0.8, 1.6

@@ -14,8 +14,8 @@ from .axis_in_views import axis_in_views
 from .cloud import CloudScene
 from .frame import MARGIN_RADII
 from .multiview_model import MultiViewDepthModel
+from .point_visibility import PointVisibility
 from .samples import Samples
-from .states import PointVisibility
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

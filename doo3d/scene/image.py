@@ -11,8 +11,8 @@ from ..types import Array, Bools, Floats, Ints
 from .answers import ColorSides
 from .axis_in_mask import axis_in_mask
 from .masked import NO_NUMBERS, MaskedScene
+from .point_visibility import PointVisibility
 from .samples import Samples
-from .states import PointVisibility
 from .strand_sides import SIDES, doubt_of
 from .upper_strand import color_log_odds
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..types import Bools, CameraView, Floats, Ints
 from .depth_model import DepthModel
 from .frame_facts import FrameFacts
-from .states import PointVisibility
+from .point_visibility import PointVisibility
 
 
 @dataclass(frozen=True)

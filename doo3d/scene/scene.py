@@ -21,7 +21,7 @@ from ..types import Array, Bools, Floats, Ints, Plane
 from ..types.arrays import set_sealed
 from .answers import NO_LINES, ColorSides, MaskLines
 from .depth_support import NOT_MEASURED, DepthSupport
-from .states import FREE_LIKE, PointVisibility
+from .point_visibility import FREE_LIKE, PointVisibility
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -64,7 +64,7 @@ class Scene(ABC):
         if self.points.flags.writeable:  # those of a copy are sealed
             set_sealed(self, **{name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)})
 
-    def asked(self, config: Config, voxel_factor: float = 1.0) -> Self:
+    def with_settings(self, config: Config, voxel_factor: float = 1.0) -> Self:
         """Return the scene as measured with these settings."""
         return replace(self, config=config, voxel_factor=voxel_factor)
 

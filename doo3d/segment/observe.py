@@ -53,7 +53,7 @@ class Observed:
         """
         if self.extensions == MASK_EXTENSIONS or len(chains) > MAX_EXTENDED_CHAINS:
             return None
-        mask = extend_mask(chains, self.segmentation.scene.asked(self.config))
+        mask = extend_mask(chains, self.segmentation.scene.with_settings(self.config))
         if mask is None:
             return None
         segmentation = _segment_again(self.data, self.config, mask, self.segmentation)

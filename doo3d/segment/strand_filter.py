@@ -15,7 +15,7 @@ from scipy.ndimage import uniform_filter1d
 from ..geometry.noise import DEVIATIONS, NOISE_RADII
 from ..kernels import nearest, smooth_depth_beside, smooth_strand_depth
 from ..scene.frame_facts import FrameFacts
-from ..scene.support import BESIDE_PX
+from ..scene.surface_beside import BESIDE_PX
 from ..types import Bools, Floats, Frame, Ints
 from .depth_filter import Readings
 

@@ -12,7 +12,7 @@ from ..geometry.radii import ACROSS_RADII
 from ..scene.depth_support import SURFACE_RADII
 from ..scene.frame import FrameScene
 from ..scene.scene import Scene
-from ..scene.support import BESIDE_PX
+from ..scene.surface_beside import BESIDE_PX
 from ..types import Array, Bools, Chain, Floats
 
 NODES, PER_NODE = 40, 6

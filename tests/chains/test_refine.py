@@ -59,7 +59,7 @@ def rough(axis, radius, scene, jitter=0.25):
 
 
 def run(axis, radius, view, closed=False, filled=None, config=None, step=STEP, scene=None):
-    scene = (scene or seen(axis, radius, view)).asked(config_of(radius=radius, segment_length=step))
+    scene = (scene or seen(axis, radius, view)).with_settings(config_of(radius=radius, segment_length=step))
     return refine([Path(rough(axis, radius, scene), closed, filled)], scene, config or RefineConfig())
 
 
@@ -303,7 +303,7 @@ def test_no_rounds_stay_on_the_surface():
 def test_longest_first():
     axes = [line([-0.1, y, 0.5], [-0.1 + length, y, 0.5]) for y, length in ((-0.05, 0.08), (0.0, 0.2), (0.05, 0.12))]
     frame, mask = frame_of(*axes, radius=0.004)
-    scene = scene_of(frame, SegmentConfig(), mask).asked(config_of(radius=0.004, segment_length=STEP))
+    scene = scene_of(frame, SegmentConfig(), mask).with_settings(config_of(radius=0.004, segment_length=STEP))
     chains = refine([Path(rough(axis, 0.004, scene)) for axis in axes], scene, RefineConfig())
     assert [round(chain.length, 2) for chain in chains] == pytest.approx([0.2, 0.12, 0.08], abs=0.0101)
 

@@ -184,7 +184,7 @@ def test_a_mark_on_the_surface_and_the_edge_of_a_step_are_flat(plain):
 
 
 def test_what_is_wider_than_max_width_is_no_object_where_none_was_told(plain):
-    scene = plain.scene.asked(doo3d.load_config("default", {"segment.max_width": 0.006}))
+    scene = plain.scene.with_settings(doo3d.load_config("default", {"segment.max_width": 0.006}))
     assert with_confidence(plain.chains, 0.0, replace(scene, object_given=False))[0][0].confidence == 0.0
     assert with_confidence(plain.chains, 0.0, scene)[0][0].confidence > 0.9
 

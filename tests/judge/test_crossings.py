@@ -171,7 +171,7 @@ def test_in_an_image_the_strand_goes_on_whose_colour_does(upper):
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     image = ribbons(lines[1 - upper], lines[upper], shaded=False, colors=((60, 60, 200), (60, 170, 60)))
     assert find_crossings(chains, image)[0].upper.chain == upper
-    (blind,) = find_crossings(chains, image.asked(config_of(crossings__use_color=False)))
+    (blind,) = find_crossings(chains, image.with_settings(config_of(crossings__use_color=False)))
     assert (blind.upper.chain, blind.confidence) == (0, 0.0)
 
 

@@ -51,7 +51,7 @@ def test_a_clear_frame_and_an_empty_one_need_no_other_interpretation(scene):
 
 @pytest.mark.parametrize("settings", [{"merge.strategy": "greedy"}, {"merge.branches": True}])
 def test_rules_of_the_paper_and_branched_objects_need_no_other_interpretation(scene, settings):
-    assert other_interpretations(*chains_of(DOUBT), scene.asked(doo3d.load_config("default", settings))) == ()
+    assert other_interpretations(*chains_of(DOUBT), scene.with_settings(doo3d.load_config("default", settings))) == ()
 
 
 def test_strands_found_by_shape_and_clouds_need_no_other_interpretation(scene):

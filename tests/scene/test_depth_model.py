@@ -9,7 +9,7 @@ import pytest
 
 from doo3d.scene.depth_model import DepthModel
 from doo3d.scene.frame_facts import FrameFacts
-from doo3d.scene.states import PointVisibility
+from doo3d.scene.point_visibility import PointVisibility
 from doo3d.types import Camera
 
 CAMERA = Camera(fx=100.0, fy=120.0, cx=20.0, cy=15.0, width=40, height=30)

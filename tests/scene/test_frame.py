@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders.scenes import cloud_scene, frame_scene, image_scene
 
-from doo3d.scene.states import PointVisibility
+from doo3d.scene.point_visibility import PointVisibility
 from doo3d.types import Camera, Frame
 
 CAMERA = Camera(fx=100.0, fy=120.0, cx=20.0, cy=15.0, width=40, height=30)

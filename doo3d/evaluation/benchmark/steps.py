@@ -154,7 +154,7 @@ ABLATIONS: dict[str, Ablation] = {
     "all connections decided together": Ablation({"merge.strategy": "greedy"}),
     "bare surface": Ablation(
         places={"doo3d.scene.frame:Support": _NoSupport},
-        modules=("scene.support",),
+        modules=("scene.surface_beside",),
         made_for=("stereo", "ragged", "images"),
     ),
     "ends extended to the surface": Ablation(places={"doo3d.chains.refine:extend_to_surface": _first}),

@@ -10,8 +10,8 @@ import numpy as np
 from ...geometry.gap_path import GapPath, gap_path
 from ...geometry.limits import AT_ONCE
 from ...geometry.radii import STEP_RADII
+from ...scene.point_visibility import OPEN, PointVisibility
 from ...scene.scene import Scene
-from ...scene.states import OPEN, PointVisibility
 from ...types import Bools, Floats, Ints
 from ..costs import length_costs
 from ..ends import FORCED_COST_FACTOR, End, Ends, Pair

@@ -15,8 +15,8 @@ from doo3d import Frame, load_config
 from doo3d.config import MergeConfig
 from doo3d.geometry.curves import Curves
 from doo3d.links import merge
-from doo3d.scene.states import PointVisibility
-from doo3d.scene.support import Support
+from doo3d.scene.point_visibility import PointVisibility
+from doo3d.scene.surface_beside import Support
 from doo3d.types import Plane
 
 TABLE, RADIUS = 0.6, 0.002
