@@ -106,15 +106,21 @@ class Stages:
 
 
 def _walk(observed: Observed, how: Interpretation) -> Stages:
-    """Run the method from the segmented frame to the verdict, interpreted in one way."""
+    """Run the method from the segmented frame to the verdict, interpreted in one way.
+
+    Segmentation, skeleton, ordered paths, segments, pruning, merging and filling are sections III-A to III-G of Keipour et al.
+    (RA-L 2022); the axis, the branches and the judgement are this project's.
+    """
     config = how.applied(observed.config)
-    scene = observed.segmentation.scene.with_settings(config, how.voxel)  # what was captured, to ask
-    graph = skeletonize(scene, how.clearance)  # voxelize, thin, traverse: ordered paths
-    fitted = fit(graph.paths, graph.segment_length, config.fit)  # the paper's segments
-    pruned = prune(fitted, scene.voxel if len(fitted) else 1.0, config.prune)  # without overlaps
-    merged = merge(pruned.chains, scene, graph.segment_length, config.merge)  # which ends belong together
-    filled = fill(merged.assemblies, graph.segment_length)  # gaps closed by tangent circles
-    chains, scene = refine(filled, graph.grid.centroids, scene, graph.segment_length)  # axis, radius, equal segments
+    scene = observed.segmentation.scene.with_settings(config, how.voxel)
+    graph = skeletonize(scene, how.clearance)  # III-B, C: voxelize, thin, traverse; also says how long the first segments are
+    fitted = fit(graph.paths, graph.segment_length, config.fit)  # III-D: chains of equal segments
+    pruned = prune(fitted, scene.voxel if len(fitted) else 1.0, config.prune)  # III-E: without overlaps
+    merged = merge(pruned.chains, scene, graph.segment_length, config.merge)  # III-F: which ends belong together
+    filled = fill(merged.assemblies, graph.segment_length)  # III-G: gaps closed by tangent circles
+    chains, scene = refine(
+        filled, graph.grid.centroids, scene, graph.segment_length
+    )  # axis, radius; a cloud may reveal its sensor
     branched = branch(chains, scene)  # trees, where objects may branch
     verdict = judge(branched.chains, scene, merged.dropped_length, branched.junctions, branched.objects)
     return Stages(observed, scene, graph, fitted, pruned, merged, filled, branched, verdict)
@@ -142,9 +148,9 @@ def run_stages(data: Frame | Cloud | Image | Array, config: Config, mask: Array 
         mask = finite_rows(data, mask)
     with stopwatch() as seconds:
         observed: Observed | None = observe(data, config, mask)
-        while observed is not None:  # until no strand continues beyond the mask
+        while observed is not None:  # a photograph again, its mask extended, while strands continue beyond it (3 times at most)
             stages, verdict, notes = interpret(partial(_walk, observed))
-            observed = observed.along(verdict.chains)
+            observed = observed.extended(verdict.chains)
     return replace(stages, verdict=verdict, limit_notes=(*notes, *stages.observed.note(verdict.chains)), seconds=seconds)
 
 

@@ -261,7 +261,7 @@ def _connections(path: Path, near: Ints, samples: slice, order: int) -> tuple[Co
 
 
 def _are_reversed(chains: Curves, scene: Scene) -> Bools:
-    """Tell which chains do not start at the end nearer the left edge of the view (ties: nearer the top)."""
+    """Return which chains do not start at the end nearer the left edge of the view (ties: nearer the top)."""
     inwards = np.repeat(chains.closed, 2) * np.tile((1, -1), len(chains))
     ends = scene.in_image(chains.points[chains.tips + inwards])
     (u, v), (last_u, last_v) = ends[::2].T, ends[1::2].T

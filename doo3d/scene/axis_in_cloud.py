@@ -42,7 +42,7 @@ def moved(samples: Samples, measure: Callable[..., Estimate], iterations: int, *
 
 
 def shows_half_shells(points: Floats, samples: Samples) -> bool:
-    """Tell whether the points of a cloud look like half shells (as one camera sees of a cylinder) seen from the origin.
+    """Return whether the points of a cloud look like half shells (as one camera sees of a cylinder) seen from the origin.
 
     points : (N, 3) m, of the cloud. samples : samples along the paths on the seen surface, m.
     """
@@ -132,5 +132,5 @@ def from_lines(samples: Samples, points: Floats, spacing: float) -> Estimate:
 
 
 def _is_plausible(measured: Floats, samples: Samples) -> Bools:
-    """Tell which radii (S,), NaN or m, are of the object seen across its width, which points of one line of a scanner are not."""
+    """Return which measured radii (S,), NaN or m, agree with the width seen; points of one line of a scanner do not."""
     return np.asarray((measured < 3 * samples.radius) & (measured > samples.radius / 3))

@@ -29,8 +29,7 @@ def unclaimed_shares(view: Curves, reach: Floats, facts: FrameFacts, is_clean: b
     facts
         the mask.
     is_clean
-        whether the mask holds no noise of depth. In one that may, the connected parts count that a curve runs through: others
-        say nothing about it.
+        False if the mask may hold noise of depth: then the connected parts that a curve runs through are counted for it alone.
     """
     none = np.zeros(len(view.counts))
     if not facts.count:

@@ -65,7 +65,7 @@ class CloudFacts:
         return np.where(np.isin(part, large), np.searchsorted(large, part), -1)
 
     def strands_nearer(self, distance: float) -> bool:
-        """Tell whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
+        """Return whether two strands of the sample come nearer to each other than `distance` m; False if all touch."""
         if not len(self.strands):
             return False
         own = [self.sample[self.strands == k] for k in range(int(self.strands.max()) + 1)]

@@ -183,7 +183,7 @@ def fit_half_shell(sections: CrossSections, path: Ints, window_half: int) -> tup
 
 
 def are_half_shells(sections: CrossSections, path: Ints, positions: Floats, axes: SectionAxes, window_half: int) -> bool:
-    """Tell whether surface points look like half shells seen from the origin.
+    """Return whether surface points look like half shells seen from the origin.
 
     A half shell is the half of a cylinder's surface that one camera sees. A circle is fitted to each cross-section. For a
     half shell the circle's center lies behind the mean of the points, as seen from there; for the points of a whole tube

@@ -110,7 +110,7 @@ class DepthModel:
         return classes
 
     def is_outside(self, points: Floats) -> Bools:
-        """Tell which positions (N, D) are outside the image: (N,) bool."""
+        """Return which positions (N, D) are outside the image: (N,) bool."""
         return ~self._pixels_of(points)[0]
 
     def _ask(self, points: Floats, noise: float) -> tuple[Ints, Floats, Ints, Ints, Floats]:
@@ -144,7 +144,7 @@ class DepthModel:
         return inside, u, v
 
     def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Tell at which positions the camera looks past the object: outside its mask, and not at something in front.
+        """Return at which positions the camera looks past the object: outside its mask, and not at something in front.
 
         Unlike FREE and BARE this trusts the mask, where depth is undecided: in gaps of a few pixels. A pixel without reading is
         in front if one next to it is. Pixels that clearly have the object's color are holes in the mask, and not beside it.

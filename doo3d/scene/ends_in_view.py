@@ -21,7 +21,7 @@ OCCLUDER_MARGIN_RADII = 0.6
 
 
 def are_exposed(model: DepthModel, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
-    """Tell which chain ends are in plain view, so that nothing can hide a continuation.
+    """Return which chain ends are in plain view, so that nothing can hide a continuation.
 
     Unlike `tip_log_odds` this does not ask whether the mask goes on: an end in plain view may lie on the object.
 

@@ -81,7 +81,7 @@ class FrameScene(MaskedScene):
         return self.config.voxelize.size or max(by_radius, VIEW_EDGE * SIZE_OVER_SPACING * self.spacing)
 
     def is_wide(self, radius: float) -> bool:
-        """Tell whether an object is wider than `segment.max_width`, where nobody said what the object is; radius : m."""
+        """Return whether an object is wider than `segment.max_width`, where nobody said what the object is; radius : m."""
         return not self.object_given and 2 * radius > self.config.segment.max_width
 
     @property
@@ -101,11 +101,11 @@ class FrameScene(MaskedScene):
         return self.model.classify(points)
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Tell which chain ends would be outside the image if they went straight on by `reach` m."""
+        """Return which chain ends would be outside the image if they went straight on by `reach` m."""
         return self.model.is_outside(ends + reach * directions)
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
-        """Tell which chain ends are in plain view, so that nothing can hide a continuation."""
+        """Return which chain ends are in plain view, so that nothing can hide a continuation."""
         return are_exposed(self.model, ends, directions, radius, reach)
 
     def tips(self, ends: Floats, directions: Floats, radius: float) -> Floats:
@@ -113,7 +113,7 @@ class FrameScene(MaskedScene):
         return tip_log_odds(self.model, ends, directions, radius)
 
     def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Tell at which positions (N, 3) m the camera looks past the object, (N,)."""
+        """Return at which positions (N, 3) m the camera looks past the object, (N,)."""
         return self.model.is_beside(points, clearance)
 
     def pixel_at(self, point: Floats) -> float:

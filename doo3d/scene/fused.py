@@ -62,11 +62,11 @@ class FusedScene(CloudScene):
         return self.model.classify(points)
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Tell which chain ends would be outside the images of all views if they went straight on by `reach` m."""
+        """Return which chain ends would be outside the images of all views if they went straight on by `reach` m."""
         return self.model.is_outside(ends + reach * directions)
 
     def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Tell at which positions (N, 3) m more views look past the object than see it, (N,)."""
+        """Return at which positions (N, 3) m more views look past the object than see it, (N,)."""
         return np.asarray(self.classify(points) == PointVisibility.FREE)
 
     def pixel_at(self, point: Floats) -> float:

@@ -64,7 +64,7 @@ class ImageScene(MaskedScene):
         return classes
 
     def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Tell which positions (N, 2) px are in the image and outside the mask, (N,)."""
+        """Return which positions (N, 2) px are in the image and outside the mask, (N,)."""
         return np.asarray(self.classify(points) == PointVisibility.FREE)
 
     def strand_sides(self, view: Floats, across: Floats, reach: Floats, radius: float) -> ColorSides:

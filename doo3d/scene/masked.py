@@ -56,7 +56,7 @@ class MaskedScene(Scene):
         return self.color[self.pixels[:, 1], self.pixels[:, 0]] if self.color.size else super().point_colors()
 
     def in_mask(self, pixels: Floats) -> Bools:
-        """Tell which pixels (..., 2) are in the image and in the mask: (...) bool."""
+        """Return which pixels (..., 2) are in the image and in the mask: (...) bool."""
         inside = np.asarray(((pixels >= 0) & (pixels < self.mask.shape[::-1])).all(axis=-1))
         u, v = np.moveaxis(np.where(inside[..., None], pixels, 0).astype(int), -1, 0)
         return np.asarray(inside & self.mask[v, u])

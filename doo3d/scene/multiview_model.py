@@ -65,7 +65,7 @@ class MultiViewDepthModel:
         return result
 
     def is_outside(self, points: Floats) -> Bools:
-        """Tell which positions (N, 3) m in the frame of the cloud are outside the images of all views: (N,) bool."""
+        """Return which positions (N, 3) m in the frame of the cloud are outside the images of all views: (N,) bool."""
         return np.asarray((self._in_each_view(points) == int(PointVisibility.OUTSIDE)).all(axis=0))
 
     def pixel_at(self, point: Floats) -> float:
@@ -73,7 +73,7 @@ class MultiViewDepthModel:
         return min(float(((point - pose[:3, 3]) @ pose[:3, :3])[2]) / one.camera.fx for one, pose in self.each)
 
     def contradicted_by_views(self, points: Floats) -> Bools:
-        """Tell which points are probably empty space, although they are in the cloud.
+        """Return which points are probably empty space, although they are in the cloud.
 
         A point is probably empty if at least one view saw through it, and at least as many views saw through it as saw the
         object there.

@@ -127,7 +127,7 @@ class Scene(ABC):
         return not self.object_given and not self.config.merge.branches
 
     def is_wide(self, radius: float) -> bool:
-        """Tell whether an object is wider than `segment.max_width`, where nobody said what the object is; radius : m."""
+        """Return whether an object is wider than `segment.max_width`, where nobody said what the object is; radius : m."""
         return False
 
     @property
@@ -147,7 +147,7 @@ class Scene(ABC):
         return np.zeros((0, 3), dtype=np.uint8)
 
     def in_mask(self, pixels: Floats) -> Bools:
-        """Tell which pixels (..., 2) of the view are in the image and in the mask: (...) bool; all False for a cloud."""
+        """Return which pixels (..., 2) of the view are in the image and in the mask: (...) bool; all False for a cloud."""
         return np.zeros(pixels.shape[:-1], dtype=bool)
 
     def unclaimed(self, view: Curves, reach: Floats) -> Floats:
@@ -195,7 +195,7 @@ class Scene(ABC):
         """Return the `PointVisibility` of each of N positions (N, D), (N,) int64; NO_DEPTH where it is unknown."""
 
     def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Tell which chain ends would be outside the image if they went straight on by `reach`: cut off there, and not tips.
+        """Return which chain ends would be outside the image if they went straight on by `reach`: cut off there, and not tips.
 
         Parameters
         ----------
@@ -207,7 +207,9 @@ class Scene(ABC):
         return np.asarray(self.classify(ends + reach * directions) == PointVisibility.OUTSIDE)
 
     def is_exposed(self, ends: Floats, directions: Floats, radius: float, reach: float) -> Bools:
-        """Tell which chain ends are in plain view, so that nothing can hide a continuation; none without a single depth image.
+        """Return which chain ends are in plain view, so that nothing can hide a continuation, (E,) bool.
+
+        None are unless the scene is one frame with depth.
 
         An end is exposed if, on its straight continuation, a position in free space comes before any that an occluder hides.
 
@@ -221,16 +223,18 @@ class Scene(ABC):
         return np.zeros(len(ends), dtype=bool)
 
     def tips(self, ends: Floats, directions: Floats, radius: float) -> Floats:
-        """Return the log-odds that ends are tips in plain view, (E,) nat; minus infinity without a single depth image.
+        """Return the log-odds that ends are real tips and not hidden continuations, (E,) nat.
+
+        They are minus infinity unless the scene is one frame with depth.
 
         ends, directions : (E, D) positions, and unit vectors that point out of the chains. radius : of the object, m.
         """
         return np.full(len(ends), -np.inf)
 
     def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Tell at which positions (N, D) the camera looks past the object, (N,); nowhere where it is unknown.
+        """Return which positions (N, D) project beside the object's mask, with nothing in front of them, (N,); False if unknown.
 
-        clearance : m by which something in front of a position is nearer at least.
+        clearance : m, smallest distance of something in front of a position.
         """
         return np.zeros(len(points), dtype=bool)
 
@@ -248,7 +252,10 @@ class Scene(ABC):
         return self.lengths(np.concatenate(paths), np.cumsum([0, *map(len, paths)]))
 
     def lengths(self, points: Floats, bounds: Ints) -> Floats:
-        """Return the same as `gap_lengths` of K polylines whose points (N, D) are one after the other; bounds : (K + 1,)."""
+        """Return the length of K polylines in free space, in unknown space and over bare surface, (K, 3) m (px in 2-D).
+
+        points : (N, D), the polylines one after the other. bounds : (K + 1,), where each begins.
+        """
         owner = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
         classes = self.classify((points[1:] + points[:-1]) / 2)
         length = np.where(owner[1:] == owner[:-1], steps(points), 0.0)

@@ -105,7 +105,7 @@ class Support:
         return np.asarray(by_depth if self.colors is None else by_depth - self.colors.log_odds_at(pixels))
 
     def has_object_color(self, pixels: Ints) -> Bools:
-        """Tell which pixels (N, 2), (u, v), have a color of the object rather than of the surface beside it: (N,) bool."""
+        """Return which pixels (N, 2), (u, v), have a color of the object rather than of the surface beside it: (N,) bool."""
         if self.colors is None:
             return np.zeros(len(pixels), dtype=bool)
         return np.asarray(self.colors.log_odds_at(pixels) > 0)

@@ -46,7 +46,7 @@ class Observed:
     scale: int = 1
     extensions: int = 0
 
-    def along(self, chains: list[Chain]) -> Observed | None:
+    def extended(self, chains: list[Chain]) -> Observed | None:
         """Return the frame segmented again, its mask extended along strands that continue beyond it.
 
         None where no strand does, and after MASK_EXTENSIONS (3) times. chains : those found in the mask, px.

@@ -285,7 +285,7 @@ def _select(
 
 
 def _object_given(method: str, config: SegmentConfig) -> bool:
-    """Tell whether somebody said what the object is, by a mask or the settings; if not, strands were looked for by shape."""
+    """Return whether somebody said what the object is, by a mask or the settings; if not, strands were looked for by shape."""
     return method not in BY_SHAPE and not (method == "everything" and config.method == "auto")
 
 

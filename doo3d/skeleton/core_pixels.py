@@ -31,7 +31,7 @@ def core_points(scene: FrameScene) -> Floats:
 
 
 def middle_pixels(facts: FrameFacts, pixels: Ints, reach: float) -> Bools:
-    """Tell which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px: (N,) bool.
+    """Return which pixels (N, 2) int64 (u, v) lie on the skeleton of a mask, or nearer to it than `reach` px: (N,) bool.
 
     facts : the mask, thinned after Zhang and Suen.
     """
