@@ -144,8 +144,7 @@ def run_stages(data: Frame | Cloud | Image | Array, config: Config, mask: Array 
     InputError : the data cannot be used; the message says what is wrong, where, and what to do.
     """
     data = as_mode_data(data, config.mode)
-    if isinstance(data, Cloud) and mask is not None:
-        mask = finite_rows(data, mask)
+    mask = finite_rows(data, mask) if isinstance(data, Cloud) and mask is not None else mask
     with stopwatch() as seconds:
         observed: Observed | None = observe(data, config, mask)
         while observed is not None:  # a photograph again, its mask extended, while strands continue beyond it (3 times at most)

@@ -56,8 +56,7 @@ def deviations_of(
     weights
         (8, K), in place of those of frames and clouds: the results have K columns then.
     """
-    if weights is None:
-        weights = IN_FRAME if len(support.share) else IN_CLOUD
+    weights = (IN_FRAME if len(support.share) else IN_CLOUD) if weights is None else weights
     result, start = [], 0
     for joints, chain in zip(curves, chains, strict=True):
         depth, end = joints[:, 2], start + len(joints) - 1
