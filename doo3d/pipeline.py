@@ -115,12 +115,10 @@ def _walk(observed: Observed, how: Interpretation) -> Stages:
     scene = observed.segmentation.scene.with_settings(config, how.voxel)
     graph = skeletonize(scene, how.clearance)  # III-B, C: voxelize, thin, traverse; also says how long the first segments are
     fitted = fit(graph.paths, graph.segment_length, config.fit)  # III-D: chains of equal segments
-    pruned = prune(fitted, scene.voxel if len(fitted) else 1.0, config.prune)  # III-E: without overlaps
+    pruned = prune(fitted, graph.grid.size, config.prune)  # III-E: without overlaps
     merged = merge(pruned.chains, scene, graph.segment_length, config.merge)  # III-F: which ends belong together
     filled = fill(merged.assemblies, graph.segment_length)  # III-G: gaps closed by tangent circles
-    chains, scene = refine(
-        filled, graph.grid.centroids, scene, graph.segment_length
-    )  # axis, radius; a cloud may reveal its sensor
+    chains, scene = refine(filled, graph.grid.centroids, scene, graph.segment_length)  # axis, radius; a cloud's sensor
     branched = branch(chains, scene)  # trees, where objects may branch
     verdict = judge(branched.chains, scene, merged.dropped_length, branched.junctions, branched.objects)
     return Stages(observed, scene, graph, fitted, pruned, merged, filled, branched, verdict)
@@ -150,7 +148,7 @@ def run_stages(data: Frame | Cloud | Image | Array, config: Config, mask: Array 
         while observed is not None:  # a photograph again, its mask extended, while strands continue beyond it (3 times at most)
             stages, verdict, notes = interpret(partial(_walk, observed))
             observed = observed.extended(verdict.chains)
-    return replace(stages, verdict=verdict, limit_notes=(*notes, *stages.observed.note(verdict.chains)), seconds=seconds)
+    return replace(stages, verdict=verdict, limit_notes=(*notes, *stages.observed.note(verdict.chains)), seconds=dict(seconds))
 
 
 def detect(

@@ -13,7 +13,6 @@ from ..geometry.polyline import arc_length
 from ..geometry.radii import OWN_RADII
 from ..kernels import nearest
 from ..scene.axis_in_cloud import shows_half_shells
-from ..scene.cloud import CloudScene
 from ..scene.cross_sections import thinned
 from ..scene.point_visibility import PointVisibility
 from ..scene.samples import Samples, sample_paths
@@ -93,7 +92,7 @@ def decide_viewpoint(paths: Sequence[Path], scene: Scene, length: float) -> Scen
     length
         of the segments, m (px in 2-D).
     """
-    if not (paths and isinstance(scene, CloudScene) and scene.lacks_viewpoint):
+    if not (paths and scene.lacks_viewpoint):
         return scene
     samples = sample_paths(paths, scene.radius, length)
     return scene.seen_from(np.zeros(3)) if shows_half_shells(scene.points, samples) else scene

@@ -40,6 +40,8 @@ class Interpretation(NamedTuple):
 
     def applied(self, config: Config) -> Config:
         """Return the settings with the factor of the cost of free space."""
+        if self.free_space == 1:
+            return config
         weight = self.free_space * config.merge.free_space_weight
         return config.model_copy(update={"merge": config.merge.model_copy(update={"free_space_weight": weight})})
 

@@ -97,9 +97,9 @@ def from_half_shells(samples: Samples, points: Floats, sensor: Floats | None) ->
     samples, radii = with_radius(samples, measured, _is_plausible(measured, samples))
     weight = count_weight(count) * np.where(samples.filled, GAP_WEIGHT, 1.0)
     lateral_weight = weight * trust(np.where(np.isfinite(measured), measured, 0.0) / samples.radius)
-    moved = samples.curves.points + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
-    depth, depth_weight = _depth(samples, moved, axes, thinned(points))
-    target = moved + depth[:, None] * axes.depth
+    between_sides = samples.curves.points + np.where(lateral_weight > 0.1, middle, 0.0)[:, None] * axes.lateral
+    depth, depth_weight = _depth(samples, between_sides, axes, thinned(points))
+    target = between_sides + depth[:, None] * axes.depth
     return Estimate(target, diagonal_weight(axes, lateral_weight, depth_weight), samples.radius, radii)
 
 

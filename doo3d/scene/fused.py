@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
-import numpy as np
-
-from ..types import Bools, CameraView, Floats, Ints
+from ..types import CameraView, Floats, Ints
 from . import axis_in_cloud
 from .axis_in_views import axis_in_views
 from .cloud import CloudScene
 from .frame import MARGIN_RADII
 from .multiview_model import MultiViewDepthModel
-from .point_visibility import PointVisibility
 from .samples import Samples
 
 
@@ -33,7 +30,7 @@ class FusedScene(CloudScene):
     @staticmethod
     def of(cloud: CloudScene, views: tuple[CameraView, ...]) -> FusedScene:
         """Return a cloud with the views that it was fused from."""
-        return FusedScene(**vars(cloud), views=views)
+        return FusedScene(**{each.name: getattr(cloud, each.name) for each in fields(cloud)}, views=views)
 
     @property
     def max_turn(self) -> float:
@@ -60,14 +57,6 @@ class FusedScene(CloudScene):
     def classify(self, points: Floats) -> Ints:
         """Return the `PointVisibility` of each of N positions (N, 3) m, (N,) int64, by a vote of the views."""
         return self.model.classify(points)
-
-    def exits_view(self, ends: Floats, directions: Floats, reach: float) -> Bools:
-        """Return which chain ends would be outside the images of all views if they went straight on by `reach` m."""
-        return self.model.is_outside(ends + reach * directions)
-
-    def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Return at which positions (N, 3) m more views look past the object than see it, (N,)."""
-        return np.asarray(self.classify(points) == PointVisibility.FREE)
 
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position (3,), in the view where it is the smallest, m."""

@@ -7,9 +7,10 @@ import numpy as np
 
 from ..geometry.projection import Projection
 from ..kernels import CrossingStrands, strand_sides
-from ..types import Array, Bools, Floats, Ints
+from ..types import Array, Floats, Ints
 from .answers import ColorSides
 from .axis_in_mask import axis_in_mask
+from .frame_facts import NO_DEPTH
 from .masked import NO_NUMBERS, MaskedScene
 from .point_visibility import PointVisibility
 from .samples import Samples
@@ -18,8 +19,6 @@ from .upper_strand import color_log_odds
 
 MIN_MASK_RADIUS_PX = 0.5
 """px; least radius of a mask: a line of single pixels."""
-
-NO_DEPTH_IMAGE: Array = np.zeros((0, 0), dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -63,13 +62,9 @@ class ImageScene(MaskedScene):
         classes[inside] = np.where(self.mask[v, u], PointVisibility.SURFACE, PointVisibility.FREE)
         return classes
 
-    def is_beside(self, points: Floats, clearance: float) -> Bools:
-        """Return which positions (N, 2) px are in the image and outside the mask, (N,)."""
-        return np.asarray(self.classify(points) == PointVisibility.FREE)
-
     def strand_sides(self, view: Floats, across: Floats, reach: Floats, radius: float) -> ColorSides:
         """Return how a strand stands out from its sides in color, and what the network says of the pixels on its axis."""
-        sides = strand_sides(view, across, reach, radius, NO_DEPTH_IMAGE, self.color, self.mask, *SIDES)
+        sides = strand_sides(view, across, reach, radius, NO_DEPTH, self.color, self.mask, *SIDES)
         return ColorSides(*sides, doubt_of(view, self.probability))
 
     def measure_axis(self, samples: Samples, iterations: int) -> Samples:

@@ -64,10 +64,6 @@ class MultiViewDepthModel:
         result[free > object_seen] = int(PointVisibility.FREE)
         return result
 
-    def is_outside(self, points: Floats) -> Bools:
-        """Return which positions (N, 3) m in the frame of the cloud are outside the images of all views: (N,) bool."""
-        return np.asarray((self._in_each_view(points) == int(PointVisibility.OUTSIDE)).all(axis=0))
-
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position, in the view where it is the smallest, m."""
         return min(float(((point - pose[:3, 3]) @ pose[:3, :3])[2]) / one.camera.fx for one, pose in self.each)

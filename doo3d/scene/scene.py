@@ -1,7 +1,8 @@
 """What was captured of an object, and the questions that the stages ask of it: one class for each kind of data.
 
-A stage never asks which kind of data it has: it asks the scene, and a scene that cannot know answers "unknown", as each method
-says. Positions are in m in the camera's optical frame or the frame of the cloud, D = 3; in an image in px, D = 2.
+Stages ask the scene, not which kind of data they have, and a scene that cannot know answers "unknown", as each method says; only
+segmentation, which makes the scene, voxelization and tracking look at its class. Positions are in m, D = 3, in the optical frame
+of the camera or the frame of the cloud; in an image in px, D = 2.
 """
 
 from __future__ import annotations
@@ -234,9 +235,9 @@ class Scene(ABC):
     def is_beside(self, points: Floats, clearance: float) -> Bools:
         """Return which positions (N, D) project beside the object's mask, with nothing in front of them, (N,); False if unknown.
 
-        clearance : m, smallest distance of something in front of a position.
+        clearance : m, smallest distance of something in front of a position; a scene of several views takes its own.
         """
-        return np.zeros(len(points), dtype=bool)
+        return np.asarray(self.classify(points) == PointVisibility.FREE)
 
     def pixel_at(self, point: Floats) -> float:
         """Return the width that a pixel shows at the depth of a position (D,), m; 1 px in 2-D."""
@@ -291,6 +292,10 @@ class Scene(ABC):
     def viewpoint(self) -> Floats | None:
         """The position of the sensor in the frame of the points, (3,) m; None if it is unknown, and in an image."""
         return None
+
+    def seen_from(self, sensor: Floats) -> Scene:
+        """Return the scene with a position of the sensor, (3,) m, where it `lacks_viewpoint`; else the scene itself."""
+        return self
 
     @property
     def lacks_viewpoint(self) -> bool:
