@@ -1,6 +1,5 @@
 """Write and read the files of a sequence's first pass: strands of each frame, and objects of the capture."""
 
-import base64
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,16 +10,15 @@ from pydantic import TypeAdapter
 
 from ..camera.background import BackgroundView
 from ..errors import InputError
-from ..track.depth_readings import NODES, PER_NODE
 from ..track.objects import SequenceObject
 from ..track.observations import Observation, ObservedStrand
-from ..types import Array, Detection, Floats
+from ..types import Detection, Floats
 from . import STRANDS
 from .atomic import write_text
 from .detection_json import dumps, read_object
 from .run_reader import read_detection
 
-STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/2", "doo3d/sequence/1"
+STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/3", "doo3d/sequence/1"
 
 _OBJECT = TypeAdapter(SequenceObject)
 
@@ -62,15 +60,9 @@ def encode_strands(observation: Observation) -> bytes:
     pose = None if observation.pose is None else observation.pose.tolist()
     view = observation.background
     background = None if view is None else view.to_dict()
-    readings = [None if each is None else _encoded(each) for each in observation.readings]
-    values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background, "readings": readings}
+    values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background}
     values |= {"is_given": observation.is_given}
     return dumps(values).encode("utf-8")
-
-
-def _encoded(readings: Array) -> str:
-    """Encode the readings along a chain as Base64 of their bytes."""
-    return base64.b64encode(readings.astype("<f4").tobytes()).decode("ascii")
 
 
 def read_background(folder: Path, frame: str) -> BackgroundView | None:
@@ -105,21 +97,13 @@ def read_observation(folder: Path, frame: str) -> Observation:
     try:
         strands = tuple(_strand(item) for item in values["strands"])
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
-        readings = tuple(_readings(item) for item in values["readings"])
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, None, readings, values.get("is_given") is True)
+    return Observation(read_detection(file), strands, pose, None, values.get("is_given") is True)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:
     return None if values.get("background") is None else BackgroundView.from_dict(values["background"])
-
-
-def _readings(encoded: str | None) -> Array | None:
-    """Decode readings, the inverse of `_encoded`."""
-    if encoded is None:
-        return None
-    return np.frombuffer(base64.b64decode(encoded), dtype="<f4").reshape(2, NODES, PER_NODE)
 
 
 def _strand(values: dict[str, Any]) -> ObservedStrand:

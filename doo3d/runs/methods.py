@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from ..config import Config, TrackingConfig
+from ..config import Config
 from ..inputs import FrameData, FrameRef
 from ..outputs import STRANDS
 from ..pipeline import detect
@@ -68,7 +68,7 @@ class SecondPass:
         from ..track.tracks import WINDOW
 
         start = _positions(self)[frame.name] // WINDOW * WINDOW
-        detection = _window(self, start, config.tracking, config.sequence.length)[frame.name]
+        detection = _window(self, start)[frame.name]
         return Found(detection if loaded.base_pose is None else detection.transformed(as_pose(loaded.base_pose)))
 
 
@@ -81,17 +81,15 @@ def _positions(method: SecondPass) -> dict[str, int]:
 
 
 @lru_cache(maxsize=2)
-def _window(method: SecondPass, start: int, tracking: TrackingConfig, length: float | None) -> dict[str, Detection]:
+def _window(method: SecondPass, start: int) -> dict[str, Detection]:
     """Return name -> detection for the frames of a window; the result is cached for the following frames."""
     from ..camera.camera_motion import CameraMotion
     from ..outputs.sequence_files import read_objects, read_observation
-    from ..track.depth_smoothing import smooth_depth_over_time
-    from ..track.detect_sequence import Window, combine_window, window_bounds, with_poses
+    from ..track.detect_sequence import combine_window, window_bounds, with_poses
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
     observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
-    smoothed = smooth_depth_over_time(observations, tracking, length)
-    detections = combine_window(Window(start, observations, smoothed), known.objects, known.max_gap, known.min_confidence)
+    detections = combine_window(start, observations, known.objects, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

@@ -15,7 +15,8 @@ from ..outputs.sequence_files import SequenceFile, read_background, read_observa
 from ..track.detect_sequence import gap_frames, motion_of, with_poses
 from ..track.first_pass import check_mode
 from ..track.length_check import length_notes
-from ..track.objects import find_smoothed_objects
+from ..track.objects import find_objects
+from ..track.world_frame import in_world
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
 from .pictures import NO_PICTURES
@@ -78,7 +79,7 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     motion = motion_of(observations, config, lambda frame: read_background(folder, names[frame]))
     observations = with_poses(observations, motion)
-    _, objects = find_smoothed_objects(observations, config)
+    objects = find_objects(in_world(observations), config)
     max_gap = gap_frames(observations, config)
     known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):

@@ -9,7 +9,6 @@ other.
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,20 +20,18 @@ from ..errors import InputError
 from ..geometry.limits import FRAME_RATE
 from ..types import Array, Cloud, Detection, Frame
 from ..types.arguments import refused
-from .depth_smoothing import smooth_depth_over_time
 from .deviations import with_deviations
 from .first_pass import check_mode, observe_frame
 from .follow import follow
 from .frame_evidence import Period
 from .frame_result import frame_result
-from .image_tracks import is_of_camera
 from .junction_vote import trees_of
 from .length_check import length_notes
-from .objects import SequenceObject, find_smoothed_objects
+from .objects import SequenceObject, find_objects
 from .observations import Observation
 from .shape import Shape
 from .tracks import CONTEXT, WINDOW
-from .world_frame import in_camera, in_world, poses_of
+from .world_frame import in_camera, in_world, is_of_camera, poses_of
 
 
 def detect_sequence(
@@ -155,13 +152,11 @@ def combine(observations: Sequence[Observation], config: Config, past_only: bool
         True to find each object from earlier frames only, for comparison. The number and lengths of the objects still come
         from all frames.
     """
-    whole, objects = find_smoothed_objects(observations, config)
+    objects = find_objects(in_world(observations), config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))
-        window = observations[first:last]
-        smoothed = whole if len(window) == len(whole) else smooth_depth_over_time(window, config.tracking, config.sequence.length)
-        yield from combine_window(Window(start, window, smoothed), objects, max_gap, config.output.min_confidence, past_only)
+        yield from combine_window(start, observations[first:last], objects, max_gap, config.output.min_confidence, past_only)
 
 
 def window_bounds(start: int, count: int) -> tuple[int, int]:
@@ -172,38 +167,22 @@ def window_bounds(start: int, count: int) -> tuple[int, int]:
     return max(0, start - CONTEXT), min(count, start + WINDOW + CONTEXT)
 
 
-class Window(NamedTuple):
-    """A window of the second pass, with the frames before and after it that it reads.
-
-    Attributes
-    ----------
-    start
-        index in the capture of the window's first frame.
-    observations
-        the observations of the frames of `window_bounds`.
-    smoothed
-        the same observations with their depth smoothed over time, from `smooth_depth_over_time`.
-    """
-
-    start: int
-    observations: Sequence[Observation]
-    smoothed: Sequence[Observation]
-
-    @property
-    def first(self) -> int:
-        """Index in the capture of the first observation."""
-        return max(0, self.start - CONTEXT)
-
-
 def combine_window(
-    window: Window, objects: Sequence[SequenceObject], max_gap: int, min_confidence: float, past_only: bool = False
+    start: int,
+    observations: Sequence[Observation],
+    objects: Sequence[SequenceObject],
+    max_gap: int,
+    min_confidence: float,
+    past_only: bool = False,
 ) -> list[Detection]:
     """Return the detections of the WINDOW (300) frames of a window.
 
     Parameters
     ----------
-    window
-        the frames.
+    start
+        index in the capture of the window's first frame.
+    observations
+        the observations of the frames of `window_bounds`, which begin up to CONTEXT frames earlier.
     objects
         the objects of the whole capture.
     max_gap
@@ -213,9 +192,8 @@ def combine_window(
     past_only
         as for `combine`.
     """
-    start, observations, smoothed = window
-    frames = range(window.first, window.first + len(observations))
-    placed = in_world(observations if past_only else smoothed)
+    frames = range(max(0, start - CONTEXT), max(0, start - CONTEXT) + len(observations))
+    placed = in_world(observations)
     poses = poses_of(placed) if is_of_camera(observations) else np.zeros((0, 4, 4))
     if is_of_camera(placed):
         poses = np.tile(np.eye(4), (len(placed), 1, 1))

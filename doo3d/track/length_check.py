@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 from ..config import Config
-from .objects import find_smoothed_objects
+from .objects import find_objects
 from .observations import LENGTH_ERROR, Observation
 from .tracks import MIN_FRAMES
+from .world_frame import in_world
 
 
 def length_notes(observations: Sequence[Observation], config: Config) -> tuple[str, ...]:
@@ -21,8 +22,8 @@ def length_notes(observations: Sequence[Observation], config: Config) -> tuple[s
     given = config.sequence.length
     if given is None or len(observations) < MIN_FRAMES:
         return ()
-    _, measured = find_smoothed_objects(
-        observations, config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
+    measured = find_objects(
+        in_world(observations), config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
     )
     segment = config.fit.length
     lengths = [item.length for item in measured if item.nodes == (None, None)]

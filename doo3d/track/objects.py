@@ -7,7 +7,6 @@ import numpy as np
 
 from ..config import Config
 from ..types import Chain
-from .depth_smoothing import smooth_depth_over_time
 from .junction_vote import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
 from .object_candidates import Candidate, drop_shortened, link_candidates
 from .object_length import track_length, vote_length
@@ -15,7 +14,6 @@ from .observations import MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
 from .rings import RingTrack, align_rings, ring_tracks
 from .tracks import MIN_FRAMES, Track, drop_leaps, lengths_of, tracks_of
-from .world_frame import in_world
 
 MAX_PART_SHARE = 0.5
 """Fraction of its frames in which a chain may fill a missing part of another object; above it, the chain is a part of that
@@ -84,24 +82,6 @@ class SequenceObject:
     def segment_length(self) -> float:
         """The length of a segment, m."""
         return self.length / self.segments
-
-
-def find_smoothed_objects(observations: Sequence[Observation], config: Config) -> tuple[list[Observation], list[SequenceObject]]:
-    """Smooth the depth of all frames over time, and find the objects of the capture.
-
-    Parameters
-    ----------
-    observations
-        all frames, in order, in the frame of their camera.
-    config
-        the settings, as for `find_objects`.
-
-    Returns
-    -------
-    The observations with smoothed depth, in the frame of their camera, and the objects.
-    """
-    steady = smooth_depth_over_time(observations, config.tracking, config.sequence.length)
-    return steady, find_objects(in_world(steady), config)
 
 
 def find_objects(observations: Sequence[Observation], config: Config) -> list[SequenceObject]:

@@ -15,8 +15,7 @@ from ..geometry.polyline import unit
 from ..pipeline import Stages
 from ..scene.frame import FrameScene
 from ..scene.scene import Scene
-from ..types import Array, Bools, Chain, ChainEnd, Detection, Floats, Ints
-from .depth_readings import readings_along
+from ..types import Bools, Chain, ChainEnd, Detection, Floats, Ints
 from .strand_ends import MIN_STRAND_RADII, TIP, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
@@ -91,8 +90,6 @@ class Observation:
         (4, 4) m, camera to world; None if unknown.
     background
         small view of the surroundings of the objects, for the motion of the camera; None for a cloud.
-    readings
-        for each chain of the detection the depth along it, from `readings_along`; empty if unknown.
     is_given
         whether the caller specified the object or the number of objects: then no chain is left out for low confidence.
     """
@@ -101,7 +98,6 @@ class Observation:
     strands: tuple[ObservedStrand, ...]
     pose: Floats | None = None
     background: BackgroundView | None = None
-    readings: tuple[Array | None, ...] = ()
     is_given: bool = False
 
 
@@ -120,17 +116,13 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
     scene = stages.scene
     joined = {end for junction in detection.junctions for end in junction.ends}
     strands: list[ObservedStrand] = []
-    readings = []
     for number, chain in enumerate(detection.chains):
         at_junctions = (ChainEnd(number, 0) in joined, ChainEnd(number, 1) in joined)
-        own = list(_strands(chain, number, scene, at_junctions))
-        tips = (own[0].tips[0] == TIP, own[-1].tips[1] == TIP) if own else (False, False)
-        readings.append(readings_along(chain, scene, tips))
-        strands += own
+        strands += _strands(chain, number, scene, at_junctions)
     for chain in (*_dropped_chains(stages, config), *stages.verdict.unchosen):
         strands += _strands(chain, -1, scene)
     is_given = config.sequence.chains is not None or stages.is_given
-    return Observation(detection, tuple(strands), readings=tuple(readings), is_given=is_given)
+    return Observation(detection, tuple(strands), is_given=is_given)
 
 
 def _strands(

@@ -4,24 +4,29 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import interp1d
 from scipy.ndimage import distance_transform_cdt
 
 from ..geometry.curves import runs
 from ..geometry.equal_segments import close_ring
 from ..geometry.polyline import whittaker_smooth
-from ..kernels import carry_hidden
 from ..types import Bools, Floats
 from ..types.pose import in_frame_of
-from .depth_smoothing import smooth_joint_depth
+from .inverse_range_smoother import UNSEEN_WEIGHT, smooth_inverse_range
 from .objects import SequenceObject
 from .registration import TURN_WEIGHT, relax_lengths
 from .shape import Shape
+from .tracks import MIN_FRAMES
 from .world_frame import in_camera
 
 TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
 """Weight of second differences over time, and weight of a position far from anything visible, relative to 1 for a position
 next to a visible joint; a visible joint weighs the inverse of the latter. With more stiffness, positions of a turning shape
 are drawn together."""
+
+
+NODES = 40
+"""Number of places along an object at which depth is smoothed, about one per wavelength of a stereo camera's depth waves."""
 
 
 def smooth_shapes(item: SequenceObject, shapes: list[Shape | None], poses: Floats) -> list[Shape | None]:
@@ -51,9 +56,6 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) ->
     joints = np.array([shape.joints for shape in shapes])
     seen = np.array([shape.seen for shape in shapes])
     measured = np.array([shape.measured for shape in shapes])
-    if not item.closed:
-        far = 1 - _certainty(seen, False)[:, :, None]
-        joints += far * (carry_hidden(joints, seen, item.segment_length) - joints)
     weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))
     smooth = joints.copy()
     for k in np.flatnonzero(~seen.all(axis=0)):
@@ -88,3 +90,19 @@ def _certainty(seen: Bools, closed: bool) -> Floats:
         if shown.any():
             away[frame] = distance_transform_cdt(~shown)[first : first + count]
     return np.asarray(UNKNOWN_WEIGHT + 1 / (1 + (TURN_WEIGHT * away**2) ** 2))
+
+
+def smooth_joint_depth(joints: Floats, seen: Bools) -> Floats:
+    """Return the joints of successive frames with their depth smoothed over time.
+
+    joints : (T, M + 1, 3) m, in the camera frame, as the result. seen : (T, M + 1) bool, True for visible joints.
+    """
+    if len(joints) < MIN_FRAMES:
+        return joints
+    distance = np.linalg.norm(joints, axis=2)
+    places, at = np.linspace(0.0, 1.0, NODES), np.linspace(0.0, 1.0, joints.shape[1])
+    values = np.dstack((1 / distance, np.where(seen, 1.0, UNSEEN_WEIGHT), joints / distance[:, :, None]))
+    inverse, weight, *rays = np.moveaxis(interp1d(at, values, axis=1)(places), 2, 0)
+    change = smooth_inverse_range(inverse, weight, np.stack(rays, axis=2)) - inverse
+    nearer = distance * interp1d(places, change, axis=1)(at)
+    return np.asarray(joints / (1 + nearer)[:, :, None])

@@ -10,7 +10,6 @@ from ..geometry.limits import FRAME_RATE, MAX_AGE
 from ..types import Chain, Floats
 from .chain_direction import reversed_chain
 from .chain_matching import pair_chains
-from .depth_readings import torn_share
 from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of
 from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .strand_ends import CUT_OFF
@@ -81,7 +80,7 @@ class Track:
         if self.patterns[frame] != self.pattern or not _shows_both_ends(chain, self.pattern):
             return False
         slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
-        torn = FILLED_ERROR * torn_share(chain) * chain.length
+        torn = FILLED_ERROR * np.count_nonzero(chain.depth_filled & ~chain.occluded) * chain.segment_length
         return bool(abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, torn) + slack)
 
     @property

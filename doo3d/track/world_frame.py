@@ -40,6 +40,11 @@ def _to_world(observation: Observation, pose: Floats) -> Observation:
     return replace(observation, detection=observation.detection.transformed(pose), strands=tuple(strands), pose=pose)
 
 
+def is_of_camera(observations: Sequence[Observation]) -> bool:
+    """Return whether all observations are in a camera frame, with depth along rays."""
+    return all(observation.detection.coordinates == "camera" for observation in observations)
+
+
 def poses_of(observations: Sequence[Observation]) -> Floats:
     """Return the camera poses (T, 4, 4) m of observations transformed by `in_world`.
 

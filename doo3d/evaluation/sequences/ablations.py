@@ -61,14 +61,7 @@ STEPS: dict[str, Mapping[str, Any]] = {
     "strands cut where joined wrongly": {f"{_PLACE}.frame_evidence:cut_misjoined": _first},
     "strands of a wrong length are not cut": {f"{_PLACE}.strand_cutting:_are_apart": _all_apart},
     "both passes decided together": {f"{_PLACE}.follow:_prefer_forward": _nearer_fit},
-    "depth of the frames smoothed over time": {
-        f"{_PLACE}.objects:smooth_depth_over_time": _first,
-        f"{_PLACE}.detect_sequence:smooth_depth_over_time": _first,
-    },
     "and less where it moves along the line of sight": {f"{_PLACE}.inverse_range_smoother:_relax_stiffness": _first},
-    "torn depth corrected by all readings": {f"{_PLACE}.depth_smoothing:TORN_SHARE": math.inf},
-    "the same by tracks in the image": {f"{_PLACE}.image_tracks:_in_image": _first},
-    "hidden parts carried": {f"{_PLACE}.shape_smoothing:carry_hidden": _first},
     "places smoothed over time": {f"{_PLACE}.shape_smoothing:whittaker_smooth": _first},
     "depth of the object smoothed over time": {f"{_PLACE}.shape_smoothing:smooth_joint_depth": _first},
 }

@@ -16,7 +16,7 @@ from ...pipeline import detect_with_stages
 from ...track.detect_sequence import combine, motion_of, with_poses
 from ...track.first_pass import check_mode, first_pass_config
 from ...track.image_strands import strands_in_image
-from ...track.objects import find_smoothed_objects
+from ...track.objects import find_objects
 from ...track.observations import Observation, observe
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
@@ -160,7 +160,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     for variant, past_only in ORACLES.items():
         truths, measured = [frame.truth for frame in frames], [frame.measured for frame in frames]
         detections[variant], seconds[variant] = oracle_detections(truths, measured, past_only), float("nan")
-    found = max((item.length for item in find_smoothed_objects(observations, config)[1]), default=float("nan"))
+    found = max((item.length for item in find_objects(observations, config)), default=float("nan"))
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:

@@ -31,8 +31,13 @@ MAX_LOST_FRAMES = 4
 EVENT_SECONDS = 2.0
 """Length of a sequence in s per passing hand, and per loss of depth."""
 
-LEVELS = ("hard", "easy")
-"""Levels of difficulty: with passing hands and losses of depth, and without both."""
+LEVELS = ("rough", "hard", "easy")
+"""Levels of difficulty: faster, with hands as wide as half of the cable or at both of its ends, losses of depth, and things of the
+cable's color behind its ends; with passing hands and losses of depth; and without both."""
+
+ROUGH_STRIDES, BOTH_ENDS_SHARE, ROUGH_HIDDEN = (1, 2), 0.5, (0.10, 0.50)
+"""At the rough level: how many times as fast a motion is; how often two hands hide both ends at once instead of one that hides a
+part; least and greatest fraction of the cable that one hand hides."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,8 @@ class Sequence:
         the losses of depth.
     color
         8-bit RGB of the cable.
+    props
+        solids that rest behind the cable.
     """
 
     name: str
@@ -92,6 +99,7 @@ class Sequence:
     hands: tuple[Hand, ...]
     losses: tuple[Loss, ...]
     color: tuple[int, int, int]
+    props: tuple[Solid, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -105,7 +113,8 @@ class Sequence:
             (loss.part[0] * length, loss.part[1] * length) for loss in self.losses if loss.part is not None and loss.holds(index)
         )
         cable = Truth(axis, motion.radius, color=self.color, shiny=shiny)
-        solids = tuple(solid for hand in self.hands if (solid := solid_of(hand, axis, index)) is not None)
+        passing = (solid_of(hand, axis, index) for hand in self.hands)
+        solids = (*self.props, *(solid for solid in passing if solid is not None))
         return Scene(f"{index:04d}", self.name, self.seed, motion.camera, (cable,), solids, motion.table, motion.light)
 
     def frame(self, index: int, sensor: str = "d435") -> Rendered:
@@ -160,7 +169,8 @@ def make_sequence(motion: str | Path, seed: int, size: Size = (640, 480), frames
     frames
         number of frames, 30 per second.
     level
-        "hard": hands pass and depth is lost; "easy": neither.
+        "hard": hands pass and depth is lost; "easy": neither; "rough": more of both, faster, and with look-alikes behind the
+        ends.
 
     Raises
     ------
@@ -172,19 +182,47 @@ def make_sequence(motion: str | Path, seed: int, size: Size = (640, 480), frames
     is_file = str(motion) not in OWN_MOTIONS
     name = Path(motion).stem if is_file else str(motion)
     rng = np.random.default_rng([zlib.crc32(name.encode()), seed])
+    stride = int(rng.choice(ROUGH_STRIDES)) if level == "rough" else 1
+    steps = stride * (frames - 1) + 1
     for _ in range(MAX_ATTEMPTS):
-        drawn = captured_motion(Path(motion), rng, size, frames) if is_file else OWN_MOTIONS[str(motion)](rng, size, frames)
+        drawn = captured_motion(Path(motion), rng, size, steps) if is_file else OWN_MOTIONS[str(motion)](rng, size, steps)
         if drawn is not None:
             break
     else:
         raise ValueError(f"no motion {name!r} of {frames} frames was found in {MAX_ATTEMPTS} draws")
+    drawn = replace(drawn, axes=drawn.axes[::stride])
     if drawn.table is None and rng.random() < 0.7:
         drawn = replace(drawn, table=table_below(drawn, rng))
-    events = max(1, round(frames / FRAME_RATE / EVENT_SECONDS)) if level == "hard" else 0
+    events = max(1, round(frames / FRAME_RATE / EVENT_SECONDS)) if level != "easy" else 0
     slots = np.linspace(0.08 * frames, 0.97 * frames, events + 1)
-    hands = tuple(_hand(rng, float(start), float(end)) for start, end in pairwise(slots))
+    if level == "rough":
+        hands = tuple(hand for start, end in pairwise(slots) for hand in _rough_hands(rng, float(start), float(end)))
+    else:
+        hands = tuple(_hand(rng, float(start), float(end)) for start, end in pairwise(slots))
     losses = tuple(_loss(rng, frames) for _ in range(events))
-    return Sequence(f"{name}-{seed}", seed, drawn, hands, losses, cable_color(rng))
+    color = cable_color(rng)
+    props = tuple(_look_alike(rng, drawn, end, color) for end in (0, -1)) if level == "rough" else ()
+    return Sequence(f"{name}-{seed}", seed, drawn, hands, losses, color, props)
+
+
+def _rough_hands(rng: Generator, first: float, last: float) -> tuple[Hand, ...]:
+    """Draw a hand that passes between two frames and hides up to half of the cable, or two that hide both of its ends."""
+    hand = _hand(rng, first, last)
+    hidden = rng.uniform(*ROUGH_HIDDEN)
+    if rng.random() >= BOTH_ENDS_SHARE:
+        return (replace(hand, hidden=hidden),)
+    other = replace(hand, middle=1.0, hidden=hidden, nearness=rng.uniform(0.75, 0.92), aside=-hand.aside)
+    return replace(hand, middle=0.0), other
+
+
+def _look_alike(rng: Generator, motion: Motion, end: int, color: tuple[int, int, int]) -> Solid:
+    """Return a bar of about the color of a cable behind the place where one of its ends is on average; end : 0 or -1."""
+    place = np.mean([axis[end] for axis in motion.axes], axis=0) + np.append(rng.uniform(-0.05, 0.05, 2), 0.0)
+    size = np.array([rng.uniform(0.05, 0.2), rng.uniform(0.01, 0.04), 0.01])
+    turn = Rotation.from_euler("z", rng.uniform(0, np.pi))
+    near = np.clip(np.array(color) + rng.integers(-25, 26, 3), 0, 255)
+    behind = rng.uniform(1.02, 1.15) if motion.table is None else 1.01
+    return cuboid((turn.apply(corners(size)) + place) * behind, (int(near[0]), int(near[1]), int(near[2])))
 
 
 def _hand(rng: Generator, first: float, last: float) -> Hand:
