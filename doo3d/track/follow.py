@@ -3,24 +3,26 @@
 1. In an anchor, a frame that shows the object whole, the visible parts of the chain have known positions along the object.
 2. From each anchor, forward and backward in time, the expected shape in the next frame is the last shape, moved with its last
    velocity. The strands of that frame are placed along it, and the object is fitted to them.
-3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was visible. If the two
-   disagree, the one that fits the strands better is used. The strands are placed once more, along the blended shape.
+3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was visible, and the strands are
+   placed once more along the blended shape. If the two disagree, both are hypotheses, and so are the frame's own chains of the right
+   length, in either direction. The path of least cost through the hypotheses of all frames is taken (Viterbi algorithm). A hypothesis
+   costs the misfit of the strands, the strands that it leaves out, and what of it the camera contradicts.
 4. Hidden joints are interpolated between their last and next visible positions, behind the occluder. Positions that were not
    measured are smoothed over time (Whittaker smoother), and so is the depth of all joints; visible joints keep their place in
    the image.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
 from ..geometry.curves import runs
-from ..types import Floats
-from .frame_evidence import Evidence, Period, fit_object, gather_evidence
+from ..types import Floats, Ints
+from .frame_evidence import Evidence, Period, fit_object, gather_evidence, own_shapes
 from .objects import SequenceObject
-from .observations import LENGTH_ERROR, Observation
-from .registration import TOLERANCE_SHARE
+from .observations import LENGTH_ERROR
+from .registration import MISSING_COST, TOLERANCE_SHARE
 from .shape import Shape
 from .shape_smoothing import smooth_shapes
 
@@ -66,50 +68,55 @@ def _follow_object(item: SequenceObject, period: Period, claimed: Sequence[set[i
     """
     found = gather_evidence(item, period, claimed)
     order = range(len(found))
-    forward = _follow_in_order(item, period.observations, found, order)
+    forward = _follow_in_order(item, period, found, order)
     if past_only:
         return forward
-    backward = _follow_in_order(item, period.observations, found, order[::-1])
-    is_earlier = _prefer_forward(found, forward, backward)
-    return [_merge_passes(item, *each) for each in zip(period.observations, found, forward, backward, is_earlier, strict=True)]
+    backward = _follow_in_order(item, period, found, order[::-1])
+    both = zip(order, found, forward, backward, strict=True)
+    hypotheses = [_hypotheses(item, period, *each) for each in both]
+    return most_likely_path(hypotheses, TOLERANCE_SHARE * item.length)
 
 
-def _prefer_forward(
-    evidence: Sequence[Evidence], forward: Sequence[Shape | None], backward: Sequence[Shape | None]
-) -> list[bool]:
-    """Return for each frame whether the forward shape is used if the two disagree.
+def most_likely_path(hypotheses: Sequence[Sequence[Shape]], tolerance: float) -> list[Shape | None]:
+    """Return one of the hypotheses of each frame, so that the sum of all costs is least (Viterbi algorithm).
 
-    Once a pass has placed a strand wrongly, its later frames fit again: only the cost of the frame in which that happened
-    reveals it. So between two anchors the forward pass is used up to one frame, chosen for the smallest sum of all costs.
+    Parameters
+    ----------
+    hypotheses
+        possible shapes of an object in each frame; none where it is missing.
+    tolerance
+        m, standard deviation of its mean motion from frame to frame. A motion costs MISSING_COST at most.
     """
-    gains = [0.0 if a is None or b is None else _forward_advantage(a, b) for a, b in zip(forward, backward, strict=True)]
-    result = [False] * len(evidence)
-    anchors = [-1, *(k for k, found in enumerate(evidence) if found.own), len(evidence)]
-    for first, end in pairwise(anchors):
-        total = np.cumsum([0.0, *gains[first + 1 : end]])
-        for frame in range(first + 1, first + 1 + int(np.argmax(total))):
-            result[frame] = True
+    totals: list[Floats] = []
+    before: list[Ints] = []
+    last: Sequence[Shape] = ()
+    for shapes in hypotheses:
+        cost = np.array([shape.cost for shape in shapes])
+        came = np.zeros(len(shapes), dtype=np.int64)
+        if last and shapes:
+            apart = [[np.linalg.norm(a.joints - b.joints, axis=1).mean() for a in last] for b in shapes]
+            steps = totals[-1] + np.minimum((np.array(apart) / tolerance) ** 2, MISSING_COST)
+            came = steps.argmin(axis=1)
+            cost += steps.min(axis=1)
+        totals.append(cost)
+        before.append(came)
+        last = shapes
+    result: list[Shape | None] = [None] * len(hypotheses)
+    at = 0
+    for k in range(len(hypotheses) - 1, -1, -1):
+        if hypotheses[k]:
+            at = at if k + 1 < len(hypotheses) and hypotheses[k + 1] else int(totals[k].argmin())
+            result[k] = hypotheses[k][at]
+            at = int(before[k][at])
     return result
 
 
-def _forward_advantage(before: Shape, after: Shape) -> float:
-    """Return the cost of the backward shape minus that of the forward shape.
-
-    In squared standard deviations; differences below 1 do not count, and then the shape whose joints were visible more
-    recently is preferred.
-    """
-    earlier, later = float(before.age.sum()), float(after.age.sum())
-    return after.cost - before.cost + (later - earlier) / max(later + earlier, 1.0)
-
-
-def _follow_in_order(
-    item: SequenceObject, observations: Sequence[Observation], evidence: Sequence[Evidence], order: range
-) -> list[Shape | None]:
+def _follow_in_order(item: SequenceObject, period: Period, evidence: Sequence[Evidence], order: range) -> list[Shape | None]:
     """Follow an object in one direction of time, from its first anchor.
 
     order : indices of the frames, ascending or descending.
     """
-    shapes: list[Shape | None] = [None] * len(observations)
+    shapes: list[Shape | None] = [None] * len(evidence)
     last: Shape | None = None
     motion: Floats = np.zeros(3)
     for frame in order:
@@ -117,7 +124,7 @@ def _follow_in_order(
         expected = found.whole if last is None else last.joints + SPEED_SHARE * motion
         if not len(expected):
             continue
-        shape = fit_object(item, observations[frame], found, expected, last)
+        shape = fit_object(item, period, frame, found, expected, last)
         motion = np.zeros(3) if last is None else _motion(last, shape)
         shapes[frame] = last = shape
     return shapes
@@ -136,33 +143,35 @@ def _motion(last: Shape, shape: Shape) -> Floats:
     return np.column_stack([np.interp(at, known, column[known]) for column in moved.T])
 
 
-def _merge_passes(
-    item: SequenceObject,
-    observation: Observation,
-    found: Evidence,
-    before: Shape | None,
-    after: Shape | None,
-    prefer_forward: bool,
-) -> Shape | None:
-    """Return the object in a frame from its forward and its backward shape.
+def _hypotheses(
+    item: SequenceObject, period: Period, frame: int, found: Evidence, before: Shape | None, after: Shape | None
+) -> list[Shape]:
+    """Return the possible shapes of an object in a frame.
+
+    These are the forward and the backward shape, or one between them if they agree, and the frame's own chains of the object's
+    length if those do not fit the strands well.
 
     Parameters
     ----------
-    item
-        the object.
-    observation, found
-        the frame, and its evidence for the object.
+    item, period, frame, found
+        the object, the frames, the index of the frame in them, and its evidence for the object.
     before, after
         the shapes of the forward and of the backward pass; None if the pass has not reached the object.
-    prefer_forward
-        the shape to use if the two disagree; they are blended if they agree.
     """
     if before is None or after is None:
         known = before or after
-        return None if known is None else fit_object(item, observation, found, known.joints)
-    if not found.own and not _agree(before, after, item.length):
-        return before if prefer_forward else after
-    return fit_object(item, observation, found, _blend(before, after))
+        result = [] if known is None else [fit_object(item, period, frame, found, known.joints)]
+    elif found.own or _agree(before, after, item.length):
+        result = [fit_object(item, period, frame, found, _blend(before, after))]
+    else:
+        age = np.array([float(before.age.sum()), float(after.age.sum())])
+        result = [
+            replace(shape, cost=shape.cost + share)
+            for shape, share in zip((before, after), age / max(age.sum(), 1.0), strict=True)
+        ]
+    if found.own or (result and min(shape.cost for shape in result) < 1):
+        return result
+    return result + own_shapes(item, period, frame, found)
 
 
 def _agree(before: Shape, after: Shape, length: float) -> bool:

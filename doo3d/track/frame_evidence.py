@@ -1,7 +1,7 @@
 """Fit an object to the evidence of one frame: a chain that shows it whole, or strands."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from ..geometry.equal_segments import close_ring
 from ..types import Chain, Floats
 from .chain_matching import MIN_MOTION_RADII
+from .contradictions import contradicted
+from .object_length import FILLED_ERROR
 from .objects import Anchor, SequenceObject
 from .observations import LENGTH_ERROR, Observation, ObservedStrand, visible_joints
 from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, fit_joints, place_strands, relax_lengths
@@ -16,7 +18,7 @@ from .rings import fit_ring, place_on_ring, ring_joints
 from .shape import Shape
 from .strand_cutting import cut_misjoined, cut_strands
 from .strand_ends import MIN_STRAND_RADII
-from .tracks import FILLED_ERROR
+from .world_frame import in_camera
 
 NEVER = 10**6
 """Age, in frames, of a joint that was never visible."""
@@ -99,8 +101,31 @@ def _resample_anchor(chain: Chain, anchor: Anchor, item: SequenceObject) -> Floa
     return relax_lengths(joints[::-1].copy() if backwards else joints, item.segment_length, np.zeros(len(joints), dtype=bool))
 
 
+def own_shapes(item: SequenceObject, period: Period, frame: int, found: Evidence) -> list[Shape]:
+    """Return the chains of a frame that may be the whole object as shapes of it, in both directions.
+
+    They cost the squared deviation of their length, and more the less confident they are. item, period, frame, found : as for
+    `fit_object`.
+    """
+    result = []
+    chains = period.observations[frame].detection.chains
+    for number in {period.observations[frame].strands[k].chain for k in found.strands} - {-1}:
+        chain = chains[number]
+        off = (chain.length / item.length - 1) / LENGTH_ERROR
+        if item.closed or chain.closed or off**2 >= MISSING_COST:
+            continue
+        for backwards in (False, True):
+            anchor = Anchor(period.first + frame, number, backwards)
+            placed = _place_anchor(chain, anchor, item, period.poses[frame : frame + 1, :3, 3])
+            own = Evidence((placed,), _resample_anchor(chain, anchor, item), found.strands)
+            shape = fit_object(item, period, frame, own, own.whole)
+            unsure = -2 * np.log(max(chain.confidence, np.exp(-MISSING_COST / 2)))
+            result.append(replace(shape, cost=shape.cost + off**2 + float(unsure)))
+    return result
+
+
 def fit_object(
-    item: SequenceObject, observation: Observation, found: Evidence, expected: Floats, last: Shape | None = None
+    item: SequenceObject, period: Period, frame: int, found: Evidence, expected: Floats, last: Shape | None = None
 ) -> Shape:
     """Fit the expected shape of an object to the strands of a frame.
 
@@ -108,14 +133,14 @@ def fit_object(
     ----------
     item
         the object.
-    observation, found
-        the frame, and its evidence for the object.
+    period, frame, found
+        the frames, the index of the frame in them, and its evidence for the object.
     expected
         (M + 1, 3) m, expected joints.
     last
         the shape in the previous frame, for the ages of the joints; None without one.
     """
-    cost = 0.0
+    cost, observation = 0.0, period.observations[frame]
     place, fit = (place_on_ring, fit_ring) if item.closed else (place_strands, fit_joints)
     placed = found.own
     if not placed:
@@ -133,6 +158,9 @@ def fit_object(
             nearer, *_ = fit(expected, placed, item.length)
             placed = place(strands, nearer, item.length, tolerance) or placed
     joints, seen, measured = fit(expected, placed, item.length)
+    if len(period.poses):
+        in_view = in_camera(period.poses[frame], joints)
+        cost += MISSING_COST * float((contradicted(in_view, observation.background, item.radius) & ~seen).mean())
     age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
     return Shape(joints, seen, age, cost, np.zeros_like(seen) if found.own else ~seen, measured)
 

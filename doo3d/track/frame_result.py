@@ -12,7 +12,7 @@ from ..links.branches import Branched
 from ..types import Chain, Connection, Detection
 from .junctions import assemble, join_shapes
 from .objects import SequenceObject
-from .observations import Observation
+from .observations import LENGTH_ERROR, Observation
 from .registration import exact_lengths
 from .shape import Shape
 
@@ -74,7 +74,7 @@ def as_chain(item: SequenceObject, shape: Shape) -> Chain:
     seen = shape.seen[:-1] & shape.seen[1:]
     length = item.segment_length
     joints = close_ring(shape.joints[:-1], length) if item.closed else exact_lengths(shape.joints, length)
-    confidence = float(np.exp(-shape.cost))
+    confidence = float(np.exp(-shape.cost)) * _near(item, shape)
     hidden = runs(~seen)
     if item.closed:  # a gap across the first joint starts before the last joint
         gaps = [first for first, _ in hidden if first > 0 or (seen[-1] and not seen[0])]
@@ -89,7 +89,19 @@ def as_chain(item: SequenceObject, shape: Shape) -> Chain:
         from_time=~seen & shape.from_time[:-1],
         connections=tuple(Connection(gap, confidence) for gap in gaps),
         id=item.id,
-        confidence=confidence if not seen.all() else 1.0,
+        confidence=confidence,
         deviations=shape.deviations,
         closed=item.closed,
     )
+
+
+def _near(item: SequenceObject, shape: Shape) -> float:
+    """Return the probability that all joints are nearer to the object than LENGTH_ERROR of its length, 0 to 1.
+
+    It is that of the joint of the largest deviation, which stands for all: 1 - exp(-(limit / deviation)^2). 1 if deviations are
+    unknown.
+    """
+    if shape.deviations is None:
+        return 1.0
+    largest = float(np.linalg.norm(shape.deviations, axis=1).max())
+    return 1 - float(np.exp(-((LENGTH_ERROR * item.length / max(largest, np.finfo(float).tiny)) ** 2)))

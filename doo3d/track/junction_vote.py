@@ -1,5 +1,7 @@
 """Decide the junctions between the objects of a capture by a vote."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -7,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.disjoint_set import DisjointSet
-from ..types import ChainEnd, Detection
+from ..types import Chain, ChainEnd, Detection, Floats
 
 MIN_PATTERN_SHARE = 1 / 3
 """Smallest number of frames of a pattern with more junctions, relative to the most common pattern: occlusion hides junctions
@@ -33,26 +35,44 @@ Nodes = tuple[Node | None, Node | None]
 """Junctions at the first and the last end of an object; None for a tip."""
 
 
+Pattern = tuple[bool, bool]
+"""For the first and the last end of an object, True if it is at a junction."""
+
+OPEN: Pattern = (False, False)
+
+
 class ChainInFrame(NamedTuple):
     """A chain of one frame that tracking assigned to an object.
 
     Attributes
     ----------
-    frame, chain
+    frame, number
         index of the frame, and of the chain in its detection.
+    chain
+        the chain, as detected.
     backwards
         True if the chain runs against the direction of the object.
+    pattern
+        which ends are at junctions of the frame, in the direction of the object.
+    track
+        number of the track, in which chains follow each other from frame to frame.
     """
 
     frame: int
-    chain: int
-    backwards: bool
+    number: int
+    chain: Chain
+    backwards: bool = False
+    pattern: Pattern = OPEN
+    track: int = 0
 
+    def reversed(self) -> ChainInFrame:
+        """Return the same chain for an object that runs in the opposite direction."""
+        return self._replace(backwards=not self.backwards, pattern=self.pattern[::-1])
 
-Pattern = tuple[bool, bool]
-"""For the first and the last end of an object, True if it is at a junction."""
-
-OPEN: Pattern = (False, False)
+    def nodes(self, count: int) -> Floats:
+        """Return evenly spaced points along the chain in the direction of the object, (count, 3) m."""
+        points = self.chain.nodes(count)
+        return points[::-1] if self.backwards else points
 
 
 def pattern_of(detection: Detection, chain: int, backwards: bool) -> Pattern:
@@ -113,7 +133,7 @@ def _junctions(
 
     An end is (object, side). Junctions with an end of no object are left out.
     """
-    places = {(each.frame, each.chain): (item, each.backwards) for item, chains in enumerate(tracked) for each in chains}
+    places = {(each.frame, each.number): (item, each.backwards) for item, chains in enumerate(tracked) for each in chains}
     for frame, detection in enumerate(detections):
         for junction in detection.junctions:
             found = [(places.get((frame, end.chain)), end.end) for end in junction.ends]
@@ -156,7 +176,7 @@ def vote_trunk(
     -------
     The indices in order along the trunk; the longest object alone if no frame shows the whole tree.
     """
-    places = {(each.frame, each.chain): item for item in tree for each in tracked[item]}
+    places = {(each.frame, each.number): item for item in tree for each in tracked[item]}
     votes: Counter[tuple[int, ...]] = Counter()
     for frame, detection in enumerate(detections):
         for each in detection.objects:

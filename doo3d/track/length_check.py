@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from ..config import Config
+from .object_length import MIN_FRAMES
 from .objects import find_objects
 from .observations import LENGTH_ERROR, Observation
-from .tracks import MIN_FRAMES
 from .world_frame import in_world
 
 

@@ -2,22 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..config import Config
-from ..types import Chain
-from .junction_vote import OPEN, Nodes, trees_of, vote_nodes, vote_pattern, vote_trunk
-from .object_candidates import Candidate, drop_shortened, link_candidates
-from .object_length import track_length, vote_length
-from .observations import MIN_JOINED_CONFIDENCE, Observation
+from .junction_vote import OPEN, ChainInFrame, Nodes, trees_of, vote_nodes, vote_trunk
+from .object_length import MIN_FRAMES, vote_length
+from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
 from .registration import TOLERANCE_SHARE
 from .rings import RingTrack, align_rings, ring_tracks
-from .tracks import MIN_FRAMES, Track, drop_leaps, lengths_of, tracks_of
-
-MAX_PART_SHARE = 0.5
-"""Fraction of its frames in which a chain may fill a missing part of another object; above it, the chain is a part of that
-object."""
+from .tracks import Track, are_side_by_side, lengths_of, merge_tracks, tracks_of
+from .whole_chains import consistent_chains
 
 
 @dataclass(frozen=True)
@@ -87,11 +83,10 @@ class SequenceObject:
 def find_objects(observations: Sequence[Observation], config: Config) -> list[SequenceObject]:
     """Find the objects of a capture by a vote over all frames.
 
-    Chains are tracked in space: the image does not decide which end is which after a cable was lost for a while. The length of
-    an object is the longest length that enough frames agree on. A chain is a part of another object if it appears only while
-    that object is too short by the same length. If fewer objects are found than given, chains that are in more than half of
-    the frames are added, even if no frame is certain of them. In a branched object, each part between two junctions or tips is
-    an object of its own, and a junction must be detected in a minimum number of frames.
+    Chains are tracked in space, and tracks that may be one object are merged (`merge_tracks`). The length of an object is the
+    longest length that enough frames agree on; its anchors are the chains of this length along which it moves least
+    (`consistent_chains`). In a branched object, each part between two junctions or tips is an object of its own, and a junction
+    must be detected in a minimum number of frames.
 
     Parameters
     ----------
@@ -109,49 +104,53 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     least = min(MIN_FRAMES, len(observations))
     rings = ring_tracks(observations, config.tracking, least)
     taken = {(frame, number) for ring in rings for frame, number, _ in ring.items}
-    tracks = tracks_of(observations, config.tracking, taken)
-    for track in tracks.values():
-        track.pattern = vote_pattern(list(track.patterns.values()), least)
-    lengths = {id: track_length(track, config.sequence.length) for id, track in tracks.items()}
-    candidates = []
-    of_rings = {-1 - k: Track(list(ring.items), {}, {}) for k, ring in enumerate(rings)}  # negative ids are of no track
-    ring_lengths = {id: vote_length(*lengths_of(rings[-1 - id].closed)) for id in of_rings}
-    unsure = []
-    for id, track in tracks.items():
-        is_part = _is_part(id, tracks | of_rings, lengths | ring_lengths)
-        if is_part and track.pattern == OPEN:
-            continue
-        whole = _whole(track, lengths[id], config)
-        if len(whole) >= least:
-            candidates.append(Candidate(lengths[id], track, whole, is_part))
-        elif _most_show(track, len(observations)):
-            unsure.append(Candidate(lengths[id], track, _whole(track, lengths[id], config, 0.0), is_part))
-    missing = (config.sequence.chains or 0) - len(candidates) - len(rings)
-    candidates += [candidate for candidate in unsure if len(candidate.whole) >= least][: max(0, missing)]
-    cables = drop_shortened(link_candidates(candidates), config.tracking)
-    for cable in cables:
-        length = track_length(cable.track, config.sequence.length)
-        whole = _whole(cable.track, length, config)
-        if len(whole) >= least:
-            cable.length, cable.whole = length, whole
-    found = [ring for id in of_rings for ring in _ring(rings[-1 - id], observations, ring_lengths[id], least)]
-    return _numbered(cables, found, observations, config.sequence.chains, least)
+    of_rings = [Track([ChainInFrame(*item) for item in ring.items]) for ring in rings]
+    given = config.sequence.length
+    tracks = merge_tracks(tracks_of(observations, config.tracking, taken), given, least)
+    candidates = [
+        Candidate(track.length(given), track, tuple(_anchors(track, track.length(given), observations, config)))
+        for track in tracks
+        if all(are_side_by_side(track, ring, given, least) for ring in of_rings)
+    ]
+    candidates = [candidate for candidate in candidates if len(candidate.whole) >= least]
+    found = [item for ring in rings for item in _ring(ring, observations, vote_length(*lengths_of(ring.closed)), least)]
+    return _numbered(candidates, found, observations, config.sequence.chains, least)
 
 
-def _whole(
-    track: Track, length: float, config: Config, confidence: float = MIN_JOINED_CONFIDENCE
-) -> list[tuple[int, int, Chain]]:
-    """Return the items of a track that show its object whole, with enough confidence.
+class Candidate(NamedTuple):
+    """A track that may be an object of the capture, with its length in m and the chains that show it whole."""
 
-    length : of the object, m. confidence : smallest confidence of a chain.
+    length: float
+    track: Track
+    whole: tuple[ChainInFrame, ...]
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """(frame, index) of the chains that show only a part of the object.
+
+        Chains that are longer than the whole are left out.
+        """
+        whole = {(item.frame, item.number) for item in self.whole}
+        shorter = (item for item in self.track.items if item.chain.length <= (1 + LENGTH_ERROR) * self.length)
+        return tuple((item.frame, item.number) for item in shorter if (item.frame, item.number) not in whole)
+
+    @property
+    def seen(self) -> float:
+        """Length of the object, summed over all frames that show a part of it, m."""
+        return self.length * len(self.track.items)
+
+
+def _anchors(track: Track, length: float, observations: Sequence[Observation], config: Config) -> list[ChainInFrame]:
+    """Return the chains of a track that show its object whole, in one direction.
+
+    Unless the caller specified the object, chains of low confidence are left out. length : of the object, m.
     """
-    sure = [item for item in track.items if item[2].confidence >= confidence]
-    return drop_leaps([item for item in sure if track.is_whole(item, length)], config.tracking)
-
-
-def _most_show(track: Track, frames: int) -> bool:
-    """Return whether a track is in more than half of the frames."""
-    return 2 * len(track.items) > frames
+    sure = [
+        item
+        for item in track.whole(length)
+        if observations[item.frame].is_given or item.chain.confidence >= MIN_JOINED_CONFIDENCE
+    ]
+    return consistent_chains(sure, config.tracking, track.pattern == OPEN)
 
 
 def _ring(track: RingTrack, observations: Sequence[Observation], length: float, least: int) -> list[SequenceObject]:
@@ -196,15 +195,14 @@ def _numbered(
         smallest number of frames that must agree on a junction.
     """
     detections = [observation.detection for observation in observations]
-    tracked = [candidate.track.tracked for candidate in candidates]
+    tracked = [[item for item in each.track.items if item.pattern == each.track.pattern] for each in candidates]
     nodes = vote_nodes(tracked, detections, least)
     lengths = {number: candidate.length for number, candidate in enumerate(candidates)}
-    trees = [tree for tree in trees_of(nodes) if len(tree) > 1 or not candidates[tree[0]].is_part]
-    seen = [len(candidate.track.items) * candidate.length for candidate in candidates]
-    trees.sort(key=lambda tree: -sum(seen[number] for number in tree))
+    trees = sorted(trees_of(nodes), key=lambda tree: -sum(candidates[number].seen for number in tree))
+    trees = [tree for tree in trees if len(tree) > 1 or not _is_part(candidates, tree[0], least)]
     objects: list[SequenceObject] = []
     if count is not None and rings:
-        weights = [sum(seen[number] for number in tree) for tree in trees]
+        weights = [sum(candidates[number].seen for number in tree) for tree in trees]
         weights += [len(ring.anchors) * ring.length for ring in rings]
         kept = sorted(range(len(weights)), key=lambda k: -weights[k])[:count]
         rings = [ring for k, ring in enumerate(rings) if len(trees) + k in kept]
@@ -220,25 +218,17 @@ def _numbered(
     return [*objects, *(replace(ring, id=len(objects) + k) for k, ring in enumerate(rings))]
 
 
-def _is_part(id: int, tracks: dict[int, Track], lengths: dict[int, float]) -> bool:
-    """Return whether a track is mostly the missing part of a longer object.
-
-    lengths : m, of the object of each track. In such a frame, the other object is too short by at least 0.7 times the length
-    of this one.
-    """
-    chains = {other: {frame: chain.length for frame, _, chain in track.items} for other, track in tracks.items()}
-    own = chains.pop(id)
-    count = sum(
-        any(lengths[k] > length and lengths[k] - each.get(frame, np.inf) >= 0.7 * length for k, each in chains.items())
-        for frame, length in own.items()
-    )
-    return count > MAX_PART_SHARE * len(own)
+def _is_part(candidates: Sequence[Candidate], number: int, least: int) -> bool:
+    """Return whether a strand between junctions that belongs to no tree is a part of another object."""
+    own = candidates[number].track
+    others = (each.track for k, each in enumerate(candidates) if k != number)
+    return own.pattern != OPEN and not all(are_side_by_side(own, other, None, least) for other in others)
 
 
 def _object(number: int, candidate: Candidate) -> SequenceObject:
-    """Return a candidate as an object, with the direction of each chain."""
-    whole, backwards = candidate.whole, candidate.track.backwards
-    radius = float(np.nanmedian([chain.radius for _, _, chain in whole]))
-    segment = float(np.median([chain.segment_length for _, _, chain in whole]))
-    anchors = tuple(Anchor(frame, chain, backwards[frame]) for frame, chain, _ in whole)
+    """Return a candidate as an object."""
+    whole = [item.chain for item in candidate.whole]
+    segment = float(np.median([chain.segment_length for chain in whole]))
+    radius = float(np.nanmedian([chain.radius for chain in whole]))
+    anchors = tuple(Anchor(item.frame, item.number, item.backwards) for item in candidate.whole)
     return SequenceObject(number, candidate.length, radius, max(1, round(candidate.length / segment)), anchors)

@@ -12,17 +12,16 @@ from ..geometry.equal_segments import close_ring
 from ..geometry.polyline import whittaker_smooth
 from ..types import Bools, Floats
 from ..types.pose import in_frame_of
-from .inverse_range_smoother import UNSEEN_WEIGHT, smooth_inverse_range
+from .inverse_range_smoother import UNSEEN_WEIGHT, smooth_inverse_range, variance
+from .object_length import MIN_FRAMES
 from .objects import SequenceObject
 from .registration import TURN_WEIGHT, relax_lengths
 from .shape import Shape
-from .tracks import MIN_FRAMES
 from .world_frame import in_camera
 
-TIME_STIFFNESS, UNKNOWN_WEIGHT = 1.5, 0.01
-"""Weight of second differences over time, and weight of a position far from anything visible, relative to 1 for a position
-next to a visible joint; a visible joint weighs the inverse of the latter. With more stiffness, positions of a turning shape
-are drawn together."""
+UNKNOWN_WEIGHT = 0.01
+"""Weight of a position far from anything visible, relative to 1 for a position next to a visible joint, which is known to a
+radius; a visible joint weighs the inverse."""
 
 
 NODES = 40
@@ -56,11 +55,12 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) ->
     joints = np.array([shape.joints for shape in shapes])
     seen = np.array([shape.seen for shape in shapes])
     measured = np.array([shape.measured for shape in shapes])
+    stiffness = _stiffness(item, joints, seen)
     weight = np.where(measured, 1 / UNKNOWN_WEIGHT, _certainty(measured, item.closed))
     smooth = joints.copy()
     for k in np.flatnonzero(~seen.all(axis=0)):
         weights = weight[:, k, None, None] * np.eye(3)
-        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, TIME_STIFFNESS))
+        smooth[:, k] = np.where(seen[:, k, None], joints[:, k], whittaker_smooth(joints[:, k], weights, stiffness))
     if item.closed:
         closed = [close_ring(line[:-1], item.segment_length) for line in smooth]
         return [replace(shape, joints=ring) for shape, ring in zip(shapes, closed, strict=True)]
@@ -72,6 +72,17 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) ->
         replace(shape, joints=relax_lengths(line, item.segment_length, shape.seen))
         for line, shape in zip(smooth, shapes, strict=True)
     ]
+
+
+def _stiffness(item: SequenceObject, joints: Floats, seen: Bools) -> float:
+    """Return the weight of second differences over time, relative to that of a position known to a radius.
+
+    It is the ratio of the two variances; that of the second differences is that of the visible joints. joints, seen : (T, M + 1, 3)
+    m, and (T, M + 1) bool.
+    """
+    moves = np.diff(joints, 2, axis=0)[seen[2:] & seen[1:-1] & seen[:-2]]
+    radius = item.radius if np.isfinite(item.radius) else item.segment_length
+    return radius**2 / variance(moves) if len(moves) else 1.0
 
 
 def _certainty(seen: Bools, closed: bool) -> Floats:

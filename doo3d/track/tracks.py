@@ -1,7 +1,9 @@
-"""Collect the open chains of a capture by object id, and select whole ones."""
+"""Collect the open chains of a capture by object, and merge tracks of one object."""
+
+from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,87 +12,68 @@ from ..geometry.limits import FRAME_RATE, MAX_AGE
 from ..types import Chain, Floats
 from .chain_direction import reversed_chain
 from .chain_matching import pair_chains
-from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of
-from .observations import LENGTH_ERROR, MIN_JOINED_CONFIDENCE, Observation
-from .strand_ends import CUT_OFF
+from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of, vote_pattern
+from .object_length import FILLED_ERROR, MIN_FRAMES, vote_length
+from .observations import LENGTH_ERROR, Observation
 
 JUNCTION_SLACK_RADII = 1.5
 """Difference allowed in the length of a chain for each junction at its ends, in radii: junctions shift by as much from frame
 to frame."""
 
-FILLED_ERROR = 0.05
-"""Relative error of the filled length of a chain, hidden or without depth, in addition to LENGTH_ERROR of the whole: in 24
-sequences of moving cables the median of this error is 1 to 9 %, except where strands were joined wrongly."""
-
-MIN_FRAMES = 3
-"""Smallest number of frames in which an object is seen whole; all frames in a shorter capture."""
-
-LEAP_NODES = 20
-"""Number of points of a chain at which its positions in two frames are compared."""
-
 WINDOW = 10 * FRAME_RATE
-"""Number of frames that are followed, and whose depth is smoothed, together: 10 s of video."""
+"""Number of frames that are followed together: 10 s of video."""
 
 CONTEXT = 3 * FRAME_RATE
-"""Maximum gap in frames for re-identifying a lost object by its length, regardless of position, and number of frames that are
-read before and after a window: 3 s of video."""
+"""Maximum gap in frames between two tracks of a branch, and number of frames that are read before and after a window: 3 s of
+video."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Track:
-    """The open chains of one id, in one direction.
+    """The open chains of one object, in one direction.
 
     Attributes
     ----------
     items
-        (frame, index of the chain in it, chain in the direction of tracking), in the order of frames.
-    backwards
-        for each frame whether its chain runs in the opposite direction.
-    patterns, pattern
-        which ends of the chain are at junctions: for each frame, and by a vote of all frames.
-    ending
-        the frames in which both ends are tips or junctions, as far as the image shows: neither is hidden or continues.
+        the chains, in the order of frames.
+    pattern
+        which ends of the object are at junctions, by a vote of all frames.
     """
 
-    items: list[tuple[int, int, Chain]]
-    backwards: dict[int, bool]
-    patterns: dict[int, Pattern]
+    items: list[ChainInFrame]
     pattern: Pattern = OPEN
-    ending: set[int] = field(default_factory=set)
 
-    @property
-    def lengths(self) -> tuple[Floats, Floats]:
-        """Lengths (K,) m of chains with both ends visible, and their unmeasured parts.
+    def length(self, given: float | None) -> float:
+        """Return the length of the object, m.
 
-        Chains at other junctions than the vote are left out. If enough frames have a tip at both ends, the other frames are
-        left out, too: a visible end may be where an occluder begins. Without such chains, all are taken.
+        Chains at other junctions than the vote are left out, and those with a hidden end if others have none. given : m,
+        `sequence.length`, which is the length of objects without junctions; None decides by a vote.
         """
-        items = [item for item in self.items if self.patterns[item[0]] == self.pattern]
-        shown = [item for item in items if _shows_both_ends(item[2], self.pattern)]
-        whole = [item for item in shown if item[0] in self.ending]
-        return lengths_of([item[2] for item in (whole if len(whole) >= MIN_FRAMES else shown or items or self.items)])
+        if given is not None and self.pattern == OPEN:
+            return given
+        items = [item for item in self.items if item.pattern == self.pattern] or self.items
+        shown = [item for item in items if self._shows_both_ends(item)]
+        return vote_length(*lengths_of([item.chain for item in shown or items]))
 
-    def is_whole(self, item: tuple[int, int, Chain], length: float) -> bool:
-        """Return whether an item of the track is the whole object, of a length in m.
+    def whole(self, length: float) -> list[ChainInFrame]:
+        """Return the chains that show the whole object, of a length in m.
 
-        A chain that is visible in the image but partly without depth may differ more in length. A hidden part may be joined
-        wrongly, which only its length reveals.
+        A chain that is visible in the image but partly without depth may differ more in length.
         """
-        frame, _, chain = item
-        if self.patterns[frame] != self.pattern or not _shows_both_ends(chain, self.pattern):
-            return False
-        slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
-        torn = FILLED_ERROR * np.count_nonzero(chain.depth_filled & ~chain.occluded) * chain.segment_length
-        return bool(abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, torn) + slack)
+        result = []
+        for item in self.items:
+            chain = item.chain
+            slack = JUNCTION_SLACK_RADII * sum(self.pattern) * np.nan_to_num(chain.radius)
+            torn = FILLED_ERROR * np.count_nonzero(chain.depth_filled & ~chain.occluded) * chain.segment_length
+            is_long = abs(chain.length - length) <= np.hypot(LENGTH_ERROR * length, torn) + slack
+            if is_long and item.pattern == self.pattern and self._shows_both_ends(item):
+                result.append(item)
+        return result
 
-    @property
-    def tracked(self) -> list[ChainInFrame]:
-        """The chains with the voted pattern of junctions, by frame and index."""
-        return [
-            ChainInFrame(frame, chain, self.backwards[frame])
-            for frame, chain, _ in self.items
-            if self.patterns[frame] == self.pattern
-        ]
+    def _shows_both_ends(self, item: ChainInFrame) -> bool:
+        """Return whether both ends of a chain are visible or at a junction, where other strands give their position."""
+        first, last = self.pattern[::-1] if item.backwards else self.pattern
+        return bool((first or not item.chain.occluded[0]) and (last or not item.chain.occluded[-1]))
 
 
 def lengths_of(chains: Sequence[Chain]) -> tuple[Floats, Floats]:
@@ -101,15 +84,13 @@ def lengths_of(chains: Sequence[Chain]) -> tuple[Floats, Floats]:
 
 def tracks_of(
     observations: Sequence[Observation], tracking: TrackingConfig, taken: Collection[tuple[int, int]] = ()
-) -> dict[int, Track]:
-    """Return the open chains of all frames by id, those of one id in one direction.
+) -> list[Track]:
+    """Return the open chains of all frames as tracks: chains that follow each other from frame to frame.
 
     observations : frames, in order. taken : (frame, chain) of the chains to leave out.
     """
-    tracks: dict[int, Track] = {}
-    last: dict[int, tuple[int, Chain]] = {}  # by id, frame of the last chain, without empty frames, and that chain
-    nodes: dict[int, Floats] = {}  # by id, points along the last chain
-    sure: dict[int, Floats] = {}  # and along the last certain chain, for the direction of the next one
+    tracks: list[list[ChainInFrame]] = []
+    last: list[tuple[int, Chain]] = []  # of each track, frame of the last chain, without empty frames, and that chain
     count = 0
     for frame, observation in enumerate(observations):
         all_chains = enumerate(observation.detection.chains)
@@ -117,79 +98,83 @@ def tracks_of(
         if not numbers:
             continue
         count += 1
-        ids = sorted(id for id, (at, _) in last.items() if count - at <= MAX_AGE + 1)
+        ids = [id for id, (at, _) in enumerate(last) if count - at <= MAX_AGE + 1]
         chains = [observation.detection.chains[number] for number in numbers]
-        for number, chain, (known, match) in zip(
-            numbers, chains, pair_chains([last[id][1] for id in ids], chains, tracking), strict=True
-        ):
+        pairs = pair_chains([last[id][1] for id in ids], chains, tracking)
+        for number, chain, (known, match) in zip(numbers, chains, pairs, strict=True):
             id = len(tracks) if known is None else ids[known]
-            track = tracks.setdefault(id, Track([], {}, {}))
-            pattern, backwards = pattern_of(observation.detection, number, match.backwards), match.backwards
-            given = chain.nodes(LEAP_NODES)
-            if id in sure and pattern == OPEN:
-                backwards = _runs_backwards(given, (nodes[id], sure[id]))
-            last[id] = count, reversed_chain(chain, backwards)[0]
-            nodes[id] = given[::-1] if backwards else given
-            if chain.confidence >= MIN_JOINED_CONFIDENCE:
-                sure[id] = nodes[id]
-            track.items.append((frame, number, last[id][1]))
-            track.backwards[frame], track.patterns[frame] = backwards, pattern
-            tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
-            if tips and tips[0] > CUT_OFF and tips[-1] > CUT_OFF:
-                track.ending.add(frame)
-    return tracks
+            if known is None:
+                tracks.append([])
+                last.append((count, chain))
+            pattern = pattern_of(observation.detection, number, match.backwards)
+            tracks[id].append(ChainInFrame(frame, number, chain, match.backwards, pattern, id))
+            last[id] = count, reversed_chain(chain, match.backwards)[0]
+    least = min(MIN_FRAMES, len(observations))
+    return [Track(items, vote_pattern([item.pattern for item in items], least)) for items in tracks]
 
 
-def _runs_backwards(nodes: Floats, before: Sequence[Floats]) -> bool:
-    """Return whether a chain runs against the direction of the nearest earlier chain.
+def merge_tracks(tracks: Sequence[Track], length: float | None, least: int) -> list[Track]:
+    """Merge tracks that may be one object.
 
-    nodes, before : (LEAP_NODES, 3) m, evenly spaced points along the chain, and along each of the earlier ones.
+    Two tracks are two objects if enough frames show more of both at once than the longer object is long. Otherwise an object was
+    lost and found again, was seen in pieces on both sides of an occluder, or its ends were hidden for a while. Branches are
+    merged only if they end at the same junctions, are of one length, and follow each other in time.
+
+    Parameters
+    ----------
+    tracks
+        the tracks of a capture.
+    length
+        m, `sequence.length`; None if not given.
+    least
+        smallest number of frames that must show two objects at once.
     """
-    earlier = np.array(before)
-    forward, backward = (np.linalg.norm(earlier - way, axis=2).mean(axis=1).min() for way in (nodes, nodes[::-1]))
-    return bool(backward < forward)
+    merged: list[Track] = []
+    for track in sorted(tracks, key=lambda track: (track.pattern == OPEN, -track.length(length))):
+        same = [k for k, former in enumerate(merged) if _may_be_one(former, track, length, least)]
+        if not same:
+            merged.append(track)
+            continue
+        nearest = min(same, key=lambda k: _distance(merged[k], track))
+        if merged[nearest].pattern == track.pattern or track.pattern != OPEN:
+            merged[nearest] = _joined(merged[nearest], track)
+    return sorted(merged, key=lambda track: track.items[0].frame)
 
 
-def drop_leaps(items: list[tuple[int, int, Chain]], tracking: TrackingConfig) -> list[tuple[int, int, Chain]]:
-    """Remove whole chains whose position leaps between its neighbors in time.
-
-    The farthest is removed first. One frame that joins strands wrongly would bend the object in all frames in which a part of
-    it is hidden.
-    """
-    kept = list(items)
-    nodes = [chain.nodes(LEAP_NODES) for _, _, chain in items]
-    leaps = [_leap(kept, nodes, k) for k in range(len(kept))] if len(kept) > MIN_FRAMES else []
-    while len(kept) > MIN_FRAMES and max(leaps) > tracking.max_motion_lengths:
-        farthest = int(np.argmax(leaps))
-        del kept[farthest], nodes[farthest], leaps[farthest]
-        for k in range(max(0, farthest - 1), min(len(kept), farthest + 1)):
-            leaps[k] = _leap(kept, nodes, k)
-    return kept
+def are_side_by_side(first: Track, second: Track, length: float | None, least: int) -> bool:
+    """Return whether enough frames show more of two tracks at once than the longer object is long."""
+    longest = (1 + LENGTH_ERROR) * max(first.length(length), second.length(length))
+    shown = [{item.frame: _visible(item.chain) for item in track.items} for track in (first, second)]
+    both = shown[0].keys() & shown[1].keys()
+    return sum(shown[0][frame] + shown[1][frame] > longest for frame in both) >= least
 
 
-def _leap(items: Sequence[tuple[int, int, Chain]], nodes: Sequence[Floats], k: int) -> float:
-    """Return the mean distance of a chain from its interpolated position.
-
-    The position is interpolated between the items before and after item k; the unit is the length of
-    the chain. nodes : (LEAP_NODES, 3) m, of each item.
-    """
-    frame, _, chain = items[k]
-    beside = [n for n in (k - 1, k + 1) if 0 <= n < len(items)]
-    if len(beside) == 1:
-        return _mean_distance(nodes[k], nodes[beside[0]]) / abs(items[beside[0]][0] - frame) / chain.length
-    first, last = (items[n][0] for n in beside)
-    share = (frame - first) / (last - first)
-    return _mean_distance(nodes[k], (1 - share) * nodes[k - 1] + share * nodes[k + 1]) / chain.length
+def _visible(chain: Chain) -> float:
+    """Return the visible length of a chain, m."""
+    return np.count_nonzero(~chain.occluded) * chain.segment_length
 
 
-def _mean_distance(first: Floats, second: Floats) -> float:
-    """Return the mean distance between corresponding points (K, 3)."""
-    return float(np.linalg.norm(first - second, axis=1).mean())
+def _may_be_one(former: Track, track: Track, length: float | None, least: int) -> bool:
+    """Return whether two tracks may be one object, as `merge_tracks` defines it."""
+    if track.pattern == OPEN:
+        return not are_side_by_side(former, track, length, least)
+    if track.pattern not in (former.pattern, former.pattern[::-1]):
+        return False
+    lengths = former.length(length), track.length(length)
+    gap = max(track.items[0].frame - former.items[-1].frame, former.items[0].frame - track.items[-1].frame)
+    return abs(lengths[0] - lengths[1]) <= 2 * LENGTH_ERROR * lengths[0] and 0 < gap <= CONTEXT
 
 
-def _shows_both_ends(chain: Chain, pattern: Pattern) -> bool:
-    """Return whether both ends of a chain are visible or at a junction.
+def _distance(former: Track, later: Track) -> float:
+    """Return the distance between the centroids of the chains of two tracks that are nearest in time, m."""
+    frames = [np.array([item.frame for item in track.items]) for track in (former, later)]
+    apart = np.abs(frames[0][:, None] - frames[1])
+    first, second = np.unravel_index(apart.argmin(), apart.shape)
+    means = former.items[first].chain.joints.mean(axis=0), later.items[second].chain.joints.mean(axis=0)
+    return float(np.linalg.norm(means[0] - means[1]))
 
-    The position of an end at a junction is given by the other strands that meet there.
-    """
-    return not (chain.occluded[0] and not pattern[0]) and not (chain.occluded[-1] and not pattern[1])
+
+def _joined(former: Track, later: Track) -> Track:
+    """Return a track with the chains of a second one, turned to the same junctions."""
+    turned = later.items if later.pattern == former.pattern else [item.reversed() for item in later.items]
+    return replace(former, items=sorted([*former.items, *turned], key=lambda item: (item.frame, item.number)))

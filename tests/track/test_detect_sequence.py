@@ -13,7 +13,7 @@ from doo3d.geometry.polyline import arc_length, resample
 from doo3d.track.detect_sequence import combine, detect_sequence, frame_seconds
 from doo3d.track.length_check import length_notes
 from doo3d.track.object_length import vote_length
-from doo3d.track.objects import find_smoothed_objects
+from doo3d.track.objects import find_objects
 from doo3d.track.observations import Observation, ObservedStrand
 from doo3d.track.registration import exact_lengths
 from doo3d.track.strand_ends import CUT_OFF, TIP
@@ -117,7 +117,7 @@ def test_a_fragment_is_not_an_object():
         return replace(one, detection=replace(one.detection, chains=(*one.detection.chains, far)))
 
     plan = [seen_in(time, [(0, 60)]) if k < 12 or k > 28 else both(time) for k, time in enumerate(times())]
-    _, (item,) = find_smoothed_objects(plan, Config())
+    (item,) = find_objects(plan, Config())
     assert item.length == pytest.approx(0.6, rel=0.01)
 
 
@@ -142,7 +142,7 @@ def test_a_cable_that_a_hand_divides_now_and_then_is_one_object(divided, parts):
         return replace(one, detection=replace(one.detection, chains=(*one.detection.chains, rest)))
 
     plan = [both(time) if k in divided else seen_in(time, [(0, 60)]) for k, time in enumerate(times())]
-    _, (item,) = find_smoothed_objects(plan, Config())
+    (item,) = find_objects(plan, Config())
     assert [anchor.frame for anchor in item.anchors] == [k for k in range(40) if k not in divided]
 
 
@@ -192,7 +192,7 @@ def test_the_length_is_that_of_the_frames_that_show_the_whole_object():
 def test_a_chain_up_to_what_hides_the_rest_tells_no_length():
     """Three frames in 60 show both tips; in the others a hand hides one end, always as much of it."""
     plan = [[(0, 60)] if k % 20 == 4 else [(0, 50)] for k in range(60)]
-    _, (item,) = find_smoothed_objects([seen_in(time, parts) for time, parts in zip(times(60), plan, strict=True)], Config())
+    (item,) = find_objects([seen_in(time, parts) for time, parts in zip(times(60), plan, strict=True)], Config())
     assert item.segments == 60
     assert [anchor.frame for anchor in item.anchors] == [4, 24, 44]
 

@@ -15,7 +15,7 @@ from doo3d.geometry.equal_segments import close_ring
 from doo3d.outputs.run_reader import open_results
 from doo3d.outputs.sequence_files import SequenceFile, read_objects, write_objects
 from doo3d.track.detect_sequence import combine, detect_sequence
-from doo3d.track.objects import find_smoothed_objects
+from doo3d.track.objects import find_objects
 from doo3d.track.observations import Observation, ObservedStrand
 from doo3d.track.rings import fit_ring, place_on_ring
 from doo3d.track.strand_ends import CUT_OFF, TIP
@@ -104,7 +104,7 @@ def test_what_is_hidden_comes_from_other_frames():
 
 def test_a_ring_that_a_hand_parts_in_two_is_one_object():
     seen = [open_in(time, [(3, 25), (32, 56)]) if 8 <= k < 15 else closed_in(time) for k, time in enumerate(times())]
-    items = find_smoothed_objects(seen, load_config("default"))[1]
+    items = find_objects(seen, load_config("default"))
     assert [(item.closed, item.segments) for item in items] == [(True, COUNT)]
     found = list(combine(seen, load_config("default")))
     check_rings(found)
@@ -123,7 +123,7 @@ def test_a_cable_whose_ends_touch_for_a_while_is_no_ring():
         detection = replace(observation.detection, chains=(replace(chain, joints=line),))
         apart[k] = Observation(detection, (replace(strand, points=line, tips=(TIP, TIP)),))
     touching = [closed_in(time) for time in times(24)[20:]]
-    assert not any(item.closed for item in find_smoothed_objects([*apart, *touching], CONFIG)[1])
+    assert not any(item.closed for item in find_objects([*apart, *touching], CONFIG))
 
 
 def test_two_rings_and_a_limit_to_their_number():
@@ -135,11 +135,11 @@ def test_two_rings_and_a_limit_to_their_number():
     seen = [both(time) for time in times(10)]
     assert [len(detection.chains) for detection in combine(seen, load_config("default"))] == [2] * 10
     assert {chain.id for detection in combine(seen, load_config("default")) for chain in detection.chains} == {0, 1}
-    assert len(find_smoothed_objects(seen, CONFIG)[1]) == 1
+    assert len(find_objects(seen, CONFIG)) == 1
 
 
 def test_objects_are_read_back_as_they_were(tmp_path):
-    items = find_smoothed_objects([closed_in(time, 7 * k % COUNT) for k, time in enumerate(times(8))], CONFIG)[1]
+    items = find_objects([closed_in(time, 7 * k % COUNT) for k, time in enumerate(times(8))], CONFIG)
     known = SequenceFile(tuple(map(str, range(8))), 15, 0.1, tuple(items))
     write_objects(tmp_path, known)
     assert read_objects(tmp_path) == known

@@ -15,7 +15,7 @@ from doo3d.outputs.sequence_files import SequenceFile, read_objects, summary, wr
 from doo3d.track import detect_sequence as module
 from doo3d.track.detect_sequence import combine, detect_sequence
 from doo3d.track.junction_vote import OPEN, trees_of, vote_pattern
-from doo3d.track.objects import find_smoothed_objects
+from doo3d.track.objects import find_objects
 from doo3d.track.observations import Observation, ObservedStrand
 from doo3d.track.strand_ends import CUT_OFF, TIP
 from doo3d.types import Chain, ChainEnd, Detection, Junction, LinearObject
@@ -173,7 +173,7 @@ def test_windows_agree_with_the_whole(monkeypatch):
 def test_the_objects_are_read_as_they_were_written(tmp_path):
     config = load_config("harness")
     plan = zip(times(8), [WHOLE] * 6 + [HALF] * 2, strict=True)
-    _, objects = find_smoothed_objects([seen_in(time, parts) for time, parts in plan], config)
+    objects = find_objects([seen_in(time, parts) for time, parts in plan], config)
     assert [item.is_trunk for item in objects] == [True, True, False]
     assert len(objects[2].parts) == 2
     known = SequenceFile(("a",), 3, 0.05, tuple(objects))

@@ -32,12 +32,12 @@ EVENT_SECONDS = 2.0
 """Length of a sequence in s per passing hand, and per loss of depth."""
 
 LEVELS = ("rough", "hard", "easy")
-"""Levels of difficulty: faster, with hands as wide as half of the cable or at both of its ends, losses of depth, and things of the
+"""Levels of difficulty: faster, with hands as wide as half of the cable or at both of its ends, losses of depth, and bars of the
 cable's color behind its ends; with passing hands and losses of depth; and without both."""
 
 ROUGH_STRIDES, BOTH_ENDS_SHARE, ROUGH_HIDDEN = (1, 2), 0.5, (0.10, 0.50)
 """At the rough level: how many times as fast a motion is; how often two hands hide both ends at once instead of one that hides a
-part; least and greatest fraction of the cable that one hand hides."""
+part; least and greatest fraction of the cable that they hide."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ def _rough_hands(rng: Generator, first: float, last: float) -> tuple[Hand, ...]:
     if rng.random() >= BOTH_ENDS_SHARE:
         return (replace(hand, hidden=hidden),)
     other = replace(hand, middle=1.0, hidden=hidden, nearness=rng.uniform(0.75, 0.92), aside=-hand.aside)
-    return replace(hand, middle=0.0), other
+    return replace(hand, middle=0.0, hidden=hidden), other
 
 
 def _look_alike(rng: Generator, motion: Motion, end: int, color: tuple[int, int, int]) -> Solid:
