@@ -116,9 +116,7 @@ def own_shapes(item: SequenceObject, period: Period, frame: int, found: Evidence
             continue
         for backwards in (False, True):
             anchor = Anchor(period.first + frame, number, backwards)
-            placed = _place_anchor(chain, anchor, item, period.poses[frame : frame + 1, :3, 3])
-            own = Evidence((placed,), _resample_anchor(chain, anchor, item), found.strands)
-            shape = fit_object(item, period, frame, own, own.whole)
+            shape = fit_object(item, period, frame, found, _resample_anchor(chain, anchor, item))
             unsure = -2 * np.log(max(chain.confidence, np.exp(-MISSING_COST / 2)))
             result.append(replace(shape, cost=shape.cost + off**2 + float(unsure)))
     return result
@@ -151,7 +149,7 @@ def fit_object(
             if node is not None:
                 strands = cut_strands(strands, expected[-side], least, tolerance)
         if not item.closed:
-            strands = cut_misjoined(strands, expected, item.length, least)
+            strands = cut_misjoined(strands, expected, item.length, least, not observation.is_given)
         placed = place(strands, expected, item.length, tolerance)
         cost = _mean_cost(strands, placed)
         if placed:

@@ -1,7 +1,7 @@
 """Record the detection of one frame with all its visible strands."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..pipeline import Stages
 from ..scene.frame import FrameScene
 from ..scene.scene import Scene
 from ..types import Bools, Chain, ChainEnd, Detection, Floats, Ints
-from .strand_ends import MIN_STRAND_RADII, TIP, tip_confidence
+from .strand_ends import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
 """Smallest confidence of a connection within a strand, and of the chain of a whole object. A strand is cut at a connection
@@ -122,6 +122,8 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
     for chain in (*_dropped_chains(stages, config), *stages.verdict.unchosen):
         strands += _strands(chain, -1, scene)
     is_given = config.sequence.chains is not None or stages.is_given
+    if not is_given:  # a strand may go on along something else, and end with that
+        strands = [replace(strand, tips=(min(strand.tips[0], UNKNOWN), min(strand.tips[1], UNKNOWN))) for strand in strands]
     return Observation(detection, tuple(strands), is_given=is_given)
 
 

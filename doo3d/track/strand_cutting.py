@@ -5,14 +5,15 @@ confidence. The neighboring frames give the expected shape of the object. Each s
 part that fits elsewhere on the object, or in the other direction, becomes a strand of its own.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..geometry.polyline import arc_length, resample
-from ..kernels import strand_cuts
-from ..types import Bools, Floats
+from ..kernels import nearest, strand_cuts
+from ..types import Floats, Ints
 from .observations import LENGTH_ERROR, ObservedStrand
 from .registration import MISSING_COST, SHIFT_TOLERANCES, STEPS_PER_SEGMENT, on_unit_sphere
 from .strand_ends import CUT_OFF, UNKNOWN
@@ -56,7 +57,9 @@ def cut_strands(strands: Sequence[ObservedStrand], place: Floats, least: float, 
     return result
 
 
-def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: float, least: float) -> list[ObservedStrand]:
+def cut_misjoined(
+    strands: Sequence[ObservedStrand], expected: Floats, length: float, least: float, may_leave: bool = False
+) -> list[ObservedStrand]:
     """Cut strands whose parts do not follow each other on the expected object.
 
     Parameters
@@ -69,6 +72,8 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
         m, length of the object.
     least
         m, length of the shortest part that is kept.
+    may_leave
+        whether a strand may go on along something else, since the caller did not specify the object.
 
     Returns
     -------
@@ -77,9 +82,7 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
     Notes ----- A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR,
     and at most MISSING_COST. A cut costs -2 ln p, with the probability p that the frame joined the points on both sides
     wrongly: one minus the confidence of the connection where a hidden part was bridged, MISJOIN_RATE elsewhere. The mean
-    displacement of the strand has a tolerance of SHIFT_TOLERANCES times that error, since the object may have moved. Where
-    nothing was bridged, a part is cut off only if it is farther along the object than this tolerance: otherwise the strand was
-    measured too short or too long.
+    displacement of the strand has a tolerance of SHIFT_TOLERANCES times that error, since the object may have moved.
     """
     count = STEPS_PER_SEGMENT * (len(expected) - 1)
     if strands and all(strand.is_flat for strand in strands):
@@ -91,20 +94,13 @@ def cut_misjoined(strands: Sequence[ObservedStrand], expected: Floats, length: f
     places = resample(expected, np.linspace(0.0, arc_length(expected)[-1], count + 1))
     result: list[ObservedStrand] = []
     for strand in strands:
-        result += _cut(strand, places, length / count, length, least)
+        result += _cut(strand, places, length / count, length, least, may_leave)
     return result
 
 
-def _are_apart(skipped: Floats, joined: Floats, error: float) -> Bools:
-    """Return at which of K cuts the two parts are not contiguous on the object.
-
-    skipped : (K,) m, length of object between the two parts. joined : (K,) confidence that they are contiguous; 1 where
-    nothing was bridged, so that the length in between is known to within `error`, m.
-    """
-    return np.asarray((skipped > error) | (joined < 1))
-
-
-def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, least: float) -> Iterator[ObservedStrand]:
+def _cut(
+    strand: ObservedStrand, places: Floats, step: float, length: float, least: float, may_leave: bool
+) -> Iterator[ObservedStrand]:
     """Yield the parts of a strand that are at least `least` m long.
 
     places : positions on the object, `step` m apart. length : of the object, m. Points without depth at a cut are in no part.
@@ -120,8 +116,9 @@ def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, lea
     least_joined = np.minimum.reduceat(joined[: measured[-1] + 1], np.append(0, measured[:-1] + 1))
     costs = -2 * np.log(np.maximum(1 - least_joined, MISJOIN_RATE))
     error = LENGTH_ERROR * length
-    cuts, skipped = strand_cuts(points, arcs, strand.length, places, step, error, MISSING_COST, SHIFT_TOLERANCES, costs)
-    cuts = cuts[_are_apart(skipped, least_joined[cuts], SHIFT_TOLERANCES * error)]
+    cuts, _ = strand_cuts(points, arcs, strand.length, places, step, error, MISSING_COST, SHIFT_TOLERANCES, costs)
+    if may_leave:
+        cuts = np.union1d(cuts, _leaving(points, places, least_joined, error)).astype(np.int64)
     end = len(strand.points) - 1
     firsts, lasts = [0, *measured[cuts].tolist()], [*measured[cuts - 1].tolist(), end]
     for first, last in zip(firsts, lasts, strict=True):
@@ -130,6 +127,19 @@ def _cut(strand: ObservedStrand, places: Floats, step: float, length: float, lea
         if last > first and high - low >= least:
             tips = CUT_OFF if first else strand.tips[0], CUT_OFF if last < end else strand.tips[1]
             yield _part_of(strand, slice(first, last + 1), low, high - low, tips)
+
+
+def _leaving(points: Floats, places: Floats, joined: Floats, error: float) -> Ints:
+    """Return the bridged gaps of a strand beyond which its smaller part leaves the object, indices of the points after them.
+
+    A part leaves the object if it is farther from its places (P, 3) m than half of the points (K, 3) m are, by more than an error, m.
+    joined : (K,) confidence that each point follows the one before; below 1 at a bridged gap.
+    """
+    away = nearest(points, places, math.inf)[0]
+    off = away - np.median(away) > error
+    gaps = [gap for gap in np.flatnonzero(joined < 1).tolist() if gap > 0]
+    leaving = (gap for gap in gaps if (off[:gap] if 2 * gap < len(off) else off[gap:]).mean() > 0.5)
+    return np.fromiter(leaving, dtype=np.int64)
 
 
 def _part_of(strand: ObservedStrand, part: slice, start: float, length: float, tips: tuple[float, float]) -> ObservedStrand:
