@@ -101,7 +101,7 @@ def joints_of(data, mask, truths, of: tuple[str, str, int]) -> Iterator[Joints]:
 
 def collect_sequences(seeds: tuple[int, ...]) -> Iterator[Joints]:
     """Detect in cables in motion as sequences, and yield the joints of right chains; their terms are (J, 2, 2)."""
-    config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+    config = load_config("default", {"merge.chains": 1})
     of_window, kept = detect_sequence.with_deviations, []
     detect_sequence.with_deviations = lambda *given: kept.append(deviation_terms(*given)) or of_window(*given)
     for sensor, motion, seed in itertools.product(("d435", "stereo"), OWN_MOTIONS, seeds):

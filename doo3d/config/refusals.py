@@ -7,7 +7,10 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import ConfigError, invalid_code
 
-REMOVED = {"merge.curvature_persistence": "an end is expected to go straight on, as with 0"}
+REMOVED = {
+    "merge.curvature_persistence": "an end is expected to go straight on, as with 0",
+    "sequence.chains": "merge.chains is the number of objects in a sequence, too",
+}
 """Removed setting -> the reason in the error that refuses it."""
 
 

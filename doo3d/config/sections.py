@@ -193,11 +193,6 @@ class TrackingConfig(Section):
 class SequenceConfig(Section):
     """Settings of `doo3d detect --sequence`, which finds objects in all frames of a capture together."""
 
-    chains: int | None = Field(
-        None,
-        description="Number of objects in the capture; a branched object is one. 1 or more; null: decide from the data.",
-        ge=1,
-    )
     length: float | None = Field(
         None,
         description="Length of every object without junctions, m, over 0; null: measure it in the frames in which an object is "

@@ -61,7 +61,7 @@ def encode_strands(observation: Observation) -> bytes:
     view = observation.background
     background = None if view is None else view.to_dict()
     values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background}
-    values |= {"is_given": observation.is_given}
+    values |= {"is_given": observation.is_given, "object_given": observation.object_given}
     return dumps(values).encode("utf-8")
 
 
@@ -83,7 +83,7 @@ def read_background(folder: Path, frame: str) -> BackgroundView | None:
 
 
 def read_observation(folder: Path, frame: str) -> Observation:
-    """Read the observation of a frame from the first pass, without its background; empty for a failed frame.
+    """Read the observation of a frame from the first pass; empty for a failed frame.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def read_observation(folder: Path, frame: str) -> Observation:
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, None, values.get("is_given") is True)
+    return Observation(read_detection(file), strands, pose, _background(values), values["is_given"] is True, values["object_given"] is True)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:

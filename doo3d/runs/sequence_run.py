@@ -14,8 +14,8 @@ from ..outputs.atomic import PREFIX, write_text, writing
 from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
 from ..track.detect_sequence import gap_frames, motion_of, with_poses
 from ..track.first_pass import check_mode
-from ..track.length_check import length_notes
 from ..track.objects import find_objects
+from ..track.sequence_notes import sequence_notes
 from ..track.world_frame import in_world
 from .frame_record import FrameRecord
 from .methods import SecondPass, first_pass
@@ -30,8 +30,6 @@ BEGUN = "second-pass"
 """File in this subfolder with the digest of the first pass's files when the second pass began."""
 
 TO_RESUME = "; repeat the same command to resume"
-
-NO_OBJECTS = "sequence: no object is seen wholly in enough frames, so every frame keeps its own chains"
 
 
 def run_sequence(
@@ -84,14 +82,12 @@ def run_sequence(
     known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
-    notes = (*motion.notes, *length_notes(observations, config))
+    notes = (*motion.notes, *sequence_notes(observations, objects, config))
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN
     is_other = begun.exists() and _read(begun) != digest.encode()
     with passes("second pass") as reporter:
-        if not objects:
-            reporter.note(NO_OBJECTS)
         for note in notes:
             reporter.note(note)
 

@@ -26,9 +26,9 @@ from .follow import follow
 from .frame_evidence import Period
 from .frame_result import frame_result
 from .junction_vote import trees_of
-from .length_check import length_notes
 from .objects import SequenceObject, find_objects
 from .observations import Observation
+from .sequence_notes import sequence_notes
 from .shape import Shape
 from .tracks import CONTEXT, WINDOW
 from .world_frame import in_camera, in_world, is_of_camera, poses_of
@@ -75,9 +75,10 @@ def detect_sequence(
     observations = [observe_frame(frame, config, mask, pose) for (frame, mask), pose in placed]
     motion = motion_of(observations, config, lambda k: observations[k].background)
     observations = with_poses(observations, motion)
-    detections = list(combine(observations, config))
+    objects = find_objects(in_world(observations), config)
+    detections = list(follow_objects(observations, objects, config))
     if detections:
-        notes = (*motion.notes, *length_notes(observations, config), *detections[0].notes)
+        notes = (*motion.notes, *sequence_notes(observations, objects, config), *detections[0].notes)
         detections[0] = replace(detections[0], notes=notes)
     return detections
 
@@ -140,19 +141,27 @@ def with_poses(observations: Sequence[Observation], motion: CameraMotion) -> lis
 
 
 def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:
+    """Find the objects of a capture, and yield the detection of each frame, as `follow_objects`."""
+    return follow_objects(observations, find_objects(in_world(observations), config), config, past_only)
+
+
+def follow_objects(
+    observations: Sequence[Observation], objects: Sequence[SequenceObject], config: Config, past_only: bool = False
+) -> Iterator[Detection]:
     """Yield the detection of each frame from all observations: the second pass.
 
     Parameters
     ----------
     observations
         all frames of the capture, in order.
+    objects
+        the objects of the capture, from `find_objects`.
     config
-        the settings; sections `sequence` and `tracking` are used.
+        the settings; sections `sequence` and `output` are used.
     past_only
         True to find each object from earlier frames only, for comparison. The number and lengths of the objects still come
         from all frames.
     """
-    objects = find_objects(in_world(observations), config)
     max_gap = gap_frames(observations, config)
     for start in range(0, len(observations), WINDOW):
         first, last = window_bounds(start, len(observations))

@@ -59,6 +59,10 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
     config = first_pass_config(config)
     try:
         detection, stages = detect_with_stages(frame, config, mask)
+        if config.merge.chains is not None and not stages.scene.object_given:
+            # the number is of objects in the capture: a frame by itself would join them to clutter to reach it
+            config = config.model_copy(update={"merge": config.merge.model_copy(update={"chains": None})})
+            detection, stages = detect_with_stages(frame, config, mask)
     except InputError as error:
         if error.code not in EMPTY_FRAME_CODES:
             raise

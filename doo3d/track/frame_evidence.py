@@ -149,7 +149,7 @@ def fit_object(
             if node is not None:
                 strands = cut_strands(strands, expected[-side], least, tolerance)
         if not item.closed:
-            strands = cut_misjoined(strands, expected, item.length, least, not observation.is_given)
+            strands = cut_misjoined(strands, expected, item.length, least, not observation.object_given)
         placed = place(strands, expected, item.length, tolerance)
         cost = _mean_cost(strands, placed)
         if placed:

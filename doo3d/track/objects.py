@@ -93,7 +93,7 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     observations
         all frames, in order.
     config
-        the settings: `sequence.chains` (number of trees), `sequence.length` (of objects without junctions), and section
+        the settings: `merge.chains` (number of trees), `sequence.length` (of objects without junctions), and section
         `tracking`.
 
     Returns
@@ -112,9 +112,15 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
         for track in tracks
         if all(are_side_by_side(track, ring, given, least) for ring in of_rings)
     ]
-    candidates = [candidate for candidate in candidates if len(candidate.whole) >= least]
+    enough = least if any(len(each.whole) >= least for each in candidates) or not _is_given(observations) else 1
+    candidates = [candidate for candidate in candidates if len(candidate.whole) >= enough]
     found = [item for ring in rings for item in _ring(ring, observations, vote_length(*lengths_of(ring.closed)), least)]
-    return _numbered(candidates, found, observations, config.sequence.chains, least)
+    return _numbered(candidates, found, observations, config.merge.chains, least)
+
+
+def _is_given(observations: Sequence[Observation]) -> bool:
+    """Return whether the caller specified the object or the number of objects: then one frame that shows it whole is enough."""
+    return all(observation.is_given for observation in observations)
 
 
 class Candidate(NamedTuple):
@@ -148,7 +154,7 @@ def _anchors(track: Track, length: float, observations: Sequence[Observation], c
     sure = [
         item
         for item in track.whole(length)
-        if observations[item.frame].is_given or item.chain.confidence >= MIN_JOINED_CONFIDENCE
+        if observations[item.frame].object_given or item.chain.confidence >= MIN_JOINED_CONFIDENCE
     ]
     return consistent_chains(sure, config.tracking, track.pattern == OPEN)
 

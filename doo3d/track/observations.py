@@ -92,6 +92,8 @@ class Observation:
         small view of the surroundings of the objects, for the motion of the camera; None for a cloud.
     is_given
         whether the caller specified the object or the number of objects: then no chain is left out for low confidence.
+    object_given
+        whether the caller specified the object, by a mask or its color: then strands are of an object from end to end.
     """
 
     detection: Detection
@@ -99,6 +101,7 @@ class Observation:
     pose: Floats | None = None
     background: BackgroundView | None = None
     is_given: bool = False
+    object_given: bool = False
 
 
 def observe(detection: Detection, stages: Stages, config: Config) -> Observation:
@@ -121,10 +124,9 @@ def observe(detection: Detection, stages: Stages, config: Config) -> Observation
         strands += _strands(chain, number, scene, at_junctions)
     for chain in (*_dropped_chains(stages, config), *stages.verdict.unchosen):
         strands += _strands(chain, -1, scene)
-    is_given = config.sequence.chains is not None or stages.is_given
-    if not is_given:  # a strand may go on along something else, and end with that
+    if not scene.object_given:  # a strand may go on along something else, and end with that
         strands = [replace(strand, tips=(min(strand.tips[0], UNKNOWN), min(strand.tips[1], UNKNOWN))) for strand in strands]
-    return Observation(detection, tuple(strands), is_given=is_given)
+    return Observation(detection, tuple(strands), is_given=stages.is_given, object_given=scene.object_given)
 
 
 def _strands(

@@ -20,7 +20,7 @@ from doo3d.track.registration import fit_joints, place_strands
 from doo3d.track.rings import place_on_ring
 from doo3d.track.strand_ends import CUT_OFF, TIP, UNKNOWN
 
-CONFIG = load_config("default", {"sequence.chains": 1})
+CONFIG = load_config("default", {"merge.chains": 1})
 PUSH = (0.0, 0.0, 0.0, 0.01, 0.02, 0.01, 0.0, 0.0, 0.0)
 """m by which the cable is pushed aside and back, which only frames without depth show."""
 LOST = (3, 4, 5)
@@ -59,7 +59,7 @@ def test_a_cable_that_moves_while_its_depth_is_lost_is_where_the_image_shows_it(
 
 
 def test_without_a_mask_the_color_tells_the_strands():
-    config = load_config("default", {"sequence.chains": 1, "segment.ranges": [{"low": [50, 50, 50], "high": [90, 255, 255]}]})
+    config = load_config("default", {"merge.chains": 1, "segment.ranges": [{"low": [50, 50, 50], "high": [90, 255, 255]}]})
     frames = [drawn(k, k in LOST, 0.56, color=True)[0] for k in range(len(PUSH))]
     detections = detect_sequence(frames, config)
     for k in LOST:
@@ -69,7 +69,7 @@ def test_without_a_mask_the_color_tells_the_strands():
 def test_a_longer_loss_than_max_gap_is_filled_as_long_as_the_image_shows_the_object():
     order = [0, 0, 0, *[4] * 8, 0, 0, 0]
     frames, masks = zip(*(drawn(k, k == 4) for k in order), strict=True)
-    detections = detect_sequence(frames, load_config("default", {"sequence.chains": 1, "sequence.max_gap": 0.1}), masks)
+    detections = detect_sequence(frames, load_config("default", {"merge.chains": 1, "sequence.max_gap": 0.1}), masks)
     assert all(len(detection.chains) == 1 for detection in detections)
     assert max(in_image(detection.chains[0], k) for detection, k in zip(detections, order, strict=True)) < 0.002
 

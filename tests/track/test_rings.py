@@ -23,7 +23,7 @@ from doo3d.types import Chain, Detection
 
 COUNT, SEGMENT, RADIUS = 60, 0.01, 0.003
 LENGTH = COUNT * SEGMENT
-CONFIG = load_config("default", {"sequence.chains": 1})
+CONFIG = load_config("default", {"merge.chains": 1})
 
 
 def ring(time):
@@ -173,7 +173,7 @@ def test_lengths_of_a_ring_are_exact():
 @pytest.mark.slow
 def test_a_rendered_ring_is_whole_in_every_frame(doo3d, tmp_path):
     frames = list(moving_ring(0, 24))
-    config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+    config = load_config("default", {"merge.chains": 1})
     found = detect_sequence([each.frame for each in frames], config, [each.mask for each in frames])
     assert all(detection.chains[0].closed for detection in found)
     offsets = node_offsets(
@@ -188,7 +188,7 @@ def test_a_rendered_ring_is_whole_in_every_frame(doo3d, tmp_path):
         color=np.stack([each.frame.color for each in frames]),
         K=np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]]),
     )
-    options = ("--set", "merge.chains=1", "--set", "sequence.chains=1")
+    options = ("--set", "merge.chains=1")
     assert doo3d("detect", tmp_path / "ring.npz", "-o", tmp_path / "out", "--sequence", *options)[0] == 0
     for alone, written in zip(found, open_results(tmp_path / "out").detections(), strict=True):
         assert written.chains[0].closed

@@ -15,7 +15,7 @@ from doo3d.outputs.run_reader import open_results
 from doo3d.track.detect_sequence import detect_sequence
 
 pytestmark = pytest.mark.slow
-CONFIG = package.load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+CONFIG = package.load_config("default", {"merge.chains": 1})
 FRAMES = 8
 
 
@@ -62,7 +62,7 @@ def test_from_the_shell(doo3d, tmp_path, workers):
         mask=np.stack([each.mask for each in frames]),
         K=np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]]),
     )
-    options = ("--set", "merge.chains=1", "--set", "sequence.chains=1", "--workers", str(workers))
+    options = ("--set", "merge.chains=1", "--workers", str(workers))
     code, _, errors = doo3d("detect", tmp_path / "moving.npz", "-o", tmp_path / "out", "--sequence", *options)
     assert code == 0
     assert errors.count(MOTION_NOTE) == 1

@@ -93,7 +93,7 @@ def table(sequences: Sequence[tuple[TrueSequence | RecordedSequence, str]], step
     A cell "+3 -1" counts the frames that the step makes right and wrong; "hidden" and "jumps" are values with and without the
     step.
     """
-    config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+    config = load_config("default", {"merge.chains": 1})
     found: dict[str, Outcome] = {step: Outcome([], 0.0) for step in ("", *steps)}
     for sequence, sensor in sequences:
         frames = [first_pass(rendered, config) for rendered in sequence.frames(sensor)]

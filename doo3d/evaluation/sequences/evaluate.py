@@ -13,11 +13,12 @@ from ...camera.background import background_view
 from ...config import Config
 from ...errors import DooError
 from ...pipeline import detect_with_stages
-from ...track.detect_sequence import combine, motion_of, with_poses
+from ...track.detect_sequence import follow_objects, motion_of, with_poses
 from ...track.first_pass import check_mode, first_pass_config
 from ...track.image_strands import strands_in_image
 from ...track.objects import find_objects
 from ...track.observations import Observation, observe
+from ...track.world_frame import in_world
 from ...types import Array, Bools, Camera, Chain, Detection
 from ..benchmark.cases import Case
 from ..benchmark.pictures import panels, truth_chain
@@ -141,12 +142,7 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     """
     check_mode(config)
     if give_count:
-        config = config.model_copy(
-            update={
-                "merge": config.merge.model_copy(update={"chains": 1}),
-                "sequence": config.sequence.model_copy(update={"chains": 1}),
-            }
-        )
+        config = config.model_copy(update={"merge": config.merge.model_copy(update={"chains": 1})})
     frames = [first_pass(rendered, config) for rendered in case.load().frames(case.sensor)]
     observations = [frame.observation for frame in frames]
     detections = {"single": [frame.observation.detection for frame in frames]}
@@ -154,13 +150,15 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     for variant, past_only in (("forward", True), ("sequence", False)):
         start = time.process_time()
         motion = motion_of(observations, config, lambda k: observations[k].background)
-        detections[variant] = list(combine(with_poses(observations, motion), config, past_only))
+        posed = with_poses(observations, motion)
+        objects = find_objects(in_world(posed), config)
+        detections[variant] = list(follow_objects(posed, objects, config, past_only))
         seconds[variant] = time.process_time() - start + sum(sum(frame.seconds) for frame in frames)
     detections["forward"] = [_or_single(*both) for both in zip(detections["forward"], detections["single"], strict=True)]
     for variant, past_only in ORACLES.items():
         truths, measured = [frame.truth for frame in frames], [frame.measured for frame in frames]
         detections[variant], seconds[variant] = oracle_detections(truths, measured, past_only), float("nan")
-    found = max((item.length for item in find_objects(observations, config)), default=float("nan"))
+    found = max((item.length for item in objects), default=float("nan"))
     times = {variant: 1e3 * value / len(frames) for variant, value in seconds.items()}
     rows = []
     for variant in VARIANTS:

@@ -78,7 +78,7 @@ def _evenly(points: Floats) -> Floats:
 
 def measure(seed: int, frames: int) -> list[Record]:
     """Return the records of each frame, detected alone ("single") and in a sequence; see `variant_rows`."""
-    config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+    config = load_config("default", {"merge.chains": 1})
     known = [first_pass(each, config) for each in moving_ring(seed, frames)]
     observations = [frame.observation for frame in known]
     together = list(combine(observations, config))

@@ -53,17 +53,14 @@ class MovingView(Sequence):
     ----------
     poses
         (T, 4, 4) transforms from the camera to the optical frame of a static camera, in which `motion` is given, m.
-    boxes
-        the boxes on the table.
     """
 
     poses: Floats
-    boxes: tuple[Solid, ...]
 
     def scene(self, index: int) -> Scene:
         """Return the scene of a frame."""
         scene = super().scene(index)
-        return scene_in_view(replace(scene, occluders=(*scene.occluders, *self.boxes)), self.poses[index], scene.name)
+        return scene_in_view(scene, self.poses[index], scene.name)
 
 
 def moving_view(
@@ -91,8 +88,8 @@ def moving_view(
     poses[:, :3, :3] = Rotation.from_rotvec(np.radians(SWING_DEGREES) * np.sin(phases)).as_matrix()
     poses[:, :3, 3] = middle - poses[:, :3, :3] @ middle + SHIFT * np.cos(phases[:, ::-1])
     table = replace(base.motion.table, cloth=_cloth(base.motion.table, rng))
-    boxes = tuple(_boxes(base, table, rng))
-    return MovingView(**{**vars(base), "motion": replace(base.motion, table=table)}, poses=poses, boxes=boxes)
+    props = tuple(_boxes(base, table, rng))
+    return MovingView(**{**vars(base), "motion": replace(base.motion, table=table), "props": props}, poses=poses)
 
 
 def _cloth(table: Table, rng: Generator) -> Print:
@@ -156,7 +153,7 @@ def table(seeds: int = 2, frames: int = 120, speed: float = 1.0, at_rest: bool =
     seeds : number of sequences of each motion. frames : number per sequence, 30 per second. speed : factor of the camera's usual
     speed. at_rest : whether the cables keep the shape and place of the first frame.
     """
-    config = load_config("default", {"merge.chains": 1, "sequence.chains": 1})
+    config = load_config("default", {"merge.chains": 1})
     views = [moving_view(motion, seed, frames, speed=speed, at_rest=at_rest) for motion in OWN_MOTIONS for seed in range(seeds)]
     return markdown_table("camera", [row for view in views for row in measure(view, config)], COLUMNS)
 

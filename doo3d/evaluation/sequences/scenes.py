@@ -99,7 +99,7 @@ class Sequence:
     hands: tuple[Hand, ...]
     losses: tuple[Loss, ...]
     color: tuple[int, int, int]
-    props: tuple[Solid, ...] = ()
+    props: tuple[Solid, ...]
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -114,7 +114,7 @@ class Sequence:
         )
         cable = Truth(axis, motion.radius, color=self.color, shiny=shiny)
         passing = (solid_of(hand, axis, index) for hand in self.hands)
-        solids = (*self.props, *(solid for solid in passing if solid is not None))
+        solids = (*(solid for solid in passing if solid is not None), *self.props)
         return Scene(f"{index:04d}", self.name, self.seed, motion.camera, (cable,), solids, motion.table, motion.light)
 
     def frame(self, index: int, sensor: str = "d435") -> Rendered:
