@@ -22,8 +22,8 @@ class MergeConfig(Section):
     chains: int | None = Field(
         None,
         ge=1,
-        description="Number of chains to find, in a sequence of objects. 1 or more; null decides from the data. Set it if you know "
-        "it. Tips in plain view are not joined to reach it; a note says if more chains are left.",
+        description="Number of chains to find; in a sequence, of objects. 1 or more; null decides from the data. Set it if you "
+        "know it. Tips in plain view are not joined to reach it; a note says if more chains are left.",
     )
     stiffness: Literal["thread", "rope", "cable", "rod"] = Field(
         "cable",

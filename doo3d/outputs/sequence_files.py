@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter
 
-from ..camera.background import BackgroundView
 from ..errors import InputError
+from ..track.background import BackgroundView
 from ..track.objects import SequenceObject
 from ..track.observations import Observation, ObservedStrand
-from ..types import Detection, Floats
+from ..types import Detection
 from . import STRANDS
 from .atomic import write_text
 from .detection_json import dumps, read_object
 from .run_reader import read_detection
 
-STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/3", "doo3d/sequence/1"
+STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/3", "doo3d/sequence/2"
 
 _OBJECT = TypeAdapter(SequenceObject)
 
@@ -40,15 +40,12 @@ class SequenceFile:
         confidence below which chains are left out that the other frames do not confirm.
     objects
         the objects.
-    poses
-        (T, 4, 4) m, camera to world, estimated from the frames; None if the poses are given, or the camera does not move.
     """
 
     frames: tuple[str, ...]
     max_gap: int
     min_confidence: float
     objects: tuple[SequenceObject, ...]
-    poses: Floats | None = None
 
 
 def encode_strands(observation: Observation) -> bytes:
@@ -63,23 +60,6 @@ def encode_strands(observation: Observation) -> bytes:
     values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background}
     values |= {"is_given": observation.is_given, "object_given": observation.object_given}
     return dumps(values).encode("utf-8")
-
-
-def read_background(folder: Path, frame: str) -> BackgroundView | None:
-    """Read the background of a frame from the first pass; None if the frame failed or has none.
-
-    Raises
-    ------
-    InputError : the file is damaged.
-    """
-    path = folder / f"{frame}{STRANDS}"
-    if not path.exists():
-        return None
-    values = read_object(path, (STRANDS_SCHEMA,), "the strands of a frame")
-    try:
-        return _background(values)
-    except (KeyError, TypeError, ValueError) as error:
-        raise _damaged(path, error) from None
 
 
 def read_observation(folder: Path, frame: str) -> Observation:
@@ -97,9 +77,10 @@ def read_observation(folder: Path, frame: str) -> Observation:
     try:
         strands = tuple(_strand(item) for item in values["strands"])
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
+        background, given = _background(values), (values["is_given"] is True, values["object_given"] is True)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, _background(values), values["is_given"] is True, values["object_given"] is True)
+    return Observation(read_detection(file), strands, pose, background, *given)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:
@@ -121,7 +102,6 @@ def write_objects(folder: Path, known: SequenceFile) -> None:
     objects = [asdict(item) for item in known.objects]
     values = {"schema": OBJECTS_SCHEMA, "frames": known.frames, "max_gap": known.max_gap}
     values |= {"min_confidence": known.min_confidence, "objects": objects}
-    values |= {"poses": None if known.poses is None else known.poses.tolist()}
     write_text(folder / OBJECTS, dumps(values))
 
 
@@ -137,8 +117,7 @@ def read_objects(folder: Path) -> SequenceFile:
     try:
         objects = tuple(_object(item) for item in values["objects"])
         frames, min_confidence = tuple(map(str, values["frames"])), float(values.get("min_confidence", 0.0))
-        poses = None if values.get("poses") is None else np.array(values["poses"], dtype=float).reshape(len(frames), 4, 4)
-        return SequenceFile(frames, int(values["max_gap"]), min_confidence, objects, poses)
+        return SequenceFile(frames, int(values["max_gap"]), min_confidence, objects)
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
 

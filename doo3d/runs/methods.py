@@ -83,13 +83,11 @@ def _positions(method: SecondPass) -> dict[str, int]:
 @lru_cache(maxsize=2)
 def _window(method: SecondPass, start: int) -> dict[str, Detection]:
     """Return name -> detection for the frames of a window; the result is cached for the following frames."""
-    from ..camera.camera_motion import CameraMotion
     from ..outputs.sequence_files import read_objects, read_observation
-    from ..track.detect_sequence import combine_window, window_bounds, with_poses
+    from ..track.detect_sequence import combine_window, window_bounds
 
     known = read_objects(method.folder)
     first, last = window_bounds(start, len(known.frames))
     observations = [read_observation(method.folder, name) for name in known.frames[first:last]]
-    observations = with_poses(observations, CameraMotion(known.poses if known.poses is None else known.poses[first:last]))
     detections = combine_window(start, observations, known.objects, known.max_gap, known.min_confidence)
     return dict(zip(known.frames[start:], detections, strict=False))

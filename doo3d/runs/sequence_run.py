@@ -11,8 +11,8 @@ from ..errors import InputError
 from ..inputs import Capture
 from ..outputs import MANIFEST
 from ..outputs.atomic import PREFIX, write_text, writing
-from ..outputs.sequence_files import SequenceFile, read_background, read_observation, summary, write_objects
-from ..track.detect_sequence import gap_frames, motion_of, with_poses
+from ..outputs.sequence_files import SequenceFile, read_observation, summary, write_objects
+from ..track.detect_sequence import gap_frames
 from ..track.first_pass import check_mode
 from ..track.objects import find_objects
 from ..track.sequence_notes import sequence_notes
@@ -75,14 +75,12 @@ def run_sequence(
     if not first.succeeded:
         return first
     observations = [read_observation(folder, name) for name in names]
-    motion = motion_of(observations, config, lambda frame: read_background(folder, names[frame]))
-    observations = with_poses(observations, motion)
     objects = find_objects(in_world(observations), config)
     max_gap = gap_frames(observations, config)
-    known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects), motion.poses)
+    known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects))
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
-    notes = (*motion.notes, *sequence_notes(observations, objects, config))
+    notes = sequence_notes(observations, objects, config)
     del observations
     digest = _digest(folder)
     begun = folder / BEGUN

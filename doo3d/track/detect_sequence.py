@@ -7,14 +7,12 @@ other.
 """
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..camera.background import BackgroundView
-from ..camera.camera_motion import CameraMotion, estimate_motion
 from ..config import Config, ConfigLike, as_config
 from ..errors import InputError
 from ..geometry.limits import FRAME_RATE
@@ -56,8 +54,7 @@ def detect_sequence(
         for each frame the caller's segmentation, as for `detect`, or None; None segments all frames according to the settings.
     poses
         for each frame the pose of a moving camera, camera to world: (4, 4) m. Objects are then followed in the world; their
-        chains are in the camera frame all the same. None: the motion of the camera is estimated from the background of the
-        frames; a note reports it if the camera moves.
+        chains are in the camera frame all the same. None: objects are followed in the camera frame.
 
     Returns
     -------
@@ -73,12 +70,10 @@ def detect_sequence(
     check_mode(config)
     placed = zip(_with_masks(frames, masks), _poses(poses), strict=False)  # too few poses raise an error
     observations = [observe_frame(frame, config, mask, pose) for (frame, mask), pose in placed]
-    motion = motion_of(observations, config, lambda k: observations[k].background)
-    observations = with_poses(observations, motion)
     objects = find_objects(in_world(observations), config)
     detections = list(follow_objects(observations, objects, config))
     if detections:
-        notes = (*motion.notes, *sequence_notes(observations, objects, config), *detections[0].notes)
+        notes = (*sequence_notes(observations, objects, config), *detections[0].notes)
         detections[0] = replace(detections[0], notes=notes)
     return detections
 
@@ -112,32 +107,6 @@ def _poses(poses: Iterable[ArrayLike] | None) -> Iterator[ArrayLike | None]:
         raise refused(poses, "poses", "a sequence of poses (4, 4), such as a list: one for each frame")
     yield from poses
     raise InputError("there are fewer poses than frames: give one for each", code="pose-invalid")
-
-
-def motion_of(
-    observations: Sequence[Observation], config: Config, background_of: Callable[[int], BackgroundView | None]
-) -> CameraMotion:
-    """Return the estimated motion of the camera; no motion if a pose is known.
-
-    Parameters
-    ----------
-    observations
-        all frames, in order.
-    config
-        the settings; `sequence.max_gap` is the longest time over which poses are interpolated.
-    background_of
-        function that returns the background of frame 0, 1, ...
-    """
-    if any(observation.pose is not None for observation in observations):
-        return CameraMotion()
-    return estimate_motion(background_of, len(observations), gap_frames(observations, config))
-
-
-def with_poses(observations: Sequence[Observation], motion: CameraMotion) -> list[Observation]:
-    """Return observations with the estimated poses of their camera."""
-    if motion.poses is None:
-        return list(observations)
-    return [replace(observation, pose=pose) for observation, pose in zip(observations, motion.poses, strict=True)]
 
 
 def combine(observations: Sequence[Observation], config: Config, past_only: bool = False) -> Iterator[Detection]:

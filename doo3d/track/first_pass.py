@@ -4,12 +4,12 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from ..camera.background import BackgroundView, background_view
 from ..config import Config
 from ..errors import InputError
 from ..pipeline import detect_with_stages
 from ..types import Array, Cloud, Detection, Frame
 from ..types.pose import as_pose
+from .background import BackgroundView
 from .image_strands import strands_in_image
 from .observations import Observation, observe
 
@@ -78,4 +78,4 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
 
 def _background(frame: Frame | Cloud, mask: Array | None) -> BackgroundView | None:
     """Return a small view of the background of a frame; None for a cloud."""
-    return None if isinstance(frame, Cloud) else background_view(frame, mask)
+    return None if isinstance(frame, Cloud) else BackgroundView.of(frame, mask)

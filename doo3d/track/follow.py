@@ -4,9 +4,9 @@
 2. From each anchor, forward and backward in time, the expected shape in the next frame is the last shape, moved with its last
    velocity. The strands of that frame are placed along it, and the object is fitted to them.
 3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was visible, and the strands are
-   placed once more along the blended shape. If the two disagree, both are hypotheses, and so are the frame's own chains of the right
-   length, in either direction. The path of least cost through the hypotheses of all frames is taken (Viterbi algorithm). A hypothesis
-   costs the misfit of the strands, the strands that it leaves out, and what of it the camera contradicts.
+   placed once more along the blended shape. If the two disagree, both are hypotheses, and so are the frame's own chains of the
+   right length, in either direction. The path of least cost through the hypotheses of all frames is taken (Viterbi algorithm). A
+   hypothesis costs the misfit of the strands, the strands that it leaves out, and what of it the camera contradicts.
 4. Hidden joints are interpolated between their last and next visible positions, behind the occluder. Positions that were not
    measured are smoothed over time (Whittaker smoother), and so is the depth of all joints; visible joints keep their place in
    the image.

@@ -9,7 +9,6 @@ import numpy as np
 from ..geometry.equal_segments import close_ring
 from ..types import Chain, Floats
 from .chain_matching import MIN_MOTION_RADII
-from .contradictions import contradicted
 from .object_length import FILLED_ERROR
 from .objects import Anchor, SequenceObject
 from .observations import LENGTH_ERROR, Observation, ObservedStrand, visible_joints
@@ -156,11 +155,13 @@ def fit_object(
             nearer, *_ = fit(expected, placed, item.length)
             placed = place(strands, nearer, item.length, tolerance) or placed
     joints, seen, measured = fit(expected, placed, item.length)
-    if len(period.poses):
+    contradicted = 0.0
+    if len(period.poses) and observation.background is not None:
         in_view = in_camera(period.poses[frame], joints)
-        cost += MISSING_COST * float((contradicted(in_view, observation.background, item.radius) & ~seen).mean())
+        contradicted = float((observation.background.contradicts(in_view, item.radius) & ~seen).mean())
     age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
-    return Shape(joints, seen, age, cost, np.zeros_like(seen) if found.own else ~seen, measured)
+    cost += MISSING_COST * contradicted
+    return Shape(joints, seen, age, cost, np.zeros_like(seen) if found.own else ~seen, measured, contradicted)
 
 
 def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:

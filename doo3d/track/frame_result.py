@@ -19,6 +19,12 @@ from .shape import Shape
 BREAK_NOTE = "sequence: object {id} is not seen here, and for longer than sequence.max_gap: it has no chain in this frame"
 """Note of a frame in which an object is missing between frames that show it."""
 
+CONTRADICTED_NOTE = "sequence: object {id} has no chain in this frame: where it was expected, the camera sees another surface"
+"""Note of a frame in which an object is left out because the camera contradicts it."""
+
+MAX_CONTRADICTED = 0.5
+"""Fraction of the joints of an object that the camera may contradict; above it, the object is left out."""
+
 
 def frame_result(
     observation: Observation,
@@ -49,10 +55,15 @@ def frame_result(
     least = 0.0 if observation.is_given else min_confidence
     if not objects:
         return single.confident(least)
-    missing = tuple(BREAK_NOTE.format(id=item.id) for item, shape in zip(objects, shapes, strict=True) if shape is None)
+    seen = [None if shape is not None and shape.contradicted > MAX_CONTRADICTED else shape for shape in shapes]
+    missing = tuple(
+        (BREAK_NOTE if before is None else CONTRADICTED_NOTE).format(id=item.id)
+        for item, before, shape in zip(objects, shapes, seen, strict=True)
+        if shape is None
+    )
     others = [chain for number, chain in enumerate(single.chains) if chain.closed and number not in followed]
     rings = [replace(chain, id=None) for chain in others if chain.confidence >= least]
-    shapes = join_shapes(objects, shapes)
+    shapes = join_shapes(objects, seen)
     known = [None if shape is None else as_chain(item, shape) for item, shape in zip(objects, shapes, strict=True)]
     if is_branched:
         rings += [chain for chain in known if chain is not None and chain.closed]

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..camera.background import BackgroundView
 from ..chains.fill import fill
 from ..chains.refine import estimate_centerline, lay_chains
 from ..config import Config
@@ -16,6 +15,7 @@ from ..pipeline import Stages
 from ..scene.frame import FrameScene
 from ..scene.scene import Scene
 from ..types import Bools, Chain, ChainEnd, Detection, Floats, Ints
+from .background import BackgroundView
 from .strand_ends import MIN_STRAND_RADII, TIP, UNKNOWN, tip_confidence
 
 MIN_JOINED_CONFIDENCE = 0.3
@@ -89,7 +89,7 @@ class Observation:
     pose
         (4, 4) m, camera to world; None if unknown.
     background
-        small view of the surroundings of the objects, for the motion of the camera; None for a cloud.
+        small view of the background of the objects; None for a cloud.
     is_given
         whether the caller specified the object or the number of objects: then no chain is left out for low confidence.
     object_given

@@ -23,6 +23,8 @@ class Shape:
         (M + 1,) bool, True for joints whose positions come from other frames only.
     measured
         (M + 1,) bool, True for visible joints with measured depth.
+    contradicted
+        fraction of the joints where the camera sees another surface in full view, 0 to 1.
     deviations
         (M + 1, 2) m, standard deviations across and along the ray, as in `types.Chain`; None if unknown.
     """
@@ -33,4 +35,5 @@ class Shape:
     cost: float
     from_time: Bools
     measured: Bools
+    contradicted: float = 0.0
     deviations: Floats | None = None

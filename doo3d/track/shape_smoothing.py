@@ -77,8 +77,8 @@ def _smooth_run(item: SequenceObject, shapes: Sequence[Shape], poses: Floats) ->
 def _stiffness(item: SequenceObject, joints: Floats, seen: Bools) -> float:
     """Return the weight of second differences over time, relative to that of a position known to a radius.
 
-    It is the ratio of the two variances; that of the second differences is that of the visible joints. joints, seen : (T, M + 1, 3)
-    m, and (T, M + 1) bool.
+    It is the ratio of the two variances; that of the second differences is that of the visible joints. joints, seen :
+    (T, M + 1, 3) m, and (T, M + 1) bool.
     """
     moves = np.diff(joints, 2, axis=0)[seen[2:] & seen[1:-1] & seen[:-2]]
     radius = item.radius if np.isfinite(item.radius) else item.segment_length

@@ -116,7 +116,7 @@ def _cut(
     least_joined = np.minimum.reduceat(joined[: measured[-1] + 1], np.append(0, measured[:-1] + 1))
     costs = -2 * np.log(np.maximum(1 - least_joined, MISJOIN_RATE))
     error = LENGTH_ERROR * length
-    cuts, _ = strand_cuts(points, arcs, strand.length, places, step, error, MISSING_COST, SHIFT_TOLERANCES, costs)
+    cuts = strand_cuts(points, arcs, strand.length, places, step, error, MISSING_COST, SHIFT_TOLERANCES, costs)
     if may_leave:
         cuts = np.union1d(cuts, _leaving(points, places, least_joined, error)).astype(np.int64)
     end = len(strand.points) - 1
@@ -132,8 +132,8 @@ def _cut(
 def _leaving(points: Floats, places: Floats, joined: Floats, error: float) -> Ints:
     """Return the bridged gaps of a strand beyond which its smaller part leaves the object, indices of the points after them.
 
-    A part leaves the object if it is farther from its places (P, 3) m than half of the points (K, 3) m are, by more than an error, m.
-    joined : (K,) confidence that each point follows the one before; below 1 at a bridged gap.
+    A part leaves the object if it is farther from its places (P, 3) m than half of the points (K, 3) m are, by more than an
+    error, m. joined : (K,) confidence that each point follows the one before; below 1 at a bridged gap.
     """
     away = nearest(points, places, math.inf)[0]
     off = away - np.median(away) > error

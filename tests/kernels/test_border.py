@@ -27,7 +27,6 @@ CALLS = {
     "blend_layer": (np.ones((3, 3, 3), np.uint8), np.ones((3, 3, 4), np.uint8)),
     "bounding_box": (np.ones((3, 3), bool),),
     "connected_parts": (TABLE,),
-    "carry_hidden": (np.ones((2, 3, 3)), np.array([[True, True, True], [True, False, True]]), 0.01),
     "color_bands": (
         np.zeros((3, 3, 3), np.uint8), np.zeros((1, 1, 3), np.float32), np.ones(3), np.ones((2, 2), bool), np.ones((3, 3), bool),
         10, 4, np.array([3.5, 7.0, 0.2, 0.3, 0.5]),
@@ -114,9 +113,6 @@ CALLS = {
     "thin_voxels": (TABLE,),
     "trace_branches": (TABLE,),
     "valley_depth": (np.zeros((3, 3), np.float32), np.ones((3, 3), bool), 1.0, 2.0, 8),
-    "view_alignment": (
-        *[np.ones((4, 4), np.float32)] * 4, np.ones(4), np.eye(4), np.ones(2), np.zeros(2), 3.0,
-    ),
     "visits": (),
     "whittaker_smooth": (POINTS, np.tile(np.eye(3), (6, 1, 1)), 1.0, 2),
     "window_sum": (np.ones(3), np.zeros(3, int), 1),

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ...camera.background import background_view
 from ...config import Config
 from ...errors import DooError
 from ...pipeline import detect_with_stages
-from ...track.detect_sequence import follow_objects, motion_of, with_poses
+from ...track.background import BackgroundView
+from ...track.detect_sequence import follow_objects
 from ...track.first_pass import check_mode, first_pass_config
 from ...track.image_strands import strands_in_image
 from ...track.objects import find_objects
@@ -149,10 +149,8 @@ def measure_sequence(case: Case, config: Config, give_count: bool = True) -> lis
     seconds = {"single": sum(frame.seconds[0] for frame in frames)}
     for variant, past_only in (("forward", True), ("sequence", False)):
         start = time.process_time()
-        motion = motion_of(observations, config, lambda k: observations[k].background)
-        posed = with_poses(observations, motion)
-        objects = find_objects(in_world(posed), config)
-        detections[variant] = list(follow_objects(posed, objects, config, past_only))
+        objects = find_objects(in_world(observations), config)
+        detections[variant] = list(follow_objects(observations, objects, config, past_only))
         seconds[variant] = time.process_time() - start + sum(sum(frame.seconds) for frame in frames)
     detections["forward"] = [_or_single(*both) for both in zip(detections["forward"], detections["single"], strict=True)]
     for variant, past_only in ORACLES.items():
@@ -176,7 +174,7 @@ def first_pass(rendered: Rendered, config: Config) -> FirstPass:
     try:
         detection, stages = detect_with_stages(frame, config, rendered.mask)
         detected = time.process_time()
-        background = background_view(frame, stages.scene.mask)
+        background = BackgroundView.of(frame, stages.scene.mask)
         observation = replace(observe(detection, stages, config), background=background)
     except DooError as error:
         detected = time.process_time()

@@ -1,7 +1,7 @@
 """Measure sequences of a moving camera: `python -m doo3d.evaluation.sequences.moving_views`."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,9 +9,8 @@ from numpy.random import Generator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
-from ...camera.camera_motion import CameraMotion
 from ...config import Config, load_config
-from ...track.detect_sequence import combine, motion_of, with_poses
+from ...track.detect_sequence import combine
 from ...types import Floats
 from ..benchmark.fused_views import scene_in_view
 from ..benchmark.run import print_lines
@@ -38,8 +37,6 @@ COLUMNS = (
     amount(("correct", ""), 0, "correct", added("correct")),
     number(("nodes seen,", "median, mm"), 0, "nodes_seen", 1),
     number(("hidden,", "mean, mm"), 0, "nodes_hidden", 1, np.mean),
-    number(("error of the pose,", "median, mm"), 0, "pose_error", 2),
-    number(("worst,", "mm"), 0, "pose_error", 2, np.max),
     number(("ms", "a frame"), 0, "ms", 0, np.mean),
 )
 """Columns of the table; see `variant_rows` for the nodes."""
@@ -119,31 +116,18 @@ def _boxes(base: Sequence, table: Table, rng: Generator) -> Iterator[Solid]:
 
 
 def measure(view: MovingView, config: Config, sensor: str = "d435") -> list[Record]:
-    """Return a record of each frame in each variant: frames alone, and sequences with known, estimated or unused camera poses.
+    """Return a record of each frame in each variant: frames alone, and sequences with and without the poses of the camera.
 
-    A record is that of `variant_rows`, with the processor time of its frame (`ms`) and, where poses are estimated, their error
-    (`pose_error`, mm at the middle of the scene).
+    A record is that of `variant_rows`, with the processor time of its frame (`ms`).
     """
     frames = [first_pass(rendered, config) for rendered in view.frames(sensor)]
     observations, spent = [frame.observation for frame in frames], sum(sum(frame.seconds) for frame in frames)
-    middle = np.append(np.concatenate([frame.truth.axis for frame in frames]).mean(axis=0), 1.0)
-    true = np.linalg.inv(view.poses[0]) @ view.poses
-    motions: dict[str, Callable[[], CameraMotion]] = {
-        "true poses": lambda: CameraMotion(true),
-        "estimated poses": lambda: motion_of(observations, config, lambda k: observations[k].background),
-        "taken to stand still": CameraMotion,
-    }
+    posed = [replace(observation, pose=pose) for observation, pose in zip(observations, view.poses, strict=True)]
     rows = variant_rows(ALONE, frames, [each.detection for each in observations], {"ms": 1e3 * spent / len(view)})
-    for name, make_motion in motions.items():
+    for name, given in (("poses given", posed), ("no poses", observations)):
         start = time.process_time()
-        motion = make_motion()
-        found = list(combine(with_poses(observations, motion), config))
-        more = variant_rows(name, frames, found, {"ms": 1e3 * (spent + time.process_time() - start) / len(view)})
-        if name == "estimated poses":
-            off = (np.eye(4) if motion.poses is None else motion.poses) - true
-            for row, error in zip(more, np.linalg.norm((off @ middle)[:, :3], axis=1).tolist(), strict=True):
-                row["pose_error"] = 1e3 * error
-        rows += more
+        found = list(combine(given, config))
+        rows += variant_rows(name, frames, found, {"ms": 1e3 * (spent + time.process_time() - start) / len(view)})
     return rows
 
 

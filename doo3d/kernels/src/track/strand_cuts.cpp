@@ -3,12 +3,6 @@
 
 namespace {
 
-// Where a strand is cut, and how many places farther along, or less far, its next part lies than it would uncut.
-struct Cut {
-    Index before;
-    double skipped;  // infinite if it lies in the other direction
-};
-
 // The step of the places, m; the standard deviation of a point, m, its largest cost and how much less a shift of all counts.
 struct Rule {
     double step, deviation, outside, shift;
@@ -85,13 +79,13 @@ public:
             for (Index q = -whole; q < size_ + whole; ++q) repeated_[d].push_back(places_[3 * std::min(std::max<Index>(q, 0), size_ - 1) + d]);
         }
     }
-    std::vector<Cut> cheapest() const {
+    std::vector<Index> cheapest() const {
         double still = 0.0, total = 0.0;
         if (count_ < 2 || fits_uncut()) return {};
-        std::vector<Cut> cuts = cut_moved({}, still);
+        std::vector<Index> cuts = cut_moved({}, still);
         if (cuts.empty()) return cuts;
         const Vec moved = displacement();
-        std::vector<Cut> others = cut_moved(moved, total);
+        std::vector<Index> others = cut_moved(moved, total);
         return total + double(count_) * dot(moved, moved) / (shift_ * shift_ * variance_) < still ? others : cuts;
     }
 
@@ -162,12 +156,12 @@ private:
         return best;
     }
     // Return the cheapest cuts of the strand moved back by a displacement, and what they cost.
-    std::vector<Cut> cut_moved(const Vec& moved, double& cost) const {
+    std::vector<Index> cut_moved(const Vec& moved, double& cost) const {
         const Index states = 2 * starts_;
         std::vector<double> costs(repeated_[0].size()), total(states, 0.0);
         std::vector<Byte> changed(count_ * states, 0);
         std::vector<Index> best(count_, 0);
-        std::vector<Cut> cuts;
+        std::vector<Index> cuts;
         for (Index k = 0; k < count_; ++k) {
             const double* p = points_.data() + 3 * k;
             const double point[3] = {p[0] - moved[0], p[1] - moved[1], p[2] - moved[2]};
@@ -185,8 +179,7 @@ private:
         cost = total[state];
         for (Index k = count_ - 1; k > 0; --k) {
             if (!changed[k * states + state]) continue;
-            const bool goes_on = (state < starts_) == (best[k] < starts_);
-            cuts.push_back({k, goes_on ? double(std::abs(state - best[k])) : INFINITY});
+            cuts.push_back(k);
             state = best[k];
         }
         std::reverse(cuts.begin(), cuts.end());
@@ -201,15 +194,8 @@ auto strand_cuts(Matrix<double> points, Vector<double> arcs, double length, Matr
     require(Index(arcs.shape(0)) == count, "arcs is not one value per point");
     require(Index(cut.shape(0)) == count, "cut is not one value per point");
     require(step > 0 && deviation > 0 && shift > 0 && outside > 0, "step, deviation, shift or outside is not positive");
-    std::vector<Cut> cuts;
-    if (count && size) cuts = Cuts(points, arcs, places, cut, std::lround(length / step), {step, deviation, outside, shift}).cheapest();
-    std::vector<Index> before;
-    std::vector<double> skipped;
-    for (const Cut& each : cuts) {
-        before.push_back(each.before);
-        skipped.push_back(each.skipped * step);
-    }
-    return std::make_pair(std::move(before), std::move(skipped));
+    if (!count || !size) return std::vector<Index>();
+    return Cuts(points, arcs, places, cut, std::lround(length / step), {step, deviation, outside, shift}).cheapest();
 }
 
 }  // namespace
@@ -240,8 +226,7 @@ void bind_strand_cuts(Module& m) {
     //
     // Returns
     // -------
-    // before : (K,) int64, indices of points, ascending; empty if the strand is best left whole. skipped : (K,) float64 m, how much
-    // farther along the object, or less far, the next part lies than it would uncut; infinite if it runs in the other direction.
+    // (K,) int64, indices of points, ascending; empty if the strand is best left whole
     m.def("strand_cuts", &strand_cuts, "points"_array, "arcs"_array, "length"_a, "places"_array, "step"_a, "deviation"_a, "outside"_a,
           "shift"_a, "cut"_array);
 }
