@@ -37,7 +37,12 @@ def sequences(
     start: shared.Start = 0,
     frames: Annotated[int, typer.Option(min=3, help="Frames of a sequence, 30 a second.")] = 120,
     level: Annotated[
-        str, typer.Option(metavar="hard|easy", help="hard: hands pass before the cable, and depth is lost; easy: neither.")
+        str,
+        typer.Option(
+            metavar="rough|hard|easy",
+            help="hard: hands pass in front of the cable, and depth is lost; easy: neither; rough: faster, with wider hands, or "
+            "one at each end, and things of the cable's color behind the ends.",
+        ),
     ] = "hard",
     sensor: shared.Sensor = "d435",
     size: shared.Size = "640x480",
@@ -62,8 +67,9 @@ def sequences(
     shared.use_single_thread()
     from ..evaluation.sequences.evaluate import sequence_benchmark, sequence_case
     from ..evaluation.sequences.recorded import recorded_sequences
+    from ..evaluation.sequences.scenes import LEVELS
 
-    shared.check_choice("--level", level, ("hard", "easy"))
+    shared.check_choice("--level", level, LEVELS)
     shared.check_choice("--count", count, ("given", "auto"))
     effective, depth_camera = _motions(motions or [], own, bool(captures)), shared.parse_sensor(sensor)
     config = settings.load()

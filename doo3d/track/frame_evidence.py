@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.equal_segments import close_ring
-from ..types import Chain, Floats
+from ..types import Bools, Chain, Floats
 from .chain_matching import MIN_MOTION_RADII
 from .object_length import FILLED_ERROR
 from .objects import Anchor, SequenceObject
@@ -155,13 +155,18 @@ def fit_object(
             nearer, *_ = fit(expected, placed, item.length)
             placed = place(strands, nearer, item.length, tolerance) or placed
     joints, seen, measured = fit(expected, placed, item.length)
-    contradicted = 0.0
-    if len(period.poses) and observation.background is not None:
-        in_view = in_camera(period.poses[frame], joints)
-        contradicted = float((observation.background.contradicts(in_view, item.radius) & ~seen).mean())
+    contradicted = _contradicted_share(item, period, frame, joints, seen)
     age = np.where(seen, 0, (last.age if last is not None else np.full(len(seen), NEVER)) + 1)
     cost += MISSING_COST * contradicted
     return Shape(joints, seen, age, cost, np.zeros_like(seen) if found.own else ~seen, measured, contradicted)
+
+
+def _contradicted_share(item: SequenceObject, period: Period, frame: int, joints: Floats, seen: Bools) -> float:
+    """Return the fraction of the joints of an object that are not seen where the camera sees another surface; 0 if unknown."""
+    background = period.observations[frame].background
+    if not len(period.poses) or background is None:
+        return 0.0
+    return float((background.contradicts(in_camera(period.poses[frame], joints), item.radius) & ~seen).mean())
 
 
 def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:

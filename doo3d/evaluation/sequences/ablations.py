@@ -3,7 +3,6 @@
 The frames of a sequence are detected once, and combined with all steps and without one at a time.
 """
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from time import process_time
@@ -14,7 +13,7 @@ import numpy as np
 from ...config import Config, load_config
 from ...track.detect_sequence import combine
 from ...track.shape import Shape
-from ...types import Bools, Floats
+from ...types import Floats
 from ..benchmark.ablations import changed, replaced
 from ..benchmark.run import print_lines
 from ..metrics.record import Record
@@ -31,14 +30,14 @@ def _first(value: Any, *_: Any) -> Any:
     return value
 
 
-def _never(*_: Any) -> bool:
-    """Return False; it replaces functions that test a condition."""
-    return False
+def _zero(*_: Any) -> float:
+    """Return 0; it replaces functions that return a cost."""
+    return 0.0
 
 
-def _all_apart(skipped: Floats, *_: Any) -> Bools:
-    """Return True for every cut; it replaces the function that selects those that count."""
-    return np.ones(len(skipped), dtype=bool)
+def _none(*_: Any) -> list[Any]:
+    """Return an empty list; it replaces functions that return what they found."""
+    return []
 
 
 def _all_measured(chains: Sequence[Any]) -> tuple[Floats, Floats]:
@@ -47,23 +46,22 @@ def _all_measured(chains: Sequence[Any]) -> tuple[Floats, Floats]:
     return lengths, np.zeros_like(lengths)
 
 
-def _nearer_fit(_: Any, forward: Sequence[Shape | None], backward: Sequence[Shape | None]) -> list[bool]:
-    """Return for each frame whether its shape from earlier frames fits better than that from later ones."""
-    pairs = zip(forward, backward, strict=True)
-    return [before is not None and after is not None and before.cost <= after.cost for before, after in pairs]
+def _cheapest(hypotheses: Sequence[Sequence[Shape]], _: float) -> list[Shape | None]:
+    """Return the hypothesis of least cost in each frame by itself."""
+    return [min(shapes, key=lambda shape: shape.cost, default=None) for shapes in hypotheses]
 
 
 STEPS: dict[str, Mapping[str, Any]] = {
-    "lengths by what was measured": {f"{_PLACE}.tracks:lengths_of": _all_measured, f"{_PLACE}.tracks:FILLED_ERROR": 0.0},
-    "lengths by chains with two tips": {f"{_PLACE}.tracks:CUT_OFF": math.inf},
-    "objects that most frames show, none surely": {f"{_PLACE}.objects:_most_show": _never},
-    "sure chains of an object in one direction": {f"{_PLACE}.tracks:MIN_JOINED_CONFIDENCE": math.inf},
+    "lengths by what was measured": {f"{_PLACE}.tracks:lengths_of": _all_measured, f"{_PLACE}.object_length:FILLED_ERROR": 0.0},
+    "tracks of one object merged": {f"{_PLACE}.objects:merge_tracks": _first},
+    "anchors along the best path": {f"{_PLACE}.objects:consistent_chains": _first},
     "strands cut where joined wrongly": {f"{_PLACE}.frame_evidence:cut_misjoined": _first},
-    "strands of a wrong length are not cut": {f"{_PLACE}.strand_cutting:_are_apart": _all_apart},
-    "both passes decided together": {f"{_PLACE}.follow:_prefer_forward": _nearer_fit},
-    "and less where it moves along the line of sight": {f"{_PLACE}.inverse_range_smoother:_relax_stiffness": _first},
+    "strands cut where they leave the object": {f"{_PLACE}.strand_cutting:_leaving": _none},
+    "the frame's own chains as hypotheses": {f"{_PLACE}.follow:own_shapes": _none},
+    "what the camera contradicts": {f"{_PLACE}.frame_evidence:_contradicted_share": _zero},
+    "hypotheses of all frames decided together": {f"{_PLACE}.follow:most_likely_path": _cheapest},
     "places smoothed over time": {f"{_PLACE}.shape_smoothing:whittaker_smooth": _first},
-    "depth of the object smoothed over time": {f"{_PLACE}.shape_smoothing:smooth_joint_depth": _first},
+    "depth smoothed over time": {f"{_PLACE}.shape_smoothing:smooth_joint_depth": _first},
 }
 """Name of a step -> "module:NAME" in the source code -> its replacement."""
 
@@ -119,18 +117,21 @@ def main(
     motions: list[Path] | None = None,
     sensor: str = "d435",
     width: int = 640,
+    level: str = "hard",
     captures: list[Path] | None = None,
 ) -> Iterator[str]:
     """Measure tracking without each of its steps, and yield the lines of a table.
 
     own : names of motions that need no file, separated by commas; may be empty. seeds, start : number of sequences of each
     motion, and first seed. frames : number per sequence, 30 per second. motions : file of motion capture; repeat for more.
-    sensor, width : simulated camera, and width of its images in px, which are 480 px high. captures : folder of captures with
-    truth.npz; repeat for more.
+    sensor, width : simulated camera, and width of its images in px, which are 480 px high. level : of difficulty.
+    captures : folder of captures with truth.npz; repeat for more.
     """
     names: list[str | Path] = [*([] if own == "none" else own.split(",")), *(motions or [])]
     chosen: list[tuple[TrueSequence | RecordedSequence, str]] = [
-        (make_sequence(motion, seed, (width, 480), frames), sensor) for motion in names for seed in range(start, start + seeds)
+        (make_sequence(motion, seed, (width, 480), frames, level), sensor)
+        for motion in names
+        for seed in range(start, start + seeds)
     ]
     chosen += [(capture, "") for capture in recorded_sequences(captures or [], frames)]
     return table(chosen, list(STEPS))
