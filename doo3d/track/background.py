@@ -60,7 +60,7 @@ class BackgroundView:
         """
         fx, fy, cx, cy = self.intrinsics
         height, width = self.inverse.shape
-        depth = np.maximum(joints[:, 2], np.finfo(float).tiny)
+        depth = np.maximum(joints[:, 2], 1e-6)
         pixels = np.clip(np.rint(joints[:, :2] / depth[:, None] * (fx, fy) + (cx, cy)), -1, (width, height)).astype(int)
         inside = ((pixels >= 0) & (pixels < (width, height))).all(axis=1) & (joints[:, 2] > 0)
         column, row = np.where(inside[:, None], pixels, 0).T

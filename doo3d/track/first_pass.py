@@ -56,7 +56,7 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
     InputError : the frame cannot be used, or the pose is not a rigid motion.
     """
     to_world = None if pose is None else as_pose(pose)
-    config = first_pass_config(config)
+    config, is_counted = first_pass_config(config), config.merge.chains is not None
     try:
         detection, stages = detect_with_stages(frame, config, mask)
         if config.merge.chains is not None and not stages.scene.object_given:
@@ -71,9 +71,11 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
             chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
         )
         strands = strands_in_image(frame, config, mask) if isinstance(frame, Frame) else ()
-        return Observation(detection, strands, to_world, _background(frame, mask))
-    background = _background(frame, stages.scene.mask)
-    return replace(observe(detection, stages, config), pose=to_world, background=background)
+        is_masked = mask is not None or bool(config.segment.ranges)
+        return Observation(detection, strands, to_world, _background(frame, mask), is_masked or is_counted, is_masked)
+    observation = observe(detection, stages, config)
+    is_given = observation.is_given or is_counted
+    return replace(observation, pose=to_world, background=_background(frame, stages.scene.mask), is_given=is_given)
 
 
 def _background(frame: Frame | Cloud, mask: Array | None) -> BackgroundView | None:

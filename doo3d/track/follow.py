@@ -175,12 +175,12 @@ def _hypotheses(
 
 
 def _agree(before: Shape, after: Shape, length: float) -> bool:
-    """Return whether two shapes agree in visible places, and roughly elsewhere.
+    """Return whether two shapes agree in visible places, and on the mean elsewhere.
 
     length : of the object, m.
     """
     apart = np.linalg.norm(before.joints - after.joints, axis=1)
-    return bool(apart.max() <= TOLERANCE_SHARE * length and (apart[before.seen & after.seen] <= LENGTH_ERROR * length).all())
+    return bool(apart.mean() <= TOLERANCE_SHARE * length and (apart[before.seen & after.seen] <= LENGTH_ERROR * length).all())
 
 
 def _blend(before: Shape, after: Shape) -> Floats:

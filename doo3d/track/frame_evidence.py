@@ -19,6 +19,10 @@ from .strand_cutting import cut_misjoined, cut_strands
 from .strand_ends import MIN_STRAND_RADII
 from .world_frame import in_camera
 
+ANCHOR_ODDS = 100.0
+"""Factor by which the odds that a chain is right are greater if it has the length of the object and follows its motion: of 2,400
+frames rendered with a D435 and a stereo camera, of chains of a confidence of .01 to .1 four of five are right in the image."""
+
 NEVER = 10**6
 """Age, in frames, of a joint that was never visible."""
 
@@ -35,11 +39,14 @@ class Evidence:
         (M + 1, 3) m, in an anchor, the joints of the whole object; (0, 3) in other frames.
     strands
         indices of the strands of the frame that may belong to the object.
+    doubt
+        cost of an anchor, from the confidence of its chain; 0 in other frames.
     """
 
     own: Sequence[Placed]
     whole: Floats
     strands: tuple[int, ...]
+    doubt: float = 0.0
 
 
 class Period(NamedTuple):
@@ -71,8 +78,16 @@ def gather_evidence(item: SequenceObject, period: Period, claimed: Sequence[set[
             anchor = anchors[frame]
             chain = observation.detection.chains[anchor.chain]
             placed = _place_anchor(chain, anchor, item, period.poses[frame : frame + 1, :3, 3])
-            result[-1] = Evidence((placed,), _resample_anchor(chain, anchor, item), free)
+            result[-1] = Evidence((placed,), _resample_anchor(chain, anchor, item), free, _doubt(chain.confidence))
     return result
+
+
+def _doubt(confidence: float) -> float:
+    """Return the cost of an anchor whose chain has a confidence, 0 to 1.
+
+    It is the negative logarithm of the probability that the chain is right, given that its length is, and its motion.
+    """
+    return float(np.log1p((1 / max(confidence, 1e-6) - 1) / ANCHOR_ODDS))
 
 
 def _place_anchor(chain: Chain, anchor: Anchor, item: SequenceObject, center: Floats) -> Placed:
@@ -137,7 +152,7 @@ def fit_object(
     last
         the shape in the previous frame, for the ages of the joints; None without one.
     """
-    cost, observation = 0.0, period.observations[frame]
+    cost, observation = found.doubt, period.observations[frame]
     place, fit = (place_on_ring, fit_ring) if item.closed else (place_strands, fit_joints)
     placed = found.own
     if not placed:

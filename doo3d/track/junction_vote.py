@@ -56,6 +56,8 @@ class ChainInFrame(NamedTuple):
         which ends are at junctions of the frame, in the direction of the object.
     track
         number of the track, in which chains follow each other from frame to frame.
+    ends
+        whether both of its ends are tips or junctions, as far as the image shows: neither is hidden or continues.
     """
 
     frame: int
@@ -64,6 +66,7 @@ class ChainInFrame(NamedTuple):
     backwards: bool = False
     pattern: Pattern = OPEN
     track: int = 0
+    ends: bool = False
 
     def reversed(self) -> ChainInFrame:
         """Return the same chain for an object that runs in the opposite direction."""

@@ -15,6 +15,7 @@ from .chain_matching import pair_chains
 from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of, vote_pattern
 from .object_length import FILLED_ERROR, MIN_FRAMES, vote_length
 from .observations import LENGTH_ERROR, Observation
+from .strand_ends import CUT_OFF
 
 JUNCTION_SLACK_RADII = 1.5
 """Difference allowed in the length of a chain for each junction at its ends, in radii: junctions shift by as much from frame
@@ -46,14 +47,16 @@ class Track:
     def length(self, given: float | None) -> float:
         """Return the length of the object, m.
 
-        Chains at other junctions than the vote are left out, and those with a hidden end if others have none. given : m,
+        Chains at other junctions than the vote are left out, and those with a hidden end if others have none. If enough chains
+        end at two tips, the others are left out, too: a visible end may be where an occluder begins. given : m,
         `sequence.length`, which is the length of objects without junctions; None decides by a vote.
         """
         if given is not None and self.pattern == OPEN:
             return given
         items = [item for item in self.items if item.pattern == self.pattern] or self.items
         shown = [item for item in items if self._shows_both_ends(item)]
-        return vote_length(*lengths_of([item.chain for item in shown or items]))
+        whole = [item for item in shown if item.ends]
+        return vote_length(*lengths_of([item.chain for item in (whole if len(whole) >= MIN_FRAMES else shown or items)]))
 
     def whole(self, length: float) -> list[ChainInFrame]:
         """Return the chains that show the whole object, of a length in m.
@@ -107,7 +110,9 @@ def tracks_of(
                 tracks.append([])
                 last.append((count, chain))
             pattern = pattern_of(observation.detection, number, match.backwards)
-            tracks[id].append(ChainInFrame(frame, number, chain, match.backwards, pattern, id))
+            tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
+            ends = bool(tips) and tips[0] > CUT_OFF and tips[-1] > CUT_OFF
+            tracks[id].append(ChainInFrame(frame, number, chain, match.backwards, pattern, id, ends))
             last[id] = count, reversed_chain(chain, match.backwards)[0]
     least = min(MIN_FRAMES, len(observations))
     return [Track(items, vote_pattern([item.pattern for item in items], least)) for items in tracks]

@@ -6,23 +6,18 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from doo3d.camera.background import BackgroundView
 from doo3d.errors import InputError
 from doo3d.outputs import STRANDS
 from doo3d.outputs.detection_json import encode
-from doo3d.outputs.sequence_files import encode_strands, read_background, read_observation
-from doo3d.track.depth_readings import NODES, PER_NODE
+from doo3d.outputs.sequence_files import encode_strands, read_observation
+from doo3d.track.background import BackgroundView
 from doo3d.track.observations import Observation, ObservedStrand
 from doo3d.track.strand_ends import CUT_OFF, TIP
 from doo3d.types import Chain, Cloud, Detection
 
 CHAIN = Chain(np.array([[0, 0, 0.6], [0.01, 0, 0.6], [0.02, 0, 0.6]]) + 1 / 3, 0.01, 0.0042)
 ARCS = np.array([0.0, 0.01, 0.021])
-VIEW = BackgroundView(
-    np.arange(12, dtype=np.uint8).reshape(3, 4),
-    np.linspace(0, 2, 12).reshape(3, 4).astype(np.float16),
-    np.array([80, 80, 1.5, 1]),
-)
+VIEW = BackgroundView(np.linspace(0, 2, 12).reshape(3, 4).astype(np.float16), np.array([80, 80, 1.5, 1]))
 OBSERVATION = Observation(
     Detection((CHAIN,), frame="one"),
     (
@@ -31,7 +26,7 @@ OBSERVATION = Observation(
     ),
     np.eye(4),
     VIEW,
-    (np.where(np.arange(2 * NODES * PER_NODE) % 7, 1 / 3, np.nan).reshape(2, NODES, PER_NODE).astype(np.float32),),
+    is_given=True,
 )
 
 
@@ -51,38 +46,32 @@ def test_an_observation_is_read_as_it_was(folder):
     read = read_observation(folder, "one")
     np.testing.assert_array_equal(read.detection.chains[0].joints, CHAIN.joints)
     np.testing.assert_array_equal(read.pose, np.eye(4))
-    np.testing.assert_array_equal(read.readings, OBSERVATION.readings)
+    assert_same(read.background, VIEW)
     assert len(read.strands) == 2
     for strand, written in zip(read.strands, OBSERVATION.strands, strict=True):
         assert_same(strand, written)
-    assert_same(read_background(folder, "one"), VIEW)
 
 
-@pytest.mark.parametrize("readings", [["AAAA"], [3], None])
-def test_damaged_readings_are_refused(folder, readings):
-    path = folder / f"one{STRANDS}"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"readings": readings}))
-    with pytest.raises(InputError, match=f"one{STRANDS}"):
-        read_observation(folder, "one")
-
-
-def test_readings_of_a_cloud_are_none(folder, tmp_path):
-    path = folder / f"one{STRANDS}"
-    path.write_bytes(encode_strands(replace(OBSERVATION, readings=(None,))))
-    assert read_observation(folder, "one").readings == (None,)
-
-
-def test_the_background_is_read_where_it_is_asked_for(folder):
-    assert read_observation(folder, "one").background is None
+@pytest.mark.parametrize("given", [(False, False), (True, False), (False, True)])
+def test_what_the_caller_gave_is_read_as_it_was(folder, given):
+    written = replace(OBSERVATION, background=None, is_given=given[0], object_given=given[1])
+    (folder / f"one{STRANDS}").write_bytes(encode_strands(written))
+    read = read_observation(folder, "one")
+    assert (read.is_given, read.object_given, read.background) == (*given, None)
 
 
 def test_a_frame_that_failed_shows_nothing(tmp_path):
-    assert read_observation(tmp_path, "one").strands == ()
-    assert read_background(tmp_path, "one") is None
+    read = read_observation(tmp_path, "one")
+    assert (read.strands, read.background) == ((), None)
 
 
-def test_a_damaged_background_is_refused(folder):
+@pytest.mark.parametrize(
+    "damaged",
+    [{"background": VIEW.to_dict() | {"inverse": "AA=="}}, {"background": [3]}, {"strands": [{}]}],
+    ids=["few bytes", "no view", "no strand"],
+)
+def test_damaged_values_are_refused(folder, damaged):
     path = folder / f"one{STRANDS}"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"background": {"shape": [3, 4], "gray": "AA=="}}))
+    path.write_text(json.dumps(json.loads(path.read_text()) | damaged))
     with pytest.raises(InputError, match=f"one{STRANDS}"):
-        read_background(folder, "one")
+        read_observation(folder, "one")

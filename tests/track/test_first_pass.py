@@ -9,6 +9,10 @@ import doo3d
 from doo3d.config import load_config
 from doo3d.errors import InputError
 from doo3d.track.detect_sequence import detect_sequence
+from doo3d.track.first_pass import observe_frame
+from doo3d.track.strand_ends import TIP, UNKNOWN
+
+CAMERA = doo3d.Camera(400.0, 400.0, 160.0, 120.0, 320, 240)
 
 
 def test_images_are_refused():
@@ -17,11 +21,10 @@ def test_images_are_refused():
 
 
 def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused():
-    camera = doo3d.Camera(400.0, 400.0, 160.0, 120.0, 320, 240)
     depth, mask = np.full((240, 320), 0.56), np.zeros((240, 320), dtype=bool)
     mask[116:124, 40:280] = True
     depth[mask] = 0.5
-    frames = [doo3d.Frame(color=None, depth=each, camera=camera) for each in (depth, depth, np.zeros_like(depth), depth)]
+    frames = [doo3d.Frame(color=None, depth=each, camera=CAMERA) for each in (depth, depth, np.zeros_like(depth), depth)]
     nothing = np.zeros_like(mask)
     for masks in ([mask] * 4, [mask, mask, nothing, mask]):
         detections = detect_sequence(frames, masks=masks)
@@ -29,7 +32,7 @@ def test_a_frame_without_depth_is_filled_and_one_that_cannot_be_used_is_refused(
         assert detections[2].chains[0].depth_filled.all()
         assert detections[2].chains[0].from_time.all() != masks[2].any()  # the image of a frame without depth counts, too
     with pytest.raises(InputError, match="depth_scale"):
-        detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=camera)], masks=[mask])
+        detect_sequence([doo3d.Frame(color=None, depth=1000 * depth, camera=CAMERA)], masks=[mask])
 
 
 def test_a_cloud_without_points_is_filled():
@@ -49,3 +52,17 @@ def test_frames_of_a_few_rows(color):
     mask = np.zeros((3, 640), dtype=bool)
     mask[1, 100:500] = True
     assert len(detect_sequence([frame] * 2, masks=[mask] * 2)) == 2
+
+
+@pytest.mark.parametrize("is_given", [True, False])
+def test_the_number_of_objects_and_certain_tips_are_of_a_given_object_only(is_given):
+    """Two strands 5 cm apart in one frame: parts of one cable if the mask is given, else one may be something else."""
+    depth, mask = np.full((240, 320), 0.56), np.zeros((240, 320), dtype=bool)
+    mask[116:124, 40:140] = mask[116:124, 180:280] = True
+    depth[mask] = 0.5
+    config = load_config("default", {"merge.chains": 1})
+    seen = observe_frame(doo3d.Frame(color=None, depth=depth, camera=CAMERA), config, mask if is_given else None)
+    assert len(seen.detection.chains) == (1 if is_given else 2)
+    assert {tip for strand in seen.strands for tip in strand.tips} == {TIP if is_given else UNKNOWN}
+    assert len(seen.strands) == 2
+    assert seen.object_given == is_given

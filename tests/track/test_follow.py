@@ -1,29 +1,44 @@
-"""Which of the two passes over time counts."""
+"""Which of the possible shapes of an object counts in each frame."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from doo3d.track.follow import _prefer_forward
-from doo3d.track.frame_evidence import Evidence
-from doo3d.track.registration import Placed
+from doo3d.track.follow import most_likely_path
+from doo3d.track.registration import MISSING_COST
 from doo3d.track.shape import Shape
 
-NOTHING = Placed(np.zeros(0), np.zeros((0, 3)), (0.0, 1.0), 0.0)
+TOLERANCE = 0.01
 
 
-def test_between_two_anchors_each_pass_counts_until_it_lays_a_strand_wrongly():
-    """A pass that got lost fits well afterwards: only the frame in which that happened costs."""
+def shape(y, cost):
+    """A straight object at a place across, m."""
+    seen = np.ones(5, dtype=bool)
+    joints = np.column_stack((np.linspace(0, 0.2, 5), np.full(5, y), np.full(5, 0.6)))
+    return Shape(joints, seen, np.zeros(5, dtype=int), cost, ~seen, seen)
 
-    def shapes(costs):
-        nothing = np.zeros(2, dtype=bool)
-        return [Shape(np.zeros((2, 3)), nothing, np.zeros(2, dtype=int), cost, nothing, nothing) for cost in costs]
 
-    anchor, free = Evidence((NOTHING,), NOTHING.points, ()), Evidence((), NOTHING.points, ())
-    clues = [anchor, *[free] * 6, anchor]
-    forward = [0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0]  # lost in frame 4
-    backward = [0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]  # lost in frame 3
-    assert _prefer_forward(clues, shapes(forward), shapes(backward))[1:7] == [True] * 3 + [False] * 3
-    assert _prefer_forward(clues, shapes([0.0] * 8), shapes(backward))[1:4] == [True] * 3
-    assert not any(_prefer_forward(clues, shapes(forward), shapes([0.0] * 8))[1:7])
-    assert not any(_prefer_forward(clues, [None] * 8, shapes(backward)))
+def path(*frames):
+    """The places of the shapes that are chosen of (place, cost) in each frame; None without one."""
+    found = most_likely_path([[shape(*each) for each in frame] for frame in frames], TOLERANCE)
+    return [None if one is None else one.joints[0, 1] for one in found]
+
+
+def test_the_sum_of_all_costs_is_least_though_another_shape_of_the_first_frame_costs_less():
+    near, far = (0.0, 3.0), (0.1, 1.0)
+    assert path([near, far], [near], [near]) == [0.0, 0.0, 0.0]
+    assert path([near, far], [near, far], [near, far]) == [0.1, 0.1, 0.1]
+
+
+def test_a_frame_in_which_the_wrong_shape_fits_better_is_bridged_and_many_are_not():
+    right, wrong = [(0.0, 0.0), (0.1, 4.0)], [(0.0, 4.0), (0.1, 0.0)]
+    assert path(*[right] * 3, wrong, *[right] * 3) == [0.0] * 7
+    many = int(2 * MISSING_COST / 4) + 1  # misfits that cost more than two changes of place
+    assert path(*[right] * many, *[wrong] * many, *[right] * many) == [0.0] * many + [0.1] * many + [0.0] * many
+
+
+def test_frames_without_shapes_end_a_path_and_the_next_one_begins_anywhere():
+    first, second = [(0.0, 0.0), (0.1, 4.0)], [(0.0, 4.0), (0.1, 0.0)]
+    assert path([], first, first, [], [], second, second, []) == [None, 0.0, 0.0, None, None, 0.1, 0.1, None]
+    assert path(first, first, second, second) == [0.0] * 4
+    assert path() == []

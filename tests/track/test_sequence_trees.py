@@ -82,8 +82,8 @@ def times(count):
     return np.arange(count) / 30
 
 
-def run(plan, **settings):
-    config = load_config("harness", {f"sequence.{key}": value for key, value in settings.items()})
+def run(plan, settings=None):
+    config = load_config("harness", settings)
     observations = [
         seen_in(time, parts, flipped=k % 4 == 1) for k, (time, parts) in enumerate(zip(times(len(plan)), plan, strict=True))
     ]
@@ -143,20 +143,20 @@ def test_a_tree_of_which_nothing_is_seen_is_filled_up_to_a_limit():
     plan = [WHOLE] * 10 + [{}] * 6 + [WHOLE] * 10
     for detection in run(plan):
         check_tree(detection)
-    gone = run(plan, max_gap=0.1)
+    gone = run(plan, {"sequence.max_gap": 0.1})
     assert [len(detection.chains) for detection in gone] == [3] * 10 + [0] * 6 + [3] * 10
     assert gone[12].junctions == gone[12].objects == ()
 
 
 def test_a_branch_is_not_taken_away_while_its_trunk_is_seen():
-    detections = run([WHOLE] * 10 + [TRUNK] * 12 + [WHOLE] * 10, max_gap=0.1)
+    detections = run([WHOLE] * 10 + [TRUNK] * 12 + [WHOLE] * 10, {"sequence.max_gap": 0.1})
     for detection in detections:
         check_tree(detection)
     assert detections[15].chains[2].from_time.all()
 
 
 def test_the_number_of_objects_counts_trees():
-    for detection in run([WHOLE] * 6, chains=1):
+    for detection in run([WHOLE] * 6, {"merge.chains": 1}):
         check_tree(detection)
 
 

@@ -29,8 +29,8 @@ def strand(points, tips=(TIP, TIP), sight=()):
     return ObservedStrand(points, arcs, float(arcs[-1]), tips, 0, np.reshape(sight, (-1, 3)))
 
 
-def cut(strands, joints):
-    return cut_misjoined(strands, joints, (len(joints) - 1) * SEGMENT, 0.03)
+def cut(strands, joints, may_leave=False):
+    return cut_misjoined(strands, joints, (len(joints) - 1) * SEGMENT, 0.03, may_leave)
 
 
 def test_a_strand_of_one_part_stays_whole_wherever_the_object_has_moved(loop):
@@ -94,11 +94,12 @@ def test_an_unsure_connection_is_cut_sooner_than_what_was_seen_joined(loop):
     assert len(parts[0].points) == 30
 
 
-@pytest.mark.parametrize(("skipped", "bridged", "count"), [(3, False, 1), (3, True, 2), (12, False, 2)])
-def test_a_strand_measured_too_short_is_cut_only_where_it_bridges_something(skipped, bridged, count):
-    """Beyond the middle of a straight object the strand lies up to 12 cm farther along than its length says."""
-    joints = np.column_stack((np.arange(101) * SEGMENT, np.zeros(101), np.full(101, 0.8)))
-    points = np.concatenate((joints[:45], joints[45 + skipped :]))
-    joined = np.ones(len(points))
-    joined[45] = 0.99 if bridged else 1.0
-    assert len(cut([replace(strand(points), joined=joined)], joints)) == count
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_strand_of_an_object_that_was_not_given_is_cut_at_the_gap_beyond_which_it_leaves_the_object(loop, turn):
+    """2 cm beside the object it may be noise, and is for a given object; at the other gap it stays on the object."""
+    points, joined = loop[::turn].copy(), np.ones(len(loop))
+    joined[[20, 50]] = 0.9
+    points[50:, 2] += 0.02
+    found = replace(strand(points), joined=joined)
+    lengths = [[len(part.points) for part in cut([found], loop, may_leave)] for may_leave in (False, True)]
+    assert lengths == [[90], [50, 40]]

@@ -1,4 +1,4 @@
-"""Chains of one id have one direction."""
+"""Chains of one track have one direction, and tracks of one object become one."""
 
 from dataclasses import replace
 
@@ -7,10 +7,10 @@ import pytest
 
 from doo3d.config import TrackingConfig
 from doo3d.geometry.polyline import arc_length, resample
-from doo3d.track.object_length import vote_length
+from doo3d.track.junction_vote import ChainInFrame
 from doo3d.track.observations import Observation
 from doo3d.track.registration import exact_lengths
-from doo3d.track.tracks import Track, tracks_of
+from doo3d.track.tracks import CONTEXT, Track, merge_tracks, tracks_of
 from doo3d.types import Chain, Detection
 
 LEG, BETWEEN = 0.44, 0.04
@@ -32,24 +32,17 @@ def hairpin(aside: float = 0.0) -> np.ndarray:
 
 def track_of(*chains: Chain) -> Track:
     observations = [Observation(Detection(chains=(each,), coordinates="camera"), ()) for each in chains]
-    tracks = tracks_of(observations, TrackingConfig())
-    assert list(tracks) == [0]
-    return tracks[0]
+    (track,) = tracks_of(observations, TrackingConfig())
+    return track
 
 
 def test_chains_have_the_direction_of_those_before_them() -> None:
     lines = [hairpin(0.005 * k)[:: -1 if k in (1, 3) else 1] for k in range(5)]
     track = track_of(*(chain(line, 0.9) for line in lines))
-    assert track.backwards == {0: False, 1: True, 2: False, 3: True, 4: False}
-    for _, _, each in track.items:
-        assert each.joints[0, 1] < each.joints[-1, 1]
-
-
-def test_a_doubtful_chain_does_not_tell_the_direction_of_the_next() -> None:
-    """It lies between the legs, where one goes forward and one back: near the first leg before, near the second one after."""
-    leg = np.array([[0.0, 0.019, 0.8], [LEG, 0.019, 0.8]])
-    track = track_of(chain(hairpin(), 0.9), chain(leg, 0.1), chain(hairpin(-0.01), 0.9), chain(hairpin(-0.01), 0.9))
-    assert not any(track.backwards.values())
+    assert [item.backwards for item in track.items] == [False, True, False, True, False]
+    for item in track.items:
+        first, *_, last = item.nodes(20)
+        assert first[1] < last[1]
 
 
 @pytest.mark.parametrize(("misses", "torn", "hidden", "expected"), [
@@ -67,7 +60,7 @@ def test_a_chain_of_torn_depth_is_whole_though_its_length_differs_more(
     middle = np.abs(np.linspace(-1.0, 1.0, len(each.occluded)))
     each = replace(each, depth_filled=middle < torn, occluded=middle < hidden)
     track = track_of(each)
-    assert track.is_whole(track.items[0], each.length / (1 + misses)) == expected
+    assert bool(track.whole(each.length / (1 + misses))) == expected
 
 
 def test_lengths_of_torn_depth_do_not_outvote_those_that_were_measured() -> None:
@@ -76,4 +69,44 @@ def test_lengths_of_torn_depth_do_not_outvote_those_that_were_measured() -> None
     torn = replace(whole, segment_length=1.04 * whole.segment_length, joints=1.04 * whole.joints)
     torn = replace(torn, depth_filled=np.arange(len(torn.occluded)) > 20)
     track = track_of(*[whole] * 4, *[torn] * 4)
-    assert vote_length(*track.lengths) == pytest.approx(whole.length, rel=0.005)
+    assert track.length(None) == pytest.approx(whole.length, rel=0.005)
+
+
+def bar(y: float, first: float = 0.0, last: float = 0.6) -> Chain:
+    """A straight part of a cable of 60 cm, from one place along it to another, m."""
+    return chain(np.array([[first, y, 0.8], [last, y, 0.8]]), 0.9)
+
+
+def merged(*frames: list[Chain], length: float | None = None) -> list[list[int]]:
+    """The frames of each object, one of each chain; length : m, if given."""
+    observations = [Observation(Detection(chains=tuple(chains), coordinates="camera"), ()) for chains in frames]
+    tracks = merge_tracks(tracks_of(observations, TrackingConfig()), length, 3)
+    return [[item.frame for item in track.items] for track in tracks]
+
+
+def test_what_enough_frames_show_beside_each_other_is_two_objects() -> None:
+    both, one = [bar(0.0), bar(0.2)], [bar(0.0)]
+    assert merged(*[one] * 5, *[both] * 3) == [[0, 1, 2, 3, 4, 5, 6, 7], [5, 6, 7]]
+    assert len(merged(*[one] * 5, *[both] * 2)) == 1
+
+
+@pytest.mark.parametrize("edge", [0.25, 0.4])
+def test_pieces_on_both_sides_of_an_occluder_are_one_object(edge: float) -> None:
+    pieces = [bar(0.0, 0.0, edge - 0.05), bar(0.0, edge + 0.05, 0.6)]
+    assert merged(*[[bar(0.0)]] * 4, *[pieces] * 6, *[[bar(0.0)]] * 4) == [sorted([*range(14), *range(4, 10)])]
+    assert len(merged(*[pieces] * 6)) == 2  # no frame shows that they belong together
+    assert len(merged(*[pieces] * 6, length=0.6)) == 1
+
+
+def test_a_cable_that_is_lost_and_found_elsewhere_is_one_object() -> None:
+    assert merged(*[[bar(0.0)]] * 4, [], *[[bar(0.5)]] * 4) == [[0, 1, 2, 3, 5, 6, 7, 8]]
+
+
+@pytest.mark.parametrize(("start", "longer", "count"), [(6, 0.0, 1), (5, 0.0, 2), (6 + CONTEXT, 0.0, 2), (6, 0.1, 2)])
+def test_branches_are_one_if_they_follow_each_other_and_are_of_one_length(start: int, longer: float, count: int) -> None:
+    first = Track([ChainInFrame(k, 0, bar(0.0), pattern=(True, False)) for k in range(6)], (True, False))
+    second = [ChainInFrame(start + k, 0, bar(0.3, 0.0, 0.6 + longer), pattern=(False, True)) for k in range(4)]
+    found = merge_tracks([first, Track(second, (False, True))], None, 3)
+    assert len(found) == count
+    if count == 1:
+        assert [item.backwards for item in found[0].items] == [False] * 6 + [True] * 4

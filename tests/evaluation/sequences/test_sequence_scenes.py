@@ -8,7 +8,7 @@ from builders.errors import refuses
 from builders.paths import DATA
 
 from doo3d.evaluation.sequences.motions import MAX_MARKER_STEP, captured_motion, motion_files
-from doo3d.evaluation.sequences.scenes import Hand, Loss, make_sequence
+from doo3d.evaluation.sequences.scenes import LEVELS, Hand, Loss, make_sequence
 
 SIZE, FRAMES = (160, 120), 6
 MOTION = DATA / "motion"
@@ -55,6 +55,17 @@ def test_the_same_arguments_give_the_same_frame(easy):
     assert np.array_equal(first.frame.color, again.frame.color)
     assert first.frame.timestamp == pytest.approx(2 / 30)
     assert not np.array_equal(first.frame.depth, easy.frame(3).frame.depth)
+
+
+def test_only_a_rough_sequence_has_look_alikes_and_the_same_arguments_give_the_same_one():
+    first, again, other = (make_sequence("dragged", seed, SIZE, FRAMES, "rough") for seed in (0, 0, 1))
+    for frame in (0, FRAMES - 1):
+        assert np.array_equal(first.frame(frame).frame.color, again.frame(frame).frame.color)
+        assert np.array_equal(first.frame(frame).frame.depth, again.frame(frame).frame.depth)
+    assert not np.array_equal(first.motion.axes[0], other.motion.axes[0])
+    assert [len(make_sequence("dragged", 0, SIZE, FRAMES, level).props) for level in LEVELS] == [2, 0, 0]
+    with pytest.raises(ValueError, match="rough, hard, easy"):
+        make_sequence("dragged", 0, SIZE, FRAMES, "harder")
 
 
 def test_a_hand_hides_its_share_while_it_is_there(easy):
