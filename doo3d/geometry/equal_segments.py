@@ -82,7 +82,9 @@ def equal_ring(points: Floats, length: float) -> Floats:
     (N + 1, D), joints of N >= 3 segments, the last joint equal to the first, in the unit of the points; (0, D)
     if fewer than three segments fit, or none do, as around a polyline that folds back and forth.
 
-    Notes ----- Equal chords are placed around the polyline (their length by bisection), the ring is scaled about its centroid
+    Notes
+    -----
+    Equal chords are placed around the polyline (their length by bisection), the ring is scaled about its centroid
     to the exact length, and Newton's method removes the rest of the misfit.
     """
     loop = np.concatenate((points, points[:1]))

@@ -102,7 +102,9 @@ def whittaker_smooth(values: Floats, weights: Floats, strength: float, order: in
     -------
     (P, D), the smoothed points; the given ones if there are no more than `order`.
 
-    Notes ----- With the values v and the weights W, the result x minimizes sum (x - v)' W (x - v) + strength * sum |order-th
+    Notes
+    -----
+    With the values v and the weights W, the result x minimizes sum (x - v)' W (x - v) + strength * sum |order-th
     difference of x|^2. If the weights do not determine it, such as all zero, each point has LEAST_WEIGHT in addition.
     """
     values, weights = np.ascontiguousarray(values), np.ascontiguousarray(weights)

@@ -183,7 +183,9 @@ def fit_joints(expected: Floats, placed: Sequence[Placed], length: float) -> tup
     joints : (M + 1, 3) m, neighbors about `length` / M apart.
     seen, measured : (M + 1,) bool, True for joints covered by a strand, and for joints covered by its measured samples.
 
-    Notes ----- Regularized least squares: the displacement d of the expected joints minimizes the squared distances from the
+    Notes
+    -----
+    Regularized least squares: the displacement d of the expected joints minimizes the squared distances from the
     samples, those without depth across their sights, plus |d''|^2, TURN_WEIGHT |d'|^2 and PLACE_WEIGHT |d|^2, with differences
     for derivatives. Then the joints between strands are spaced evenly, and the remaining errors of lengths are removed with
     little motion of visible joints (Mueller et al., "Position based dynamics", 2007).

@@ -79,7 +79,9 @@ def cut_misjoined(
     -------
     The strands in the same order, with the parts of a strand in its place.
 
-    Notes ----- A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR,
+    Notes
+    -----
+    A point costs its squared distance from its place on the object, in units of the error of places, LENGTH_ERROR,
     and at most MISSING_COST. A cut costs -2 ln p, with the probability p that the frame joined the points on both sides
     wrongly: one minus the confidence of the connection where a hidden part was bridged, MISJOIN_RATE elsewhere. The mean
     displacement of the strand has a tolerance of SHIFT_TOLERANCES times that error, since the object may have moved.

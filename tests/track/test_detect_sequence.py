@@ -10,14 +10,15 @@ import pytest
 import doo3d
 from doo3d.config import Config, load_config
 from doo3d.geometry.polyline import arc_length, resample
+from doo3d.track.background import BackgroundView
 from doo3d.track.detect_sequence import combine, detect_sequence, frame_seconds
-from doo3d.track.length_check import length_notes
+from doo3d.track.frame_result import BREAK_NOTE, CONTRADICTED_NOTE
 from doo3d.track.object_length import vote_length
 from doo3d.track.objects import find_objects
 from doo3d.track.observations import Observation, ObservedStrand
 from doo3d.track.registration import exact_lengths
+from doo3d.track.sequence_notes import sequence_notes
 from doo3d.track.strand_ends import CUT_OFF, TIP
-from doo3d.track.tracks import drop_leaps
 from doo3d.track.world_frame import in_world
 from doo3d.types import Chain, Detection
 
@@ -63,9 +64,13 @@ def errors(detections):
     return np.array(result)
 
 
-def run(observations, **sequence):
-    config = load_config("default", {f"sequence.{key}": value for key, value in sequence.items()})
-    return list(combine(observations, config))
+def run(observations, settings=None):
+    return list(combine(observations, load_config("default", settings or {})))
+
+
+def notes_of(observations, settings):
+    config = load_config("default", settings)
+    return sequence_notes(observations, find_objects(in_world(observations), config), config)
 
 
 def test_hidden_ends_and_far_parts_come_from_other_frames():
@@ -105,9 +110,9 @@ def test_frames_that_show_nothing_are_filled_up_to_a_limit():
     assert all(len(detection.chains) == 1 for detection in filled)
     assert filled[16].chains[0].from_time.all()
     assert errors(filled).max() < 60
-    without = run(observations, max_gap=0.2)
+    without = run(observations, {"sequence.max_gap": 0.2})
     assert [len(detection.chains) for detection in without] == [1] * 12 + [0] * 10 + [1] * 12
-    assert "object 0" in without[16].notes[-1]
+    assert without[16].notes[-1] == BREAK_NOTE.format(id=0)
 
 
 def test_a_fragment_is_not_an_object():
@@ -126,9 +131,11 @@ def test_a_fragment_is_not_an_object():
 )
 def test_a_given_length_that_the_frames_do_not_show_is_noted(given, is_noted):
     observations = [seen_in(time, [(0, 60)]) for time in times(8)]
-    notes = length_notes(observations, load_config("default", {} if given is None else {"sequence.length": given}))
-    assert len(notes) == is_noted
-    assert not notes or (f"sequence.length is {given:.3f} m" in notes[0] and "show 0.600 m" in notes[0])
+    notes = notes_of(observations, {} if given is None else {"sequence.length": given})
+    noted = [note for note in notes if "sequence.length is" in note]
+    assert len(noted) == is_noted
+    assert is_noted or not notes
+    assert not noted or (f"sequence.length is {given:.3f} m" in noted[0] and "show 0.600 m" in noted[0])
 
 
 @pytest.mark.parametrize("divided", [(12,), (12, 20), (12, 13, 24)])
@@ -157,7 +164,7 @@ def test_two_objects_keep_their_ids():
 
     detections = run([both(time) for time in times(12)])
     assert all({chain.id for chain in detection.chains} == {0, 1} for detection in detections)
-    assert all(len(detection.chains) == 1 for detection in run([both(time) for time in times(12)], chains=1))
+    assert all(len(detection.chains) == 1 for detection in run([both(time) for time in times(12)], {"merge.chains": 1}))
 
 
 def test_without_a_whole_object_frames_keep_their_chains():
@@ -227,29 +234,90 @@ def test_a_sequence_of_clouds():
     assert len({len(detection.chains[0].joints) for detection in detections}) == 1
 
 
-@pytest.mark.parametrize("given", [None, 1])
-@pytest.mark.parametrize("shown", [18, 30])
-def test_an_object_of_which_no_frame_is_sure_is_one_if_it_is_given_and_most_frames_show_it(given, shown):
-    plan = [[(0, 60)]] * 10 + [[(0, 38)]] * 8 + [[(0, 60)]] * (shown - 18) + [[]] * (40 - shown)
-    observations = [seen_in(time, parts) for time, parts in zip(times(), plan, strict=True)]
+@pytest.mark.parametrize(("is_given", "object_given"), [(True, True), (True, False), (False, False)])
+def test_an_object_of_which_no_frame_is_sure_is_one_if_it_is_given_itself(is_given, object_given):
+    """Where only the number of objects is given, frames keep their own chains; otherwise none."""
+    plan = [[(0, 60)]] * 10 + [[(0, 38)]] * 8 + [[(0, 60)]] * 12
+    observations = [seen_in(time, parts) for time, parts in zip(times(30), plan, strict=True)]
     for k, observation in enumerate(observations):
         chains = tuple(replace(chain, confidence=0.05) for chain in observation.detection.chains)
-        observations[k] = replace(observation, detection=replace(observation.detection, chains=chains))
-    detections = run(observations, chains=given, max_gap=2.0)
-    if given and shown > 20:
-        assert errors(detections[:shown]).max() < 25
+        detection = replace(observation.detection, chains=chains)
+        observations[k] = replace(observation, detection=detection, is_given=is_given, object_given=object_given)
+    detections = run(observations)
+    if object_given:
+        assert errors(detections).max() < 25
     else:
-        assert not any(detection.chains for detection in detections)
+        chains = [chain for detection in detections for chain in detection.chains]
+        assert [(len(chain.joints), chain.id) for chain in chains] == [(p[1] + 1, None) for (p,) in plan if is_given]
 
 
-@pytest.mark.parametrize("wrong", [[], [20], [5, 20], [39]])
-def test_a_whole_chain_that_lies_elsewhere_than_before_and_after_is_no_anchor(wrong):
-    items = [(k, 0, Chain(shape(time), SEGMENT, RADIUS)) for k, time in enumerate(times()) if not 12 <= k < 18]
-    joined = shape(times()[20])
-    folded = Chain(exact_lengths(np.concatenate((joined[:31], joined[29::-1])), SEGMENT), SEGMENT, RADIUS)
-    items = [(item[0], 0, folded) if item[0] in wrong else item for item in items]
-    kept = [frame for frame, *_ in drop_leaps(items, load_config("default").tracking)]
-    assert kept == [frame for frame, *_ in items if frame not in wrong]
+@pytest.mark.parametrize("is_given", [True, False])
+@pytest.mark.parametrize(("rest", "length"), [([], None), ([(0, 40)], 0.6)])
+def test_one_frame_that_shows_an_object_whole_is_enough_if_the_object_was_given(rest, length, is_given):
+    plan = [rest] * 4 + [[(0, 60)]] + [rest] * 4
+    observations = [seen_in(time, parts) for time, parts in zip(times(9), plan, strict=True)]
+    observations = [replace(each, is_given=is_given, object_given=is_given) for each in observations]
+    settings = {"sequence.length": length}
+    objects = find_objects(observations, load_config("default", settings))
+    assert [[anchor.frame for anchor in item.anchors] for item in objects] == ([[4]] if is_given else [])
+    shown = {k for k, detection in enumerate(run(observations, settings)) if [chain.id for chain in detection.chains] == [0]}
+    assert shown == (set(range(9)) if is_given else set())
+
+
+@pytest.mark.parametrize("object_given", [True, False])
+@pytest.mark.parametrize("count", [None, 1])
+@pytest.mark.parametrize("length", [None, 0.6])
+def test_where_there_are_no_objects_a_note_names_what_would_help_and_was_not_given(object_given, count, length):
+    observations = [replace(seen_in(time, []), object_given=object_given) for time in times(8)]
+    (note,) = notes_of(observations, {"merge.chains": count, "sequence.length": length})
+    given = {"segment.ranges": object_given, "merge.chains": count, "sequence.length": length}
+    assert {name for name in given if name in note} == {name for name, value in given.items() if not value}
+    assert ("it helps to give" in note) == (not all(given.values()))
+    assert notes_of([], {}) == ()
+
+
+FAR, NEAR = 3.0, 0.5
+"""Depth of a background behind the object, and of what hides it, m."""
+
+
+def view_of(depth):
+    """A camera's view of nothing but a surface at a depth in m."""
+    return BackgroundView(np.full((72, 96), 1 / depth, dtype=np.float16), np.array([40.0, 40.0, 47.5, 35.5]))
+
+
+@pytest.mark.parametrize("moves", [False, True])
+@pytest.mark.parametrize(
+    ("parts", "depth", "is_shown"),
+    [([], FAR, False), ([(0, 28)], FAR, False), ([(0, 32)], FAR, True), ([(0, 28)], NEAR, True), ([], NEAR, True)],
+)
+def test_an_object_is_not_shown_where_the_camera_sees_through_more_than_half_of_it(parts, depth, is_shown, moves):
+    """Of what the frame does not show of it; where something hides it, it is."""
+    observations = [seen_in(0.0, parts if k == 6 else [(0, 60)]) for k in range(12)]
+    if moves:
+        seen = [seen_by(each, turned(0.02 * (k - 6), 0.02 * k)) for k, each in enumerate(observations)]
+        observations = [replace(each, pose=turned(2.0, 1.0) @ each.pose) for each in seen]
+    observations[6] = replace(observations[6], background=view_of(depth))
+    detections = run(observations)
+    assert [len(detection.chains) for detection in detections] == [1] * 6 + [int(is_shown)] + [1] * 5
+    notes = [detection.notes for detection in detections]
+    assert notes == [()] * 6 + [() if is_shown else (CONTRADICTED_NOTE.format(id=0),)] + [()] * 5
+
+
+@pytest.mark.parametrize(("speed", "deviation", "is_less"), [(1.0, 0.001, True), (0.0, 0.001, False), (1.0, None, False)])
+def test_a_hidden_part_of_large_deviations_makes_a_chain_less_confident(speed, deviation, is_less):
+    """Where the object stands still they are small, and without those of the frames' chains they are unknown."""
+    plan = [[(0, 60)]] * 10 + [[(0, 30)]] * 10 + [[(0, 60)]] * 10
+    observations = [seen_in(speed * time, parts) for time, parts in zip(times(30), plan, strict=True)]
+    for k, observation in enumerate(observations if deviation else ()):
+        (chain,) = observation.detection.chains
+        chain = replace(chain, deviations=np.full((len(chain.joints), 2), deviation))
+        observations[k] = replace(observation, detection=replace(observation.detection, chains=(chain,)))
+    chains = [detection.chains[0] for detection in run(observations)]
+    seen, hidden = chains[5], chains[15]
+    assert not seen.occluded.any()
+    assert hidden.occluded[35:].all()
+    assert seen.confidence > 0.95
+    assert (hidden.confidence < 0.5) == is_less
 
 
 def seen_by(observation, pose):
