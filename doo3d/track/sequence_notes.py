@@ -21,7 +21,7 @@ def sequence_notes(observations: Sequence[Observation], objects: Sequence[Sequen
     config
         the settings, as for `find_objects`.
     """
-    return (*_missing_note(observations, objects, config), *_length_note(observations, config))
+    return _length_note(observations, config) or _missing_note(observations, objects, config)
 
 
 def _missing_note(observations: Sequence[Observation], objects: Sequence[SequenceObject], config: Config) -> tuple[str, ...]:

@@ -47,8 +47,8 @@ class Track:
     def length(self, given: float | None) -> float:
         """Return the length of the object, m.
 
-        Chains at other junctions than the vote are left out, and those with a hidden end if others have none. If enough chains
-        end at two tips, the others are left out, too: a visible end may be where an occluder begins. given : m,
+        Chains at other junctions than the vote are left out, and those with a hidden end if others have none. If chains end at
+        two tips, the others are left out, too: a visible end may be where an occluder begins. given : m,
         `sequence.length`, which is the length of objects without junctions; None decides by a vote.
         """
         if given is not None and self.pattern == OPEN:
@@ -56,7 +56,7 @@ class Track:
         items = [item for item in self.items if item.pattern == self.pattern] or self.items
         shown = [item for item in items if self._shows_both_ends(item)]
         whole = [item for item in shown if item.ends]
-        return vote_length(*lengths_of([item.chain for item in (whole if len(whole) >= MIN_FRAMES else shown or items)]))
+        return vote_length(*lengths_of([item.chain for item in whole or shown or items]))
 
     def whole(self, length: float) -> list[ChainInFrame]:
         """Return the chains that show the whole object, of a length in m.
