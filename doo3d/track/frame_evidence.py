@@ -16,7 +16,7 @@ from .registration import MISSING_COST, TOLERANCE_SHARE, Placed, fit_joints, pla
 from .rings import fit_ring, place_on_ring, ring_joints
 from .shape import Shape
 from .strand_cutting import cut_misjoined, cut_strands
-from .strand_ends import MIN_STRAND_RADII
+from .strand_ends import MIN_STRAND_RADII, UNKNOWN
 from .world_frame import in_camera
 
 ANCHOR_ODDS = 100.0
@@ -165,7 +165,7 @@ def fit_object(
         if not item.closed:
             strands = cut_misjoined(strands, expected, item.length, least, not observation.object_given)
         placed = place(strands, expected, item.length, tolerance)
-        cost = _mean_cost(strands, placed)
+        cost = _mean_cost(strands, placed, MISSING_COST if observation.object_given else UNKNOWN * MISSING_COST)
         if placed:
             nearer, *_ = fit(expected, placed, item.length)
             placed = place(strands, nearer, item.length, tolerance) or placed
@@ -184,14 +184,14 @@ def _contradicted_share(item: SequenceObject, period: Period, frame: int, joints
     return float((background.contradicts(in_camera(period.poses[frame], joints), item.radius) & ~seen).mean())
 
 
-def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed]) -> float:
+def _mean_cost(strands: Sequence[ObservedStrand], placed: Sequence[Placed], missing: float) -> float:
     """Return the mean cost of placed strands, weighted by length.
 
-    A strand that was not placed costs MISSING_COST.
+    missing : cost of a strand that was not placed; less if it may be something else, since the caller did not specify the object.
     """
     total = sum(strand.length for strand in strands)
     if not total:
         return 0.0
     placed_length = sum(item.span[1] - item.span[0] for item in placed)
     costs = sum(item.cost * (item.span[1] - item.span[0]) for item in placed)
-    return (costs + MISSING_COST * max(0.0, total - placed_length)) / total
+    return (costs + missing * max(0.0, total - placed_length)) / total
