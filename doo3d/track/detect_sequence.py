@@ -41,8 +41,8 @@ def detect_sequence(
     """Detect the deformable linear objects of a capture in all frames together.
 
     An object has the same id, direction and number of segments in all frames, and joint i is the same point of the material.
-    Parts hidden in one frame are filled in from the frames before and after. An object that is seen whole keeps the shape of
-    that frame.
+    Parts hidden in one frame are filled in from the frames before and after. An object that is seen whole keeps its place in
+    the image.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def combine_window(
     for tree in trees_of([item.nodes for item in objects]):
         items = [objects[k] for k in tree]
         of_others = [[chains - own for chains, own in zip(claimed, owned[k], strict=True)] for k in tree]
-        followed = follow(items, Period(frames.start, placed, poses), of_others, max_gap, past_only)
+        followed = follow(items, Period(frames.start, placed, poses, len(objects) == 1), of_others, max_gap, past_only)
         known = [with_deviations(item, each, placed, past_only) for item, each in zip(items, followed, strict=True)]
         shapes += [_in_camera(each, placed) for each in known]
     is_branched = any(observation.detection.objects for observation in observations)

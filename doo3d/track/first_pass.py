@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from ..config import Config
 from ..errors import InputError
 from ..pipeline import detect_with_stages
-from ..types import Array, Cloud, Detection, Frame
+from ..types import Array, Cloud, Detection, Frame, check_mask
 from ..types.pose import as_pose
 from .background import BackgroundView
 from .image_strands import strands_in_image
@@ -42,7 +42,8 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
     """Detect in one frame by itself; return the detection with all visible strands.
 
     A frame that cannot be used by itself, such as one without depth, gives an observation without chains and with a note; its
-    strands come from its color image.
+    strands come from its color image. If neither a mask nor the color of the object is given, `merge.chains` does not force the
+    chains of the frame, which is then detected a second time.
 
     Parameters
     ----------
@@ -80,4 +81,6 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
 
 def _background(frame: Frame | Cloud, mask: Array | None) -> BackgroundView | None:
     """Return a small view of the background of a frame; None for a cloud."""
-    return None if isinstance(frame, Cloud) else BackgroundView.of(frame, mask)
+    if isinstance(frame, Cloud):
+        return None
+    return BackgroundView.of(frame, None if mask is None else check_mask(mask, frame.depth.shape))

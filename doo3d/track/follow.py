@@ -4,9 +4,10 @@
 2. From each anchor, forward and backward in time, the expected shape in the next frame is the last shape, moved with its last
    velocity. The strands of that frame are placed along it, and the object is fitted to them.
 3. The forward and the backward shape of a frame are blended, weighted by how recently each joint was visible, and the strands are
-   placed once more along the blended shape. If the two disagree, both are hypotheses, and so are the frame's own chains of the
-   right length, in either direction. The path of least cost through the hypotheses of all frames is taken (Viterbi algorithm). A
-   hypothesis costs the misfit of the strands, the strands that it leaves out, and what of it the camera contradicts.
+   placed once more along the blended shape. If the two disagree, both are hypotheses. If no shape fits well, the frame's own
+   chains of the right length are hypotheses, too, in either direction. The path of least cost through the hypotheses of all
+   frames is taken (Viterbi algorithm). A hypothesis costs the misfit of the strands, the strands that it leaves out, and what of
+   it the camera contradicts.
 4. Hidden joints are interpolated between their last and next visible positions, behind the occluder. Positions that were not
    measured are smoothed over time (Whittaker smoother), and so is the depth of all joints; visible joints keep their place in
    the image.
@@ -148,8 +149,8 @@ def _hypotheses(
 ) -> list[Shape]:
     """Return the possible shapes of an object in a frame.
 
-    These are the forward and the backward shape, or one between them if they agree, and the frame's own chains of the object's
-    length if those do not fit the strands well.
+    These are the forward and the backward shape, or one between them if they agree. If they do not fit the strands well, and the
+    capture has no other object, the frame's own chains of the object's length are hypotheses, too.
 
     Parameters
     ----------
@@ -160,7 +161,9 @@ def _hypotheses(
     """
     if before is None or after is None:
         known = before or after
-        result = [] if known is None else [fit_object(item, period, frame, found, known.joints)]
+        if known is None:
+            return []
+        result = [fit_object(item, period, frame, found, known.joints)]
     elif found.own or _agree(before, after, item.length):
         result = [fit_object(item, period, frame, found, _blend(before, after))]
     else:
@@ -169,7 +172,7 @@ def _hypotheses(
             replace(shape, cost=shape.cost + share)
             for shape, share in zip((before, after), age / max(age.sum(), 1.0), strict=True)
         ]
-    if found.own or (result and min(shape.cost for shape in result) < 1):
+    if found.own or not period.is_single or min(shape.cost for shape in result) < 1:
         return result
     return result + own_shapes(item, period, frame, found)
 

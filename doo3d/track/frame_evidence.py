@@ -60,11 +60,14 @@ class Period(NamedTuple):
         the observations of the T frames.
     poses
         (T, 4, 4) m, camera to the frame of the observations; (0, 4, 4) if no camera saw them, or several did.
+    is_single
+        whether the capture has one object, so that every chain may be of it.
     """
 
     first: int
     observations: Sequence[Observation]
     poses: Floats
+    is_single: bool = False
 
 
 def gather_evidence(item: SequenceObject, period: Period, claimed: Sequence[set[int]]) -> list[Evidence]:

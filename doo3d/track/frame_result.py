@@ -49,7 +49,7 @@ def frame_result(
     is_branched
         whether branched objects are searched.
     min_confidence
-        smallest confidence of the frame's own chains, unless the caller specified the object.
+        smallest confidence of the frame's own chains, unless the caller specified the object or the number of objects.
     """
     single = observation.detection
     least = 0.0 if observation.is_given else min_confidence

@@ -22,7 +22,7 @@ UNSEEN_WEIGHT = 0.02
 """Weight of depth without a supporting reading, relative to 1."""
 
 LEAST_VARIANCE = 1e-10
-"""Smallest variance of relative inverse range and of its changes: the depth of rendered scenes may have no noise."""
+"""Smallest variance: the depth of rendered scenes may have no noise, and an object at rest no motion."""
 
 
 def smooth_inverse_range(inverse: Floats, weight: Floats, rays: Floats) -> Floats:

@@ -57,7 +57,7 @@ class ChainInFrame(NamedTuple):
     track
         number of the track, in which chains follow each other from frame to frame.
     ends
-        whether both of its ends are tips or junctions, as far as the image shows: neither is hidden or continues.
+        kind of its less certain end, as in `strand_ends`: TIP, UNKNOWN or CUT_OFF.
     """
 
     frame: int
@@ -66,7 +66,7 @@ class ChainInFrame(NamedTuple):
     backwards: bool = False
     pattern: Pattern = OPEN
     track: int = 0
-    ends: bool = False
+    ends: float = 0.0
 
     def reversed(self) -> ChainInFrame:
         """Return the same chain for an object that runs in the opposite direction."""

@@ -120,7 +120,7 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
 
 def _is_given(observations: Sequence[Observation]) -> bool:
     """Return whether the caller specified the object or the number of objects: then one frame that shows it whole is enough."""
-    return all(observation.is_given for observation in observations)
+    return all(observation.is_given for observation in observations if observation.detection.chains)
 
 
 class Candidate(NamedTuple):

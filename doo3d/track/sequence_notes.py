@@ -31,7 +31,7 @@ def _missing_note(observations: Sequence[Observation], objects: Sequence[Sequenc
     remedies = ["the length of the object (sequence.length)"] if config.sequence.length is None else []
     if config.merge.chains is None:
         remedies.insert(0, "the number of objects (merge.chains)")
-    if not all(observation.object_given for observation in observations):
+    if not all(observation.object_given for observation in observations if observation.strands):
         remedies.insert(0, "masks or the color of the object (segment.ranges; doo3d tune finds it)")
     help_text = f"; it helps to give {' or '.join(remedies)}" if remedies else ""
     return (f"sequence: no frames show an object whole and with confidence, so every frame keeps its own chains{help_text}",)
@@ -46,7 +46,7 @@ def _length_note(observations: Sequence[Observation], config: Config) -> tuple[s
         in_world(observations), config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
     )
     segment = config.fit.length
-    lengths = [item.length for item in measured if item.nodes == (None, None)]
+    lengths = [item.length for item in measured if item.nodes == (None, None) and not item.closed]
     other = [length for length in lengths if abs(length - given) > max(segment, LENGTH_ERROR * given)]
     if not other:
         return ()

@@ -103,16 +103,17 @@ def _certainty(seen: Bools, closed: bool) -> Floats:
     return np.asarray(UNKNOWN_WEIGHT + 1 / (1 + (TURN_WEIGHT * away**2) ** 2))
 
 
-def smooth_joint_depth(joints: Floats, seen: Bools) -> Floats:
+def smooth_joint_depth(joints: Floats, measured: Bools) -> Floats:
     """Return the joints of successive frames with their depth smoothed over time.
 
-    joints : (T, M + 1, 3) m, in the camera frame, as the result. seen : (T, M + 1) bool, True for visible joints.
+    joints : (T, M + 1, 3) m, in the camera frame, as the result. measured : (T, M + 1) bool,
+    True for joints with measured depth.
     """
     if len(joints) < MIN_FRAMES:
         return joints
     distance = np.linalg.norm(joints, axis=2)
     places, at = np.linspace(0.0, 1.0, NODES), np.linspace(0.0, 1.0, joints.shape[1])
-    values = np.dstack((1 / distance, np.where(seen, 1.0, UNSEEN_WEIGHT), joints / distance[:, :, None]))
+    values = np.dstack((1 / distance, np.where(measured, 1.0, UNSEEN_WEIGHT), joints / distance[:, :, None]))
     inverse, weight, *rays = np.moveaxis(interp1d(at, values, axis=1)(places), 2, 0)
     change = smooth_inverse_range(inverse, weight, np.stack(rays, axis=2)) - inverse
     nearer = distance * interp1d(places, change, axis=1)(at)

@@ -15,7 +15,7 @@ from .chain_matching import pair_chains
 from .junction_vote import OPEN, ChainInFrame, Pattern, pattern_of, vote_pattern
 from .object_length import FILLED_ERROR, MIN_FRAMES, vote_length
 from .observations import LENGTH_ERROR, Observation
-from .strand_ends import CUT_OFF
+from .strand_ends import CUT_OFF, TIP
 
 JUNCTION_SLACK_RADII = 1.5
 """Difference allowed in the length of a chain for each junction at its ends, in radii: junctions shift by as much from frame
@@ -55,7 +55,7 @@ class Track:
             return given
         items = [item for item in self.items if item.pattern == self.pattern] or self.items
         shown = [item for item in items if self._shows_both_ends(item)]
-        whole = [item for item in shown if item.ends]
+        whole = [item for item in shown if item.ends > CUT_OFF]
         return vote_length(*lengths_of([item.chain for item in whole or shown or items]))
 
     def whole(self, length: float) -> list[ChainInFrame]:
@@ -111,7 +111,7 @@ def tracks_of(
                 last.append((count, chain))
             pattern = pattern_of(observation.detection, number, match.backwards)
             tips = [tip for strand in observation.strands if strand.chain == number for tip in strand.tips]
-            ends = bool(tips) and tips[0] > CUT_OFF and tips[-1] > CUT_OFF
+            ends = min(tips[0], tips[-1]) if tips else CUT_OFF
             tracks[id].append(ChainInFrame(frame, number, chain, match.backwards, pattern, id, ends))
             last[id] = count, reversed_chain(chain, match.backwards)[0]
     least = min(MIN_FRAMES, len(observations))
@@ -121,7 +121,7 @@ def tracks_of(
 def merge_tracks(tracks: Sequence[Track], length: float | None, least: int) -> list[Track]:
     """Merge tracks that may be one object.
 
-    Two tracks are two objects if enough frames show more of both at once than the longer object is long. Otherwise an object was
+    Two tracks are two objects if enough frames show them side by side (`are_side_by_side`). Otherwise an object was
     lost and found again, was seen in pieces on both sides of an occluder, or its ends were hidden for a while. Branches are
     merged only if they end at the same junctions, are of one length, and follow each other in time.
 
@@ -147,11 +147,14 @@ def merge_tracks(tracks: Sequence[Track], length: float | None, least: int) -> l
 
 
 def are_side_by_side(first: Track, second: Track, length: float | None, least: int) -> bool:
-    """Return whether enough frames show more of two tracks at once than the longer object is long."""
+    """Return whether enough frames show two tracks as two objects.
+
+    These are frames that show more of both than the longer object is long, or both from tip to tip.
+    """
     longest = (1 + LENGTH_ERROR) * max(first.length(length), second.length(length))
-    shown = [{item.frame: _visible(item.chain) for item in track.items} for track in (first, second)]
-    both = shown[0].keys() & shown[1].keys()
-    return sum(shown[0][frame] + shown[1][frame] > longest for frame in both) >= least
+    shown = [{item.frame: (_visible(item.chain), item.ends) for item in track.items} for track in (first, second)]
+    pairs = [(shown[0][frame], shown[1][frame]) for frame in shown[0].keys() & shown[1].keys()]
+    return sum(one[0] + other[0] > longest or min(one[1], other[1]) == TIP for one, other in pairs) >= least
 
 
 def _visible(chain: Chain) -> float:
@@ -172,14 +175,23 @@ def _may_be_one(former: Track, track: Track, length: float | None, least: int) -
 
 def _distance(former: Track, later: Track) -> float:
     """Return the distance between the centroids of the chains of two tracks that are nearest in time, m."""
+    first, second = _nearest_in_time(former, later)
+    return float(np.linalg.norm(first.chain.joints.mean(axis=0) - second.chain.joints.mean(axis=0)))
+
+
+def _nearest_in_time(former: Track, later: Track) -> tuple[ChainInFrame, ChainInFrame]:
+    """Return the chains of two tracks that are nearest in time."""
     frames = [np.array([item.frame for item in track.items]) for track in (former, later)]
     apart = np.abs(frames[0][:, None] - frames[1])
     first, second = np.unravel_index(apart.argmin(), apart.shape)
-    means = former.items[first].chain.joints.mean(axis=0), later.items[second].chain.joints.mean(axis=0)
-    return float(np.linalg.norm(means[0] - means[1]))
+    return former.items[first], later.items[second]
 
 
 def _joined(former: Track, later: Track) -> Track:
-    """Return a track with the chains of a second one, turned to the same junctions."""
-    turned = later.items if later.pattern == former.pattern else [item.reversed() for item in later.items]
+    """Return a track with the chains of a second one, turned to the same junctions, or else to the nearer ends."""
+    is_turned = later.pattern != former.pattern
+    if later.pattern[0] == later.pattern[1]:
+        first, second = (item.nodes(2) for item in _nearest_in_time(former, later))
+        is_turned = bool(np.linalg.norm(first - second[::-1]) < np.linalg.norm(first - second))
+    turned = [item.reversed() for item in later.items] if is_turned else later.items
     return replace(former, items=sorted([*former.items, *turned], key=lambda item: (item.frame, item.number)))

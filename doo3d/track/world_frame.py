@@ -14,7 +14,7 @@ from .observations import Observation
 def in_world(observations: Sequence[Observation]) -> list[Observation]:
     """Return observations in the world frame if the camera moves, else unchanged.
 
-    They also stay unchanged if a frame with chains or strands has no pose, known or estimated.
+    They also stay unchanged if a frame with chains or strands has no pose.
     """
     known = [observation.pose for observation in observations if observation.pose is not None]
     if not known or any(map(_lacks_pose, observations)) or not camera_moves(np.array(known)):

@@ -179,7 +179,8 @@ def first_pass(rendered: Rendered, config: Config) -> FirstPass:
     except DooError as error:
         detected = time.process_time()
         nothing = Detection((), frame=frame.name, timestamp=frame.timestamp, notes=(str(error),))
-        observation = Observation(nothing, strands_in_image(frame, config, rendered.mask))
+        strands, background = strands_in_image(frame, config, rendered.mask), BackgroundView.of(frame, rendered.mask)
+        observation = Observation(nothing, strands, None, background, is_given=True, object_given=True)
     seconds = detected - start, time.process_time() - detected
     chains = observation.detection.chains
     measured = measured_nodes(truth, frame.depth)
