@@ -31,7 +31,8 @@ def _missing_note(observations: Sequence[Observation], objects: Sequence[Sequenc
     remedies = ["the length of the object (sequence.length)"] if config.sequence.length is None else []
     if config.merge.chains is None:
         remedies.insert(0, "the number of objects (merge.chains)")
-    if not all(observation.object_given for observation in observations if observation.strands):
+    shown = [observation for observation in observations if observation.strands] or observations
+    if not all(observation.object_given for observation in shown):
         remedies.insert(0, "masks or the color of the object (segment.ranges; doo3d tune finds it)")
     help_text = f"; it helps to give {' or '.join(remedies)}" if remedies else ""
     return (f"sequence: no frames show an object whole and with confidence, so every frame keeps its own chains{help_text}",)

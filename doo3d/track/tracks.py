@@ -152,14 +152,19 @@ def are_side_by_side(first: Track, second: Track, length: float | None, least: i
     These are frames that show more of both than the longer object is long, or both from tip to tip.
     """
     longest = (1 + LENGTH_ERROR) * max(first.length(length), second.length(length))
-    shown = [{item.frame: (_visible(item.chain), item.ends) for item in track.items} for track in (first, second)]
+    shown = [{item.frame: item for item in track.items} for track in (first, second)]
     pairs = [(shown[0][frame], shown[1][frame]) for frame in shown[0].keys() & shown[1].keys()]
-    return sum(one[0] + other[0] > longest or min(one[1], other[1]) == TIP for one, other in pairs) >= least
+    return sum(sum(map(_visible, pair)) > longest or all(map(_shows_two_tips, pair)) for pair in pairs) >= least
 
 
-def _visible(chain: Chain) -> float:
+def _visible(item: ChainInFrame) -> float:
     """Return the visible length of a chain, m."""
-    return np.count_nonzero(~chain.occluded) * chain.segment_length
+    return np.count_nonzero(~item.chain.occluded) * item.chain.segment_length
+
+
+def _shows_two_tips(item: ChainInFrame) -> bool:
+    """Return whether both ends of a chain are tips in plain view."""
+    return item.ends == TIP and item.pattern == OPEN
 
 
 def _may_be_one(former: Track, track: Track, length: float | None, least: int) -> bool:
