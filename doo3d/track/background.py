@@ -58,10 +58,11 @@ class BackgroundView:
 
         joints : (M + 1, 3) m, in the camera frame. radius : m, of the object; NaN if unknown.
         """
-        fx, fy, cx, cy = self.intrinsics
         height, width = self.inverse.shape
         depth = np.maximum(joints[:, 2], 1e-6)
-        pixels = np.clip(np.rint(joints[:, :2] / depth[:, None] * (fx, fy) + (cx, cy)), -1, (width, height)).astype(int)
+        pixels = np.clip(
+            np.rint(joints[:, :2] / depth[:, None] * self.intrinsics[:2] + self.intrinsics[2:]), -1, (width, height)
+        ).astype(int)
         inside = ((pixels >= 0) & (pixels < (width, height))).all(axis=1) & (joints[:, 2] > 0)
         column, row = np.where(inside[:, None], pixels, 0).T
         inverse, around = self.inverse.astype(np.float32), np.ones((3, 3), dtype=np.uint8)

@@ -73,8 +73,7 @@ def _follow_object(item: SequenceObject, period: Period, claimed: Sequence[set[i
     if past_only:
         return forward
     backward = _follow_in_order(item, period, found, order[::-1])
-    both = zip(order, found, forward, backward, strict=True)
-    hypotheses = [_hypotheses(item, period, *each) for each in both]
+    hypotheses = [_hypotheses(item, period, *each) for each in zip(order, found, forward, backward, strict=True)]
     return most_likely_path(hypotheses, TOLERANCE_SHARE * item.length)
 
 
@@ -168,10 +167,8 @@ def _hypotheses(
         result = [fit_object(item, period, frame, found, _blend(before, after))]
     else:
         age = np.array([float(before.age.sum()), float(after.age.sum())])
-        result = [
-            replace(shape, cost=shape.cost + share)
-            for shape, share in zip((before, after), age / max(age.sum(), 1.0), strict=True)
-        ]
+        shares = age / max(age.sum(), 1.0)
+        result = [replace(shape, cost=shape.cost + share) for shape, share in zip((before, after), shares, strict=True)]
     if found.own or not period.is_single or min(shape.cost for shape in result) < 1:
         return result
     return result + own_shapes(item, period, frame, found)

@@ -105,16 +105,16 @@ def find_objects(observations: Sequence[Observation], config: Config) -> list[Se
     rings = ring_tracks(observations, config.tracking, least)
     taken = {(frame, number) for ring in rings for frame, number, _ in ring.items}
     of_rings = [Track([ChainInFrame(*item) for item in ring.items]) for ring in rings]
+    ring_lengths = [vote_length(*lengths_of(ring.closed)) for ring in rings]
     given = config.sequence.length
-    tracks = merge_tracks(tracks_of(observations, config.tracking, taken), given, least)
-    candidates = [
-        Candidate(track.length(given), track, tuple(_anchors(track, track.length(given), observations, config)))
-        for track in tracks
-        if all(are_side_by_side(track, ring, given, least) for ring in of_rings)
-    ]
+    candidates = []
+    for track in merge_tracks(tracks_of(observations, config.tracking, taken), given, least):
+        length = track.length(given)
+        if all(are_side_by_side(track, ring, max(length, own), least) for ring, own in zip(of_rings, ring_lengths, strict=True)):
+            candidates.append(Candidate(length, track, tuple(_anchors(track, length, observations, config))))
     enough = least if any(len(each.whole) >= least for each in candidates) or not _is_given(observations) else 1
     candidates = [candidate for candidate in candidates if len(candidate.whole) >= enough]
-    found = [item for ring in rings for item in _ring(ring, observations, vote_length(*lengths_of(ring.closed)), least)]
+    found = [item for ring, own in zip(rings, ring_lengths, strict=True) for item in _ring(ring, observations, own, least)]
     return _numbered(candidates, found, observations, config.merge.chains, least)
 
 
@@ -226,9 +226,9 @@ def _numbered(
 
 def _is_part(candidates: Sequence[Candidate], number: int, least: int) -> bool:
     """Return whether a strand between junctions that belongs to no tree is a part of another object."""
-    own = candidates[number].track
-    others = (each.track for k, each in enumerate(candidates) if k != number)
-    return own.pattern != OPEN and not all(are_side_by_side(own, other, None, least) for other in others)
+    own, others = candidates[number], [each for k, each in enumerate(candidates) if k != number]
+    apart = (are_side_by_side(own.track, other.track, max(own.length, other.length), least) for other in others)
+    return own.track.pattern != OPEN and not all(apart)
 
 
 def _object(number: int, candidate: Candidate) -> SequenceObject:

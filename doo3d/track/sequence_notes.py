@@ -46,9 +46,8 @@ def _length_note(observations: Sequence[Observation], config: Config) -> tuple[s
     measured = find_objects(
         in_world(observations), config.model_copy(update={"sequence": config.sequence.model_copy(update={"length": None})})
     )
-    segment = config.fit.length
     lengths = [item.length for item in measured if item.nodes == (None, None) and not item.closed]
-    other = [length for length in lengths if abs(length - given) > max(segment, LENGTH_ERROR * given)]
+    other = [length for length in lengths if abs(length - given) > max(config.fit.length, LENGTH_ERROR * given)]
     if not other:
         return ()
     found = " and ".join(f"{length:.3f} m" for length in other)

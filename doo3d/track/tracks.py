@@ -134,27 +134,31 @@ def merge_tracks(tracks: Sequence[Track], length: float | None, least: int) -> l
     least
         smallest number of frames that must show two objects at once.
     """
-    merged: list[Track] = []
-    for track in sorted(tracks, key=lambda track: (track.pattern == OPEN, -track.length(length))):
-        same = [k for k, former in enumerate(merged) if _may_be_one(former, track, length, least)]
+    merged: list[tuple[Track, float]] = []
+    measured = ((track, track.length(length)) for track in tracks)
+    for track, own in sorted(measured, key=lambda pair: (pair[0].pattern == OPEN, -pair[1])):
+        same = [k for k, former in enumerate(merged) if _may_be_one(former, (track, own), least)]
         if not same:
-            merged.append(track)
+            merged.append((track, own))
             continue
-        nearest = min(same, key=lambda k: _distance(merged[k], track))
-        if merged[nearest].pattern == track.pattern or track.pattern != OPEN:
-            merged[nearest] = _joined(merged[nearest], track)
-    return sorted(merged, key=lambda track: track.items[0].frame)
+        nearest = min(same, key=lambda k: _distance(merged[k][0], track))
+        if merged[nearest][0].pattern == track.pattern or track.pattern != OPEN:
+            joined = _joined(merged[nearest][0], track)
+            merged[nearest] = joined, joined.length(length)
+    return sorted((track for track, _ in merged), key=lambda track: track.items[0].frame)
 
 
-def are_side_by_side(first: Track, second: Track, length: float | None, least: int) -> bool:
+def are_side_by_side(first: Track, second: Track, longest: float, least: int) -> bool:
     """Return whether enough frames show two tracks as two objects.
 
-    These are frames that show more of both than the longer object is long, or both from tip to tip.
+    These are frames that show more of both than the longer object is long, or both from tip to tip. longest : length of the
+    longer object, m. least : smallest number of frames.
     """
-    longest = (1 + LENGTH_ERROR) * max(first.length(length), second.length(length))
     shown = [{item.frame: item for item in track.items} for track in (first, second)]
     pairs = [(shown[0][frame], shown[1][frame]) for frame in shown[0].keys() & shown[1].keys()]
-    return sum(sum(map(_visible, pair)) > longest or all(map(_shows_two_tips, pair)) for pair in pairs) >= least
+    return (
+        sum(sum(map(_visible, pair)) > (1 + LENGTH_ERROR) * longest or all(map(_shows_two_tips, pair)) for pair in pairs) >= least
+    )
 
 
 def _visible(item: ChainInFrame) -> float:
@@ -167,15 +171,15 @@ def _shows_two_tips(item: ChainInFrame) -> bool:
     return item.ends == TIP and item.pattern == OPEN
 
 
-def _may_be_one(former: Track, track: Track, length: float | None, least: int) -> bool:
-    """Return whether two tracks may be one object, as `merge_tracks` defines it."""
+def _may_be_one(former: tuple[Track, float], later: tuple[Track, float], least: int) -> bool:
+    """Return whether two tracks, each with the length of its object in m, may be one object, as `merge_tracks` defines it."""
+    (first, one), (track, other) = former, later
     if track.pattern == OPEN:
-        return not are_side_by_side(former, track, length, least)
-    if track.pattern not in (former.pattern, former.pattern[::-1]):
+        return not are_side_by_side(first, track, max(one, other), least)
+    if track.pattern not in (first.pattern, first.pattern[::-1]):
         return False
-    lengths = former.length(length), track.length(length)
-    gap = max(track.items[0].frame - former.items[-1].frame, former.items[0].frame - track.items[-1].frame)
-    return abs(lengths[0] - lengths[1]) <= 2 * LENGTH_ERROR * lengths[0] and 0 < gap <= CONTEXT
+    gap = max(track.items[0].frame - first.items[-1].frame, first.items[0].frame - track.items[-1].frame)
+    return abs(one - other) <= 2 * LENGTH_ERROR * one and 0 < gap <= CONTEXT
 
 
 def _distance(former: Track, later: Track) -> float:
