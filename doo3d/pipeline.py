@@ -115,7 +115,7 @@ def _walk(observed: Observed, how: Interpretation) -> Stages:
     scene = observed.segmentation.scene.with_settings(config, how.voxel)
     graph = skeletonize(scene, how.clearance)  # III-B, C: voxelize, thin, traverse; also says how long the first segments are
     fitted = fit(graph.paths, graph.segment_length, config.fit)  # III-D: chains of equal segments
-    pruned = prune(fitted, graph.grid.size, config.prune)  # III-E: without overlaps
+    pruned = prune(fitted, graph.grid.size, config.prune, scene.layer_of(fitted))  # III-E: without overlaps
     merged = merge(pruned.chains, scene, graph.segment_length, config.merge)  # III-F: which ends belong together
     filled = fill(merged.assemblies, graph.segment_length)  # III-G: gaps closed by tangent circles
     chains, scene = refine(filled, graph.grid.centroids, scene, graph.segment_length)  # axis, radius; a cloud's sensor

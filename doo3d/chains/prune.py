@@ -35,7 +35,7 @@ class Pruned:
 
 
 @timed("prune")
-def prune(chains: Curves, voxel: float, config: PruneConfig) -> Pruned:
+def prune(chains: Curves, voxel: float, config: PruneConfig, layer: Ints) -> Pruned:
     """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 
     The rule is that of Keipour et al. (RA-L 2022), section III-E. A segment counts as a cuboid with a square cross-section;
@@ -63,7 +63,9 @@ def prune(chains: Curves, voxel: float, config: PruneConfig) -> Pruned:
         return Pruned(chains, np.zeros((0, 2, chains.points.shape[1])))
     width = config.width or WIDTH_VOXELS * voxel
     starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
-    pairs = near_pairs(starts, ends, chains.owner[chains.segments], width)
+    owner = chains.owner[chains.segments]
+    pairs = near_pairs(starts, ends, owner, width)
+    pairs = pairs[layer[owner[pairs[:, 0]]] == layer[owner[pairs[:, 1]]]]
     overlapping = pairs[cuboids_intersect(starts, ends, pairs, width)]
     kept = _kept_segments(chains, overlapping)
     removed = np.stack((starts, ends), axis=1)[~kept]

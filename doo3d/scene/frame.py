@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from typing_extensions import Self
 
 from ..geometry.curves import Curves
 from ..geometry.limits import MAX_BRANCHES
@@ -17,6 +18,7 @@ from .axis_in_mask import axis_in_mask_and_depth
 from .depth_model import DepthModel
 from .depth_support import DepthSupport, depth_support
 from .ends_in_view import are_exposed, tip_log_odds
+from .frame_facts import FrameFacts
 from .masked import NO_COLOR, MaskedScene
 from .samples import Samples
 from .scene import Scene
@@ -63,6 +65,13 @@ class FrameScene(MaskedScene):
     def viewpoint(self) -> Floats:
         """The position of the sensor: the origin."""
         return np.zeros(3)
+
+    def of_layer(self, facts: FrameFacts) -> Self:
+        """Return the frame with the pixels of one layer alone; facts : the mask of the layer."""
+        own = facts.mask[self.pixels[:, 1], self.pixels[:, 0]]
+        return self.changed(
+            facts=facts, pixels=self.pixels[own], points=self.points[own], filtered=self.filtered[own], layers=()
+        )
 
     @cached_property
     def spacing(self) -> float:

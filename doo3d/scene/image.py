@@ -4,13 +4,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from typing_extensions import Self
 
 from ..geometry.projection import Projection
 from ..kernels import CrossingStrands, strand_sides
 from ..types import Array, Floats, Ints
-from .answers import ColorSides
+from .answers import NO_LINES, ColorSides, MaskLines
 from .axis_in_mask import axis_in_mask
-from .frame_facts import NO_DEPTH
+from .frame_facts import NO_DEPTH, FrameFacts
 from .masked import NO_NUMBERS, MaskedScene
 from .point_visibility import PointVisibility
 from .samples import Samples
@@ -37,6 +38,17 @@ class ImageScene(MaskedScene):
     def radius(self) -> float:
         """The radius of the object, px: as configured, or the median half-width of the mask."""
         return self.config.voxelize.radius or max(self.facts.radius(), MIN_MASK_RADIUS_PX)
+
+    def of_layer(self, facts: FrameFacts) -> Self:
+        """Return the image with the pixels of one layer alone; facts : the mask of the layer."""
+        return self.changed(facts=facts, pixels=facts.pixels, points=facts.pixels.astype(float), layers=())
+
+    def strand_lines(self, depth: float) -> tuple[MaskLines, tuple[str, ...]]:
+        if not self.layers:
+            return NO_LINES, ()
+        if not hasattr(self, "_whole"):
+            vars(self)["_whole"] = FrameFacts(self.colors > 0)
+        return MaskLines(self._whole.strand_lines(self.radius), self.radius, np.array((1.0, 1.0, 0.0, 0.0))), ()
 
     @property
     def spacing(self) -> float:

@@ -1,6 +1,11 @@
 """What images with a mask have in common, with depth or without."""
 
+from __future__ import annotations
+
+from abc import abstractmethod
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +15,9 @@ from .claims import unclaimed_shares
 from .frame_facts import FrameFacts
 from .scene import Scene
 from .strand_hues import unlike_ends
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 NO_PIXELS: Bools = np.zeros((0, 0), dtype=bool)
 NO_NUMBERS: Array = np.zeros((0, 0), dtype=np.uint8)
@@ -44,6 +52,7 @@ class MaskedScene(Scene):
     color: Array = field(default_factory=NO_COLOR.copy)
     side_by_side: Bools = field(default_factory=NO_PIXELS.copy)
     colors: Array = field(default_factory=NO_NUMBERS.copy)
+    layers: tuple[FrameFacts, ...] = field(default=(), repr=False)
     is_clean: bool = True
 
     @property
@@ -69,6 +78,25 @@ class MaskedScene(Scene):
         view : samples of the curves, px. reach : (S,) px, the radius at each sample.
         """
         return unclaimed_shares(view, reach, self.facts, self.is_clean)
+
+    @cached_property
+    def each_layer(self) -> tuple[Self, ...]:
+        """The scene once for each color of strand, with the pixels of that color alone; the scene itself where there is one."""
+        return tuple(self.of_layer(facts) for facts in self.layers) or (self,)
+
+    @abstractmethod
+    def of_layer(self, facts: FrameFacts) -> Self:
+        """Return the scene with the pixels of one layer alone; facts : the mask of the layer."""
+
+    def layer_of(self, lines: Curves) -> Ints:
+        """Return the layer that most points of each of C lines lie in, (C,), an index of `each_layer`; lines : m (px in 2-D)."""
+        if not self.layers:
+            return super().layer_of(lines)
+        limit = np.array(self.colors.shape[::-1]) - 1
+        u, v = np.clip(np.rint(self.in_image(lines.points)).astype(np.int64), 0, limit).T
+        votes = np.zeros((len(lines), len(self.layers) + 1), dtype=np.int64)
+        np.add.at(votes, (lines.owner, self.colors[v, u]), 1)
+        return votes[:, 1:].argmax(axis=1)
 
     def strand_colors(self, lines: Curves, window: int) -> Floats:
         """Return how much less likely each two of the E ends of lines have one color, (E, E) nat; (0, 0) where it is unknown.

@@ -80,6 +80,15 @@ class Scene(ABC):
         """The number of coordinates: 3, in an image 2."""
         return int(self.points.shape[1])
 
+    @property
+    def each_layer(self) -> tuple[Self, ...]:
+        """The scene once for each color of strand, with the pixels of that color alone; the scene itself where there is one."""
+        return (self,)
+
+    def layer_of(self, lines: Curves) -> Ints:
+        """Return the layer that each of C lines lies in, (C,), an index of `each_layer`; lines : m (px in 2-D)."""
+        return np.zeros(len(lines), dtype=np.int64)
+
     # -- how large things are -------------------------------------------------------------------------------------------------
 
     @property

@@ -28,7 +28,7 @@ MAX_SADDLE = 0.4
 MIN_VOTES = 0.05
 """Number of joints added to the votes for each color at the end of a line: the noise of the colors."""
 
-OPENING_RADII = 0.4
+OPENING_RADII = 0.2
 """Radius, in radii of a strand, of a disc that must fit into the pixels of a hue; narrower areas are background at the mask's
 edge."""
 
@@ -68,7 +68,7 @@ class StrandHues:
         color_of = hue_modes(np.asarray(np.bincount(hue[0], weight[0], HUE_BINS), dtype=float))
         return cls(color_of, int(color_of.max()))
 
-    def label(self, color: Array, mask: Bools, axis: tuple[Ints, Ints], radius: float, length: float) -> Ints:
+    def label(self, color: Array, mask: Bools, axis: tuple[Ints, Ints], radius: float, length: float, wide: Bools) -> Ints:
         """Return the number of the color (h, w) uint8 of the strand at each pixel of a mask, from 1; 0 outside.
 
         A pixel without hue, or where no disc fits into the pixels of its color, gets the color of the nearest other pixel. A
@@ -98,7 +98,7 @@ class StrandHues:
         beside = [cv2.dilate(own, around)[axis] for own in opened]
         for k, own in enumerate(opened):
             others = np.max(beside[:k] + beside[k + 1 :], axis=0)
-            if np.count_nonzero(own[axis] > others) >= length:
+            if np.count_nonzero((beside[k] > 0) & wide | (own[axis] > others)) >= length:
                 labels[own > 0] = k + 1
         if labels.max() == labels[labels > 0].min(initial=255):
             return np.where(mask, labels.max(), np.uint8(0))

@@ -158,6 +158,7 @@ def _segment_frame(frame: Frame, config: SegmentConfig, mask: Array | None, seed
         facts=facts,
         side_by_side=split.side_by_side,
         colors=split.colors,
+        layers=split.layers,
         color=color,
         camera=frame.camera,
         notes=_notes(method, made.note, pixels > 0, color.size > 0),
@@ -194,7 +195,7 @@ def _mask_in_frame(frame: Frame, config: SegmentConfig, method: str, given: Bool
         check_depth(frame, facts, pixels, config)
     split = SplitMask(facts.mask, 0)
     if method != "everything":
-        holes, by_hue = selected if solid.filled else None, object_given and config.hues
+        holes, by_hue = selected if solid.filled else None, config.hues
         split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, by_hue)
         facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
     repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
@@ -219,7 +220,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if not object_given:
         facts = remove_plugs(facts, image.color)
     holes = selected if solid.filled else None
-    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths, object_given and config.hues)
+    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths, config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     scene = ImageScene(
@@ -228,6 +229,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
         facts=facts,
         side_by_side=split.side_by_side,
         colors=split.colors,
+        layers=split.layers,
         color=color,
         probability=made.probability,
         notes=_notes(method, made.note, len(pixels) > 0, True),

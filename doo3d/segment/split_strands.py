@@ -21,7 +21,7 @@ import numpy as np
 from ..geometry.mask import bounding_box, dilate
 from ..scene.frame_facts import FrameFacts
 from ..scene.masked import NO_NUMBERS, NO_PIXELS
-from ..scene.strand_hues import StrandHues
+from .color_layers import color_layers
 from ..types import Array, Bools
 from .mask_parts import Parts, drawn
 from .valley_lines import find_valley_lines
@@ -56,6 +56,7 @@ class SplitMask(NamedTuple):
     removed: int
     side_by_side: Bools = NO_PIXELS
     colors: Array = NO_NUMBERS
+    layers: tuple[FrameFacts, ...] = ()
 
 
 def split_strands(
@@ -93,7 +94,7 @@ def split_strands(
     if not facts.count:
         return whole
     radius = strand_radius(facts.axis[2])
-    if by_hue and color is not None and (split := _split_colors(facts, color, radius)):
+    if by_hue and color is not None and (split := _split_colors(facts, color, radius, depth, equal_widths)):
         return split
     box = facts.slices
     part = mask[box]
@@ -129,20 +130,28 @@ def _split(mask: Bools, box: tuple[slice, slice], cut: Bools, near: Bools) -> Sp
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
 
 
-def _split_colors(facts: FrameFacts, color: Array, radius: float) -> SplitMask | None:
+def _split_colors(facts: FrameFacts, color: Array, radius: float, depth, equal_widths) -> SplitMask | None:
     """Remove the borders between strands of different colors that run side by side; None if there are none."""
-    hues = StrandHues.learn(color, facts.pixels)
-    box, (rows, columns, half_width), least = facts.slices, facts.axis, WIDE_LENGTH_RADII * radius
-    if hues.count < 2 or not radius or np.count_nonzero(half_width > CROSSING_RADII * radius) < least:
+    if not radius:
         return None
-    axis = rows - box[0].start, columns - box[1].start
-    labels = hues.label(np.ascontiguousarray(color[box]), facts.mask[box], axis, radius, least)
-    cut = _long_parts((labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels), least)
-    if not cut.any():
+    numbers = color_layers(facts, color, radius, CROSSING_RADII)
+    if not numbers.size:
         return None
-    numbers = np.zeros(facts.mask.shape, np.uint8)
-    numbers[box] = labels
-    return _split(facts.mask, box, cut, dilate(cut, 3 * radius))._replace(colors=numbers)
+    box = facts.slices
+    labels = numbers[box]
+    cut = (labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels)
+    masks = [numbers == k for k in np.unique(labels[labels > 0])]
+    colors = np.zeros_like(numbers)
+    for k, mask in enumerate(masks):
+        colors[mask] = k + 1
+    parts = []
+    from ..scene.frame_facts import NO_DEPTH
+    d = NO_DEPTH if depth is None else depth
+    for mask in masks:
+        own = FrameFacts(mask, d)
+        split = split_strands(own, None, color, depth, equal_widths)
+        parts.append(own if split.mask is own.mask else FrameFacts(split.mask, d))
+    return _split(facts.mask, box, cut, dilate(cut, 3 * radius))._replace(colors=colors, layers=tuple(parts))
 
 
 def _long_parts(mask: Bools, length: float) -> Bools:

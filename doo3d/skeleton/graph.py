@@ -1,12 +1,15 @@
 """From the points of a scene to ordered paths along the object: voxelize, thin, traverse."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..geometry.curves import Curves
 from ..geometry.limits import MAX_SAMPLES
 from ..geometry.radii import STEP_RADII
 from ..scene.scene import Scene
-from ..types import Path, Skeleton, VoxelGrid
+from ..types import Array, Path, Skeleton, VoxelGrid
 from .thin import thin
 from .traverse import Traversal, traverse
 from .voxelize import voxelize
@@ -49,10 +52,29 @@ def skeletonize(scene: Scene, clearance: float = 1.0) -> Graph:
     ------
     InputError : the grid would hold more than MAX_CELLS (two million) voxels.
     """
-    grid = voxelize(scene)
-    skeleton = thin(grid)
-    traversal = traverse(skeleton, scene, scene.config.traverse, clearance)
-    return Graph(grid, skeleton, traversal, _fitted_length(traversal.paths, scene))
+    grids = [voxelize(layer) for layer in scene.each_layer]
+    skeletons = [thin(grid) for grid in grids]
+    traversals = [
+        traverse(skeleton, layer, scene.config.traverse, clearance)
+        for skeleton, layer in zip(skeletons, scene.each_layer, strict=True)
+    ]
+    if len(grids) == 1:
+        return Graph(grids[0], skeletons[0], traversals[0], _fitted_length(traversals[0].paths, scene))
+    grid = VoxelGrid(*_joined(grids, "coords", "centroids", "counts"), grids[0].size, grids[0].origin)
+    skeleton = Skeleton(*_joined(skeletons, "coords", "points"))
+    lengths = (sum(getattr(each, name) for each in traversals) for name in ("spur_length", "loop_length", "trimmed_length"))
+    paths = [path for each in traversals for path in each.paths]
+    return Graph(
+        grid,
+        skeleton,
+        Traversal(paths, *lengths, tuple(note for each in traversals for note in each.notes)),
+        _fitted_length(paths, scene),
+    )
+
+
+def _joined(parts: Sequence[VoxelGrid] | Sequence[Skeleton], *names: str) -> list[Array]:
+    """Return arrays of all parts, one after the other; names : of the arrays."""
+    return [np.concatenate([getattr(part, name) for part in parts]) for name in names]
 
 
 def _fitted_length(paths: list[Path], scene: Scene) -> float:

@@ -1,6 +1,6 @@
 """The colors that the strands show at two ends."""
 
-import math
+import numpy as np
 
 from ...scene.scene import Scene
 from ...types import Floats
@@ -12,6 +12,7 @@ def appearance(ends: Ends, scene: Scene) -> Floats | None:
 
     A nat costs as much as a turn by a radian.
     """
-    window = math.ceil(ends.window / ends.segment_length) + 1
-    unlike = scene.strand_colors(ends.chains, window)
-    return ends.config.angle_weights[0] * unlike if unlike.size else None
+    if len(scene.each_layer) == 1:
+        return None
+    layer = np.repeat(scene.layer_of(ends.chains), 2)
+    return np.where(layer == layer[:, None], 0.0, 1e6)
