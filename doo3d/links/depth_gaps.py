@@ -47,20 +47,9 @@ def depth_gaps(points: Floats, tangents: Floats, chains: Curves, scene: Scene) -
     (lines, radius, intrinsics), notes = scene.strand_lines(median(points[:, -1].tolist()))
     if not len(lines):
         return {}, notes
-    gaps: Gaps = {}
-    layer, dim = scene.layer_of(chains), points.shape[1]
-    for k in range(len(scene.each_layer)):
-        own = np.flatnonzero(layer == k)
-        if not len(own):
-            continue
-        rows = np.column_stack((2 * own, 2 * own + 1)).ravel()
-        curves = chains.of_numbers(own.tolist())
-        lifted = (np.pad(each, ((0, 0), (0, 3 - dim)), constant_values=height) for each, height in
-                  ((points[rows], 1), (tangents[rows], 0), (curves.points, 1)))
-        pairs, found, bounds = gaps_along_lines(
-            *(np.ascontiguousarray(each) for each in lifted), curves.bounds, curves.closed, intrinsics, scene.radius, lines.points, lines.bounds, TOUCHING_RADII * radius
-        )
-        found = np.ascontiguousarray(found[:, :dim])
-        for (a, b), line in zip(rows[pairs].tolist(), Curves(found, bounds, np.zeros(len(pairs), dtype=bool)), strict=True):
-            gaps[min(a, b), max(a, b)] = line if a < b else line[::-1]
-    return gaps, ()
+    curves = chains.points, chains.bounds, chains.closed
+    pairs, found, bounds = gaps_along_lines(
+        points, tangents, *curves, intrinsics, scene.radius, lines.points, lines.bounds, TOUCHING_RADII * radius
+    )
+    between = zip(pairs.tolist(), Curves(found, bounds, np.zeros(len(pairs), dtype=bool)), strict=True)
+    return {(min(a, b), max(a, b)): line if a < b else line[::-1] for (a, b), line in between}, ()

@@ -15,6 +15,7 @@ from ..scene.scene import Scene
 from ..types import Bools, Floats
 from .costs import unit_cost
 from .depth_gaps import Gaps, depth_gaps
+from .hidden_strands import Exits, hidden_strands
 
 FORCED_COST_FACTOR = 3.0
 """Multiple of `max_cost` that a link may cost, and of `max_gap` that it may span, if more chains are left than are wanted: hands
@@ -136,6 +137,7 @@ class Ends:
     chains: Curves = field(default_factory=lambda: Curves.of([]))
     seen: Gaps = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    exits: Exits = field(default_factory=dict)
 
     @classmethod
     def of(cls, chains: Curves, scene: Scene, segment_length: float, config: MergeConfig) -> Ends:
@@ -146,8 +148,11 @@ class Ends:
         tangents = chains.ends(config.tangent_window_radii * scene.radius)
         closed = np.repeat(chains.closed, 2)
         units, points = (scene.gap_unit, scene.max_turn, segment_length), chains.points[chains.tips]
-        seen = ({}, ()) if config.strategy == "greedy" else depth_gaps(points, tangents, chains, scene)
-        return cls(points, tangents, closed, scene.radius, config, *units, chains, *seen)
+        if config.strategy == "greedy":
+            return cls(points, tangents, closed, scene.radius, config, *units, chains)
+        seen, notes = depth_gaps(points, tangents, chains, scene) if len(scene.each_layer) == 1 else ({}, ())
+        hidden, exits = hidden_strands(points, tangents, chains, scene)
+        return cls(points, tangents, closed, scene.radius, config, *units, chains, seen | hidden, notes, exits)
 
     @cached_property
     def window(self) -> float:

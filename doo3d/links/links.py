@@ -188,9 +188,17 @@ def _assembly(
         confidence of the link of each linked end.
     """
     gaps = list(zip((entry.other for entry in entries), [*entries[1:], *entries[:is_ring]], strict=False))
-    return Assembly(
+    assembly = Assembly(
         pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in entries),
         gap_paths=tuple(gap_paths.path(*gap) for gap in gaps),
         closed=is_ring,
         confidence=tuple(of_end[before] for before, _ in gaps if before in of_end),
     )
+    exits = gap_paths.ends.exits
+    if is_ring:
+        return assembly
+    for end, at_start in ((entries[0], True), (entries[-1].other, False)):
+        way = exits.get(end.row)
+        if way is not None:
+            assembly = assembly.leaving(way, at_start)
+    return assembly

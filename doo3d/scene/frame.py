@@ -146,11 +146,11 @@ class FrameScene(MaskedScene):
         """
         if self.config.visibility.own_object_counts_as_free:
             return NO_LINES, ()
-        branches = len(self.facts.skeleton[1]) - 1
+        branches = len(self.whole.skeleton[1]) - 1
         if branches > MAX_BRANCHES:
             return NO_LINES, (BRANCHES_NOTE.format(branches, MAX_BRANCHES),)
         radius = self.camera.fx * self.radius / depth
-        return MaskLines(self.facts.strand_lines(radius), radius, self.camera.intrinsics), ()
+        return MaskLines(self.whole.strand_lines(radius), radius, self.camera.intrinsics), ()
 
     def strand_sides(self, view: Floats, across: Floats, reach: Floats, radius: float) -> ColorSides:
         """Return whether a strand rises from its sides; its color is not asked, since depth shows a strand of any color."""

@@ -46,9 +46,7 @@ class ImageScene(MaskedScene):
     def strand_lines(self, depth: float) -> tuple[MaskLines, tuple[str, ...]]:
         if not self.layers:
             return NO_LINES, ()
-        if not hasattr(self, "_whole"):
-            vars(self)["_whole"] = FrameFacts(self.colors > 0)
-        return MaskLines(self._whole.strand_lines(self.radius), self.radius, np.array((1.0, 1.0, 0.0, 0.0))), ()
+        return MaskLines(self.whole.strand_lines(self.radius), self.radius, np.array((1.0, 1.0, 0.0, 0.0))), ()
 
     @property
     def spacing(self) -> float:

@@ -80,6 +80,11 @@ class MaskedScene(Scene):
         return unclaimed_shares(view, reach, self.facts, self.is_clean)
 
     @cached_property
+    def whole(self) -> FrameFacts:
+        """What follows from the whole mask, with the borders between strands of different colors."""
+        return FrameFacts(self.colors > 0, self.facts.depth) if self.layers else self.facts
+
+    @cached_property
     def each_layer(self) -> tuple[Self, ...]:
         """The scene once for each color of strand, with the pixels of that color alone; the scene itself where there is one."""
         return tuple(self.of_layer(facts) for facts in self.layers) or (self,)

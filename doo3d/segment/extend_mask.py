@@ -40,7 +40,7 @@ def extend_mask(chains: list[Chain], scene: Scene) -> Bools | None:
     max_length = scene.config.extend_mask.max_length
     if not (max_length and isinstance(scene, ImageScene) and scene.color.size):
         return None
-    mask, color = scene.mask, scene.color
+    mask, color = scene.whole.mask, scene.color
     extended, middle = None, (np.array(mask.shape[::-1]) - 1) / 2
     limits = {"step": STEP_RADII, "min_extension": MIN_EXTENSION_RADII, "noise": COLOR_NOISE}
     for chain in chains:

@@ -134,7 +134,7 @@ def _split_colors(facts: FrameFacts, color: Array, radius: float, depth, equal_w
     """Remove the borders between strands of different colors that run side by side; None if there are none."""
     if not radius:
         return None
-    numbers = color_layers(facts, color, radius, CROSSING_RADII)
+    numbers = color_layers(facts, color, radius)
     if not numbers.size:
         return None
     box = facts.slices
