@@ -17,7 +17,7 @@ from ..scene.frame_facts import FrameFacts
 from ..types import Array, Bools, Floats, Ints
 
 HUE_BINS, HUE_SMOOTHING = 72, 1.5
-MIN_SATURATION = 0.2
+MIN_SATURATION = 0.12
 MAX_SADDLE = 0.4
 MIN_LUMA = 16.0
 CELLS = 40
@@ -108,7 +108,7 @@ def _merged(labels: Array, count: int, color: Array, radius: float) -> Array:
             continue
         low, high = divmod(key, len(sizes))
         big, small = (low, high) if sizes[low] >= sizes[high] else (high, low)
-        new[small] = new[big]
+        pass
     return new[part] if bundled else np.zeros_like(labels)
 
 
