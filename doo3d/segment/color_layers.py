@@ -1,12 +1,17 @@
-"""Sort the pixels of a mask into layers by color, one for each color of strand.
+"""Sort the pixels of a mask into layers by color, where cables of several colors run side by side.
 
-Keipour et al. (RA-L 2022, section III-A) segment cables of different colors apart.
+Keipour et al. (RA-L 2022, section III-A) segment cables of different colors apart. The steps are:
+
+1. Take the hue of each colored pixel, and the lightness of each gray one; shading changes a cable's lightness and its chroma, but
+   hardly its hue. The colors of the cables are the modes of their histograms. Pixels at the edge of the mask that look like the
+   background are left out.
+2. Give each pixel its color, drop narrow and short areas (highlights, ties), and fill them from the nearest pixel that is left.
+3. Keep the layers if two of them share a long border that separates two cables: a valley of lightness lies along it, or both
+   colors also run alone. A cable of two colors (an earth wire) has neither, and strands that only cross share no long border.
 """
 
-from __future__ import annotations
-
 import math
-from itertools import pairwise
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -15,139 +20,109 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 from ..geometry.mask import dilate
 from ..scene.frame_facts import FrameFacts
 from ..types import Array, Bools, Floats, Ints
+from .mask_parts import long_parts
 
-HUE_BINS, HUE_SMOOTHING = 72, 1.5
-MIN_SATURATION = 0.12
+HUE_BINS, GRAY_BINS, SMOOTHING = 72, 32, 1.5
+"""Bins of the histograms of hues and of the lightness of gray pixels, and the standard deviation in bins of the Gaussian that
+smooths them: 7.5 degrees, the change of a hue by shading."""
+
 MAX_SADDLE = 0.4
-MIN_LUMA = 16.0
-CELLS = 40
-MAX_CHROMA = 1.25
-RIM_RADII = 0.5
-UNKNOWN_RADII = 3.0
-LEAST = 3.0
-SMOOTH = 1.0
-LEAST_DENSITY = 1e-5
-LEAST_SHARE = 0.02
+"""Maximum height of the saddle between two colors, as a fraction of the lower mode; above it, they are shades of one color."""
+
+WIDE = 1.2
+MIN_SATURATION = 0.12
+MIN_LUMA = 32.0
+"""Least luma by which chroma is divided: in darker pixels its noise would be larger than the colors of gray cables."""
+
+EDGE_RADII = 0.5
+"""Radii from the edge of a mask within which pixels may be background: masks of networks are so loose."""
+
+OPENING_RADII = 0.2
+"""Radii of the disc that fits into the seen part of a strand: strands beneath others show a fifth of their width."""
+
+PART_RADII = 3.0
+"""Radii of the shortest part of a layer; ties and highlights are shorter."""
+
+BORDER_RADII = 12.0
+"""Radii of the shortest border between strands side by side; strands that cross at over 10 degrees share a shorter one."""
+
 MIN_VALLEY = 8.0
-LONG = 12.0
+"""Depth of the valley between two strands, of 255: 14 to 58 in photographs of bundles, 0 to 2 along an earth wire."""
+
+CHROMA_CELLS, MAX_CHROMA = 40, 1.25
+"""Cells along each side of the histogram of chroma, and the largest chroma in it."""
 
 
 def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
+    """Return the layer of each pixel of a mask, from 1, 0 outside, (H, W) uint8; (0, 0) unless cables of several colors touch.
+
+    facts : the mask. color : (H, W, 3) uint8 RGB. radius : px, usual half-width of one strand.
+    """
+    none = np.zeros((0, 0), np.uint8)
+    rows, columns, half_width = facts.axis
+    if np.count_nonzero(half_width > WIDE * radius) < BORDER_RADII * radius / 2:
+        return none
     box = _grown(facts.slices, math.ceil(4 * radius), facts.mask.shape)
     mask = facts.mask[box]
-    chroma = _chroma(color[box])
-    hue, saturation, cell = _hue_bin(chroma), np.hypot(*np.moveaxis(chroma, 2, 0)), _cell(chroma)
-    colored = mask & (saturation > MIN_SATURATION)
-    gray = np.count_nonzero(mask & ~colored) > 0.05 * np.count_nonzero(mask)
-    if hue_modes(np.bincount(hue[colored], saturation[colored], HUE_BINS)).max() + gray < 2:
-        return np.zeros((0, 0), np.uint8)
-    distance = cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, 5)
-    ring = dilate(mask, 3 * radius) & ~dilate(mask, radius / 2 + 1)
-    known = mask & ((distance > RIM_RADII * radius) | (_density(cell[mask]) > _density(cell[ring]))[cell])
-    core = known & colored
-    mode_of = hue_modes(np.bincount(hue[core], saturation[core], HUE_BINS))
-    count = int(mode_of.max()) + 1
-    seen = np.where(known, np.where(colored, mode_of[hue], count), 0).astype(np.uint8)
-    side = 2 * max(1, round(0.2 * radius)) + 1
+    image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
+    chroma = (image[..., 1:] - np.float32(128)) / np.maximum(image[..., :1], MIN_LUMA)
+    shade, weight = _shades(chroma, image[..., 0])
+    known = mask & ~_is_background(chroma, mask, radius)
+    number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS))
+    if number.max() < 2:
+        return none
+    seen, labels = np.where(known, number[shade], 0), np.zeros(mask.shape, np.uint8)
+    side = 2 * max(1, round(OPENING_RADII * radius)) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    labels = np.zeros(mask.shape, np.uint8)
-    for k in range(1, count + 1):
+    for k in range(1, int(number.max()) + 1):
         opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc)
-        labels[_long_parts(opened > 0, LEAST * radius)] = k
-    labels = _merged(_spread(labels, mask), count, color[box], radius)
+        labels[long_parts(opened > 0, PART_RADII * radius)] = k
+    labels = _spread(labels, mask)
+    axis = rows - box[0].start, columns - box[1].start
     used = np.unique(labels[labels > 0])
-    if len(used) < 2:
-        return np.zeros((0, 0), np.uint8)
-    out = np.zeros(facts.mask.shape, np.uint8)
-    out[box] = np.where(labels > 0, np.searchsorted(used, labels) + 1, 0)
-    return out
+    if not _are_cables(labels, used, image[..., 0], axis, radius):
+        return none
+    layers = np.zeros(facts.mask.shape, np.uint8)
+    layers[box] = np.where(labels > 0, np.searchsorted(used, labels) + 1, 0)
+    return layers
 
 
-def _spread(labels: Array, mask: Bools) -> Array:
-    """Return labels (h, w) uint8 of all pixels of a mask: each that of the nearest labelled pixel."""
-    if not labels.any():
-        return labels
-    _, nearest = cv2.distanceTransformWithLabels((labels == 0).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-    of_pixel = np.zeros(int(nearest.max()) + 1, np.uint8)
-    of_pixel[nearest[labels > 0]] = labels[labels > 0]
-    return np.where(mask, of_pixel[nearest], 0).astype(np.uint8)
+def _shades(chroma: Floats, luma: Array) -> tuple[Ints, Floats]:
+    """Return the bin of each pixel (h, w): of its hue or, for a gray one, of its lightness; and its weight in the histogram."""
+    saturation = np.hypot(chroma[..., 0], chroma[..., 1])
+    hue = (np.arctan2(chroma[..., 0], chroma[..., 1]) / (2 * np.pi) % 1 * HUE_BINS).astype(np.int64) % HUE_BINS
+    is_gray = saturation < MIN_SATURATION
+    return np.where(is_gray, HUE_BINS + luma.astype(np.int64) * GRAY_BINS // 256, hue), np.where(is_gray, 1.0, saturation)
 
 
-def _merged(labels: Array, count: int, color: Array, radius: float) -> Array:
-    """Return labels of which parts are united where no valley lies between them: each takes the label of the largest."""
-    luma = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color), (5, 5), 1.0), cv2.COLOR_RGB2GRAY)
-    side = 2 * max(1, round(0.7 * radius)) + 1
-    valley = cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
-    part, sizes, label_of = np.zeros(labels.shape, np.int64), [0], [0]
-    for k in range(1, count + 1):
-        n, own, stats, _ = cv2.connectedComponentsWithStats((labels == k).view(np.uint8), connectivity=8)
-        part[own > 0] = own[own > 0] + len(sizes) - 1
-        sizes += stats[1:, cv2.CC_STAT_AREA].tolist()
-        label_of += [k] * (n - 1)
-    pairs = []
-    for a, b in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-        meet = (part[a] != part[b]) & (part[a] > 0) & (part[b] > 0)
-        lows, highs = np.minimum(part[a], part[b])[meet], np.maximum(part[a], part[b])[meet]
-        pairs.append(np.column_stack((lows, highs, np.maximum(valley[a], valley[b])[meet], *np.nonzero(meet))))
-    pairs = np.concatenate(pairs)
-    new = np.array(label_of, np.uint8)
-    bundled = False
-    keys = pairs[:, 0] * len(sizes) + pairs[:, 1]
-    for key in np.unique(keys).tolist():
-        rows = pairs[keys == key]
-        if len(rows) < LONG * radius:
-            continue
-        at = rows[:, 3:] - rows[:, 3:].min(axis=0)
-        border = np.zeros(at.max(axis=0) + 1, bool)
-        border[tuple(at.T)] = True
-        rows = rows[_long_parts(border, LONG * radius)[tuple(at.T)]]
-        if not len(rows):
-            continue
-        if np.median(rows[:, 2]) >= MIN_VALLEY:
-            bundled = True
-            continue
-        low, high = divmod(key, len(sizes))
-        big, small = (low, high) if sizes[low] >= sizes[high] else (high, low)
-        pass
-    return new[part] if bundled else np.zeros_like(labels)
+def _is_background(chroma: Floats, mask: Bools, radius: float) -> Bools:
+    """Return which pixels (h, w) at the edge of a mask have a chroma that is commoner around it than in it."""
+    at = np.clip((chroma / MAX_CHROMA + 1) / 2 * CHROMA_CELLS, 0, CHROMA_CELLS - 1).astype(np.int64)
+    cell = at[..., 0] * CHROMA_CELLS + at[..., 1]
+    around = dilate(mask, 3 * radius) & ~dilate(mask, radius / 2 + 1)
+    inside, beside = (
+        gaussian_filter(np.bincount(cell[part], minlength=CHROMA_CELLS**2).reshape(CHROMA_CELLS, -1) / max(part.sum(), 1), 1.0)
+        for part in (mask, around)
+    )
+    distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
+    return np.asarray((distance <= EDGE_RADII * radius) & (beside >= inside).ravel()[cell])
 
 
-def _long_parts(mask: Bools, length: float) -> Bools:
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    kept = extent >= length
-    kept[0] = False
-    return kept[labels]
+def _modes(counts: Floats) -> Ints:
+    """Return the number of the color of each bin, from 1; 0 for bins of no color. counts : of all hues, then of all grays."""
+    hues = hue_modes(counts[:HUE_BINS])
+    grays = hue_modes(np.pad(counts[HUE_BINS:], GRAY_BINS))[GRAY_BINS : 2 * GRAY_BINS]
+    return np.concatenate((hues, np.where(grays > 0, grays + hues.max(), 0)))
 
 
-def _chroma(color):
-    y, cr, cb = np.moveaxis(cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb).astype(np.float32), 2, 0)
-    y = np.maximum(y, MIN_LUMA)
-    return np.stack(((cr - 128) / y, (cb - 128) / y), axis=2)
+def hue_modes(counts: Floats) -> Ints:
+    """Return the number of the mode, from 1, of each bin of a histogram of hues (B,); 0 for an empty histogram.
 
-
-def _cell(chroma):
-    at = np.clip((chroma + MAX_CHROMA) / (2 * MAX_CHROMA) * CELLS, 0, CELLS - 1).astype(np.int64)
-    return at[..., 0] * CELLS + at[..., 1]
-
-
-def _density(cell):
-    counts = np.bincount(cell.ravel(), minlength=CELLS**2).reshape(CELLS, CELLS).astype(float)
-    return gaussian_filter(counts, SMOOTH, mode="constant").ravel() / max(len(cell), 1)
-
-
-def _hue_bin(chroma):
-    return (np.arctan2(chroma[..., 0], chroma[..., 1]) / (2 * np.pi) % 1 * HUE_BINS).astype(np.int64) % HUE_BINS
-
-
-def hue_modes(counts: Array) -> Ints:
-    """Return the number of the mode, from 1, of each bin of a histogram of hues (HUE_BINS,); 0 for an empty histogram.
-
-    Modes are merged across the highest saddle until all saddles are low.
+    Modes are merged across the highest saddle until all saddles are low. The last bin is beside the first.
     """
-    height = gaussian_filter1d(counts, HUE_SMOOTHING, mode="wrap")
+    height = gaussian_filter1d(counts.astype(float), SMOOTHING, mode="wrap")
     if not height.any():
-        return np.zeros(HUE_BINS, dtype=int)
+        return np.zeros(len(counts), dtype=int)
     cuts = np.flatnonzero((height < np.roll(height, 1)) & (height <= np.roll(height, -1)))
     while len(cuts) > 1:
         peak = np.maximum.reduceat(np.roll(height, -cuts[0]), cuts - cuts[0])
@@ -155,8 +130,37 @@ def hue_modes(counts: Array) -> Ints:
         if saddle.max() <= MAX_SADDLE:
             break
         cuts = np.delete(cuts, saddle.argmax())
-    number = np.searchsorted(cuts, np.arange(HUE_BINS), side="right")
+    number = np.searchsorted(cuts, np.arange(len(counts)), side="right")
     return np.where(number == 0, max(len(cuts), 1), number)
+
+
+def _spread(labels: Array, mask: Bools) -> Array:
+    """Return the label (h, w) uint8 of each pixel of a mask: that of the nearest pixel with a label."""
+    if not labels.any():
+        return labels
+    _, nearest = cv2.distanceTransformWithLabels((labels == 0).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
+    of_pixel = np.zeros(int(nearest.max()) + 1, np.uint8)
+    of_pixel[nearest[labels > 0]] = labels[labels > 0]
+    return np.where(mask, of_pixel[nearest], np.uint8(0))
+
+
+def _are_cables(labels: Array, used: Ints, luma: Array, axis: tuple[Ints, Ints], radius: float) -> bool:
+    """Return whether two of the colors used are cables side by side, and not the colors of one cable.
+
+    labels : (h, w). luma : (h, w). axis : rows and columns of the pixels of the medial axis. radius : px.
+    """
+    disc, near = (
+        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1,) * 2) for px in (max(1, round(0.7 * radius)), round(radius))
+    )
+    valley = cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, disc)
+    grown = [cv2.dilate((labels == k).view(np.uint8), np.ones((3, 3), np.uint8)) > 0 for k in used]
+    wide = np.array([cv2.dilate((labels == k).view(np.uint8), near)[axis] for k in used])
+    is_alone = [np.count_nonzero((labels[axis] == k) & (wide.sum(axis=0) == 1)) >= PART_RADII * 2 * radius for k in used]
+    for i, j in combinations(range(len(used)), 2):
+        border = long_parts(grown[i] & grown[j], BORDER_RADII * radius)
+        if border.any() and (np.median(valley[border]) >= MIN_VALLEY or (is_alone[i] and is_alone[j])):
+            return True
+    return False
 
 
 def _grown(box: tuple[slice, slice], px: int, shape: tuple[int, ...]) -> tuple[slice, slice]:

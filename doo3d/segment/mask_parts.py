@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from ..kernels import mask_parts
@@ -81,3 +82,11 @@ class Parts(NamedTuple):
     def hues(self, wanted: Ints, color: Array) -> Floats:
         """Return the median color axes (N, 2) of 8-bit CIELAB of the given parts in an image (H, W, 3) uint8 RGB."""
         return median_hues(color, self.pixels_of(wanted), self.sizes[wanted])
+
+
+def long_parts(mask: Bools, length: float) -> Bools:
+    """Return the 8-connected parts of a mask (h, w) bool whose bounding boxes have a diagonal of at least `length` px."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= length
+    is_long[0] = False
+    return np.asarray(is_long[labels])
