@@ -16,6 +16,9 @@ from ..types.stopwatch import timed
 WIDTH_VOXELS = 1.5
 """Width of the cuboids in voxels (pixels in 2-D): paths that run in neighboring voxels overlap, others do not."""
 
+ONE_LAYER: Ints = np.zeros(0, dtype=np.int64)
+"""Layers of chains that all lie in one."""
+
 
 @dataclass(frozen=True)
 class Pruned:
@@ -35,7 +38,7 @@ class Pruned:
 
 
 @timed("prune")
-def prune(chains: Curves, voxel: float, config: PruneConfig, layer: Ints) -> Pruned:
+def prune(chains: Curves, voxel: float, config: PruneConfig, layer: Ints = ONE_LAYER) -> Pruned:
     """Remove overlapping segments: of two segments that overlap, the one in the chain with fewer segments is removed.
 
     The rule is that of Keipour et al. (RA-L 2022), section III-E. A segment counts as a cuboid with a square cross-section;
@@ -50,6 +53,8 @@ def prune(chains: Curves, voxel: float, config: PruneConfig, layer: Ints) -> Pru
         m (1 px in 2-D), edge of a voxel; if `config.width` is not set, the cuboids are 1.5 of them wide.
     config
         section `prune` of the settings.
+    layer
+        (C,), the layer that each chain lies in: chains of different layers overlap. Empty if there is one layer.
 
     Returns
     -------
@@ -65,7 +70,9 @@ def prune(chains: Curves, voxel: float, config: PruneConfig, layer: Ints) -> Pru
     starts, ends = chains.points[chains.segments], chains.points[chains.segments + 1]
     owner = chains.owner[chains.segments]
     pairs = near_pairs(starts, ends, owner, width)
-    pairs = pairs[layer[owner[pairs[:, 0]]] == layer[owner[pairs[:, 1]]]]
+    if layer.size:
+        of_segment = layer[owner]
+        pairs = pairs[of_segment[pairs[:, 0]] == of_segment[pairs[:, 1]]]
     overlapping = pairs[cuboids_intersect(starts, ends, pairs, width)]
     kept = _kept_segments(chains, overlapping)
     removed = np.stack((starts, ends), axis=1)[~kept]

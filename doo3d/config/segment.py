@@ -219,11 +219,6 @@ class SegmentConfig(Section):
         "Divide stretches of a mask that are as wide as several strands into strands of equal width where the image shows "
         "no valleys between them. true or false; merge.branches turns it off. Turn it off for objects of several widths.",
     )
-    hues: bool = expert(
-        True,
-        "Part strands that touch where their hues differ and the object is told. true or false. Turn it off for a cable "
-        "of several hues side by side.",
-    )
 
     @model_validator(mode="after")
     def _needs(self) -> SegmentConfig:

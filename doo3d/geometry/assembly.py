@@ -1,15 +1,9 @@
 """Hold the pieces of one object in order, with the paths across their gaps."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from ..types import Floats
 from .gap_path import GapPath
-
-HIDDEN_EXIT = 0.9
 
 
 @dataclass(frozen=True)
@@ -33,14 +27,6 @@ class Assembly:
     gap_paths: tuple[GapPath, ...] = ()
     closed: bool = False
     confidence: tuple[float, ...] = ()
-
-    def leaving(self, way: Floats, at_start: bool) -> Assembly:
-        """Return the assembly with a way (P, D) out of the view at its first or its last end; its last step is a piece."""
-        if at_start:
-            path = GapPath.along(np.concatenate((way[::-1][1:], self.pieces[0][:1])))
-            return replace(self, pieces=(way[:-3:-1], *self.pieces), gap_paths=(path, *self.gap_paths), confidence=(HIDDEN_EXIT, *self.confidence))
-        path = GapPath.along(np.concatenate((self.pieces[-1][-1:], way[:-1])))
-        return replace(self, pieces=(*self.pieces, way[-2:]), gap_paths=(*self.gap_paths, path), confidence=(*self.confidence, HIDDEN_EXIT))
 
     @property
     def segments(self) -> int:

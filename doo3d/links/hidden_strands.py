@@ -15,9 +15,9 @@ from scipy.spatial import cKDTree
 from ..geometry.curves import Curves
 from ..geometry.polyline import arc_length, unit
 from ..geometry.radii import NODE_RADII, TOUCHING_RADII
-from ..scene.answers import MaskLines
 from ..scene.scene import Scene
 from ..types import Floats, Ints
+from .depth_gaps import Gaps
 
 LEAST_COSINE = 0.8
 """Cosine of the largest angle between a strand and the line that it follows from there: 37 degrees. At larger ones it crosses."""
@@ -25,8 +25,10 @@ LEAST_COSINE = 0.8
 MAX_LINES = 6
 """Lines, each from one place where strands meet to the next, that are followed from an end at most."""
 
-Gaps: TypeAlias = "dict[tuple[int, int], Floats]"
+OUT, NOWHERE = -1, -2
+
 Exits: TypeAlias = "dict[int, Floats]"
+"""Row of an end -> (P, 2) px, the way from it out of the image."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +43,14 @@ class _View:
     size: Floats
 
     def follow(self, row: int) -> tuple[Floats, int]:
-        """Return the way (P, 2) px on from an end, and the row of the end that it leads to, -1 if it leaves the image,
-        -2 if no line leads on, or to no end.
+        """Return the way (P, 2) px on from an end, and the row of the end that it leads to.
+
+        The row is OUT if the way leads out of the image, and NOWHERE if no line leads on, or to no end that faces this one.
         """
         facing = np.flatnonzero((self.layer == self.layer[row]) & (np.arange(len(self.ends)) // 2 != row // 2))
         reach = 2 * TOUCHING_RADII * self.radius
-        way, at, heading = [], self.ends[row], self.ahead[row]
+        way: list[Floats] = []
+        at, heading = self.ends[row], self.ahead[row]
         for _ in range(MAX_LINES):
             part = self._next(at, heading)
             if not len(part):
@@ -58,12 +62,12 @@ class _View:
                 steps = part[min(index[first] + 1, len(part) - 1)] - part[max(index[first] - 1, 0)]
                 is_faced = unit(steps) @ self.ahead[facing[first]] < -LEAST_COSINE
                 found = np.concatenate([*way, part[: index[first]]])
-                return found, int(facing[first]) if is_faced and len(found) else -2
+                return found, int(facing[first]) if is_faced and len(found) else NOWHERE
             way.append(part)
             at, heading = part[-1], unit(part[-1] - part[max(0, len(part) - 1 - round(2 * self.radius))])
             if min(at.min(), (self.size - 1 - at).min()) < 2 * self.radius:
-                return np.concatenate(way), -1
-        return np.zeros((0, 2)), -2
+                return np.concatenate(way), OUT
+        return np.zeros((0, 2)), NOWHERE
 
     def _next(self, at: Floats, heading: Floats) -> Floats:
         """Return the line, or the part of one, that leads straight on from a place (2,) px; (0, 2) if there is none."""
@@ -109,11 +113,11 @@ def hidden_strands(points: Floats, tangents: Floats, chains: Curves, scene: Scen
     ways = {row: view.follow(row) for row in np.flatnonzero(is_open).tolist()}
     gaps, exits = {}, {}
     for row, (way, other) in ways.items():
-        back = ways[other][1] if other in ways else -1
-        if other >= 0 and (back == -2 or (back == row and other > row)):
+        back = ways[other][1] if other in ways else OUT
+        if other >= 0 and (back == NOWHERE or (back == row and other > row)):
             line = _lifted(way, points[row], points[other], intrinsics)
             gaps[min(row, other), max(row, other)] = line if row < other else line[::-1]
-        elif other == -1 and scene.dim == 2:
+        elif other == OUT and scene.dim == 2:
             exits[row] = way
     return gaps, exits
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..config import MergeConfig
 from ..geometry.assembly import Assembly
 from ..geometry.curves import Curves
+from ..geometry.gap_path import GapPath
 from ..scene.scene import Scene
 from ..types import Floats
 from ..types.stopwatch import timed
@@ -22,6 +23,10 @@ from .terms.gap_path import GapPaths
 MAX_CHAINS = 500
 """Number of chains whose ends are linked, the longest: the costs of all pairs of their ends, and the matching, take about a
 second. A frame of an object has a few dozen."""
+
+
+EXIT_CONFIDENCE = 0.9
+"""Confidence of a strand's way out of the image beneath others."""
 
 
 @timed("merge")
@@ -188,17 +193,16 @@ def _assembly(
         confidence of the link of each linked end.
     """
     gaps = list(zip((entry.other for entry in entries), [*entries[1:], *entries[:is_ring]], strict=False))
-    assembly = Assembly(
-        pieces=tuple(chains[end.chain][:: -1 if end.side else 1] for end in entries),
-        gap_paths=tuple(gap_paths.path(*gap) for gap in gaps),
-        closed=is_ring,
-        confidence=tuple(of_end[before] for before, _ in gaps if before in of_end),
-    )
-    exits = gap_paths.ends.exits
-    if is_ring:
-        return assembly
-    for end, at_start in ((entries[0], True), (entries[-1].other, False)):
-        way = exits.get(end.row)
-        if way is not None:
-            assembly = assembly.leaving(way, at_start)
-    return assembly
+    pieces = [chains[end.chain][:: -1 if end.side else 1] for end in entries]
+    paths = [gap_paths.path(*gap) for gap in gaps]
+    confidence = [of_end[before] for before, _ in gaps if before in of_end]
+    exits = {} if is_ring else gap_paths.ends.exits
+    if (way := exits.get(entries[0].row)) is not None:
+        paths.insert(0, GapPath.along(np.concatenate((way[-2::-1], pieces[0][:1]))))
+        pieces.insert(0, way[:-3:-1])
+        confidence.insert(0, EXIT_CONFIDENCE)
+    if (way := exits.get(entries[-1].other.row)) is not None:
+        paths.append(GapPath.along(np.concatenate((pieces[-1][-1:], way[:-1]))))
+        pieces.append(way[-2:])
+        confidence.append(EXIT_CONFIDENCE)
+    return Assembly(tuple(pieces), tuple(paths), is_ring, tuple(confidence))

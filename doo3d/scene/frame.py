@@ -69,9 +69,7 @@ class FrameScene(MaskedScene):
     def of_layer(self, facts: FrameFacts) -> Self:
         """Return the frame with the pixels of one layer alone; facts : the mask of the layer."""
         own = facts.mask[self.pixels[:, 1], self.pixels[:, 0]]
-        return self.changed(
-            facts=facts, pixels=self.pixels[own], points=self.points[own], filtered=self.filtered[own], layers=()
-        )
+        return self.changed(facts=facts, pixels=self.pixels[own], points=self.points[own], filtered=self.filtered[own], layers=())
 
     @cached_property
     def spacing(self) -> float:

@@ -14,7 +14,6 @@ from ..types import Array, Bools, Floats, Ints
 from .claims import unclaimed_shares
 from .frame_facts import FrameFacts
 from .scene import Scene
-from .strand_hues import unlike_ends
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -101,13 +100,4 @@ class MaskedScene(Scene):
         u, v = np.clip(np.rint(self.in_image(lines.points)).astype(np.int64), 0, limit).T
         votes = np.zeros((len(lines), len(self.layers) + 1), dtype=np.int64)
         np.add.at(votes, (lines.owner, self.colors[v, u]), 1)
-        return votes[:, 1:].argmax(axis=1)
-
-    def strand_colors(self, lines: Curves, window: int) -> Floats:
-        """Return how much less likely each two of the E ends of lines have one color, (E, E) nat; (0, 0) where it is unknown.
-
-        lines : m (px in 2-D). window : points from an end whose colors are taken.
-        """
-        if not self.colors.size:
-            return super().strand_colors(lines, window)
-        return unlike_ends(self.colors, list(lines.with_points(self.in_image(lines.points))), window)
+        return np.asarray(votes[:, 1:].argmax(axis=1))

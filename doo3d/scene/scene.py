@@ -179,13 +179,6 @@ class Scene(ABC):
         """
         return ColorSides()
 
-    def strand_colors(self, lines: Curves, window: int) -> Floats:
-        """Return how much less likely each two of the E ends of lines have one color, (E, E) nat; (0, 0) where it is unknown.
-
-        lines : m (px in 2-D). window : points from an end whose colors are taken.
-        """
-        return np.zeros((0, 0))
-
     def strand_lines(self, depth: float) -> tuple[MaskLines, tuple[str, ...]]:
         """Return the middle lines of the strands in a mask with depth, and notes; none elsewhere.
 

@@ -6,8 +6,8 @@ Keipour et al. (RA-L 2022, section III-A) segment cables of different colors apa
    hardly its hue. The colors of the cables are the modes of their histograms. Pixels at the edge of the mask that look like the
    background are left out.
 2. Give each pixel its color, drop narrow and short areas (highlights, ties), and fill them from the nearest pixel that is left.
-3. Keep the layers if two of them share a long border that separates two cables: a valley of lightness lies along it, or both
-   colors also run alone. A cable of two colors (an earth wire) has neither, and strands that only cross share no long border.
+3. Keep the layers if two of them share a long border along which the lightness has a valley, as between two round strands. Along
+   the border of the two colors of one cable, such as an earth wire, it has none; strands that only cross share no long border.
 """
 
 import math
@@ -19,6 +19,7 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from ..geometry.mask import dilate
 from ..scene.frame_facts import FrameFacts
+from ..scene.masked import NO_NUMBERS
 from ..types import Array, Bools, Floats, Ints
 from .mask_parts import long_parts
 
@@ -30,7 +31,11 @@ MAX_SADDLE = 0.4
 """Maximum height of the saddle between two colors, as a fraction of the lower mode; above it, they are shades of one color."""
 
 WIDE = 1.2
+"""Half-width in radii of the mask where strands may lie side by side."""
+
 MIN_SATURATION = 0.12
+"""Least chroma over luma of a pixel with a hue; those of white, gray and black cables, highlights and ties have less."""
+
 MIN_LUMA = 32.0
 """Least luma by which chroma is divided: in darker pixels its noise would be larger than the colors of gray cables."""
 
@@ -46,8 +51,9 @@ PART_RADII = 3.0
 BORDER_RADII = 12.0
 """Radii of the shortest border between strands side by side; strands that cross at over 10 degrees share a shorter one."""
 
-MIN_VALLEY = 8.0
-"""Depth of the valley between two strands, of 255: 14 to 58 in photographs of bundles, 0 to 2 along an earth wire."""
+VALLEY_RADII, MIN_VALLEY = 0.7, 8.0
+"""Half-width in radii of a valley between two strands, and its least depth, of 255: 14 to 58 in photographs of bundles, 0 to 2
+along an earth wire."""
 
 CHROMA_CELLS, MAX_CHROMA = 40, 1.25
 """Cells along each side of the histogram of chroma, and the largest chroma in it."""
@@ -58,19 +64,18 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
 
     facts : the mask. color : (H, W, 3) uint8 RGB. radius : px, usual half-width of one strand.
     """
-    none = np.zeros((0, 0), np.uint8)
-    rows, columns, half_width = facts.axis
-    if np.count_nonzero(half_width > WIDE * radius) < BORDER_RADII * radius / 2:
-        return none
+    half_width = facts.axis[2]
+    if not radius or np.count_nonzero(half_width > WIDE * radius) < BORDER_RADII * radius / 2:
+        return NO_NUMBERS
     box = _grown(facts.slices, math.ceil(4 * radius), facts.mask.shape)
     mask = facts.mask[box]
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
     chroma = (image[..., 1:] - np.float32(128)) / np.maximum(image[..., :1], MIN_LUMA)
     shade, weight = _shades(chroma, image[..., 0])
     known = mask & ~_is_background(chroma, mask, radius)
-    number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS))
+    number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS).astype(float))
     if number.max() < 2:
-        return none
+        return NO_NUMBERS
     seen, labels = np.where(known, number[shade], 0), np.zeros(mask.shape, np.uint8)
     side = 2 * max(1, round(OPENING_RADII * radius)) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
@@ -78,10 +83,9 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
         opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc)
         labels[long_parts(opened > 0, PART_RADII * radius)] = k
     labels = _spread(labels, mask)
-    axis = rows - box[0].start, columns - box[1].start
     used = np.unique(labels[labels > 0])
-    if not _are_cables(labels, used, image[..., 0], axis, radius):
-        return none
+    if not _are_cables(labels, used, image[..., 0], radius):
+        return NO_NUMBERS
     layers = np.zeros(facts.mask.shape, np.uint8)
     layers[box] = np.where(labels > 0, np.searchsorted(used, labels) + 1, 0)
     return layers
@@ -120,7 +124,7 @@ def hue_modes(counts: Floats) -> Ints:
 
     Modes are merged across the highest saddle until all saddles are low. The last bin is beside the first.
     """
-    height = gaussian_filter1d(counts.astype(float), SMOOTHING, mode="wrap")
+    height = gaussian_filter1d(counts, SMOOTHING, mode="wrap")
     if not height.any():
         return np.zeros(len(counts), dtype=int)
     cuts = np.flatnonzero((height < np.roll(height, 1)) & (height <= np.roll(height, -1)))
@@ -144,23 +148,16 @@ def _spread(labels: Array, mask: Bools) -> Array:
     return np.where(mask, of_pixel[nearest], np.uint8(0))
 
 
-def _are_cables(labels: Array, used: Ints, luma: Array, axis: tuple[Ints, Ints], radius: float) -> bool:
-    """Return whether two of the colors used are cables side by side, and not the colors of one cable.
+def _are_cables(labels: Array, used: Ints, luma: Array, radius: float) -> bool:
+    """Return whether two of the colors used lie side by side with a valley between them, and are not the colors of one cable.
 
-    labels : (h, w). luma : (h, w). axis : rows and columns of the pixels of the medial axis. radius : px.
+    labels, luma : (h, w) uint8. radius : px.
     """
-    disc, near = (
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * px + 1,) * 2) for px in (max(1, round(0.7 * radius)), round(radius))
-    )
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(1, round(VALLEY_RADII * radius)) + 1,) * 2)
     valley = cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, disc)
     grown = [cv2.dilate((labels == k).view(np.uint8), np.ones((3, 3), np.uint8)) > 0 for k in used]
-    wide = np.array([cv2.dilate((labels == k).view(np.uint8), near)[axis] for k in used])
-    is_alone = [np.count_nonzero((labels[axis] == k) & (wide.sum(axis=0) == 1)) >= PART_RADII * 2 * radius for k in used]
-    for i, j in combinations(range(len(used)), 2):
-        border = long_parts(grown[i] & grown[j], BORDER_RADII * radius)
-        if border.any() and (np.median(valley[border]) >= MIN_VALLEY or (is_alone[i] and is_alone[j])):
-            return True
-    return False
+    borders = (long_parts(one & other, BORDER_RADII * radius) for one, other in combinations(grown, 2))
+    return any(border.any() and np.median(valley[border]) >= MIN_VALLEY for border in borders)
 
 
 def _grown(box: tuple[slice, slice], px: int, shape: tuple[int, ...]) -> tuple[slice, slice]:

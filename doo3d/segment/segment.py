@@ -195,8 +195,8 @@ def _mask_in_frame(frame: Frame, config: SegmentConfig, method: str, given: Bool
         check_depth(frame, facts, pixels, config)
     split = SplitMask(facts.mask, 0)
     if method != "everything":
-        holes, by_hue = selected if solid.filled else None, config.hues
-        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, by_hue)
+        holes = selected if solid.filled else None
+        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths)
         facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
     repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
     return _FrameMask(facts, split, solid, pixels, removed_wide, repaired)
@@ -220,7 +220,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if not object_given:
         facts = remove_plugs(facts, image.color)
     holes = selected if solid.filled else None
-    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths, config.hues)
+    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     scene = ImageScene(

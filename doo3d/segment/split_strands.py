@@ -21,12 +21,12 @@ import numpy as np
 from ..geometry.mask import bounding_box, dilate
 from ..scene.frame_facts import FrameFacts
 from ..scene.masked import NO_NUMBERS, NO_PIXELS
-from .color_layers import color_layers
 from ..types import Array, Bools
-from .mask_parts import Parts, drawn
+from .color_layers import color_layers
+from .mask_parts import long_parts
 from .valley_lines import find_valley_lines
 from .valleys import VALLEY_LENGTH_RADII, find_valleys, shade_strands
-from .wide_stretches import WIDE_LENGTH_RADII, find_bundles, strand_radius
+from .wide_stretches import find_bundles, strand_radius
 
 CROSSING_RADII = math.sqrt(2)
 """Half-width of the mask in radii at a crossing of two strands at a right angle. If it is larger over some length, strands
@@ -48,8 +48,10 @@ class SplitMask(NamedTuple):
     side_by_side
         (H, W) bool, the pixels of strands that run side by side and of the gaps between them; (0, 0) if there are none.
     colors
-        (H, W) uint8, number of the color of the strand at each pixel, from 1, and 0 outside; (0, 0) unless strands of
-        different colors run side by side.
+        (H, W) uint8, number of the layer of each pixel by its color, from 1, and 0 outside; (0, 0) unless cables of several
+        colors run side by side.
+    layers
+        what follows from the mask of each layer.
     """
 
     mask: Bools
@@ -65,7 +67,6 @@ def split_strands(
     color: Array | None,
     depth: Array | None,
     equal_widths: bool = True,
-    by_hue: bool = False,
 ) -> SplitMask:
     """Remove the valleys between strands that run side by side from a mask.
 
@@ -82,23 +83,36 @@ def split_strands(
         is split into strands of equal width.
     equal_widths
         False leaves such a wide stretch whole: it may be one thicker strand.
-    by_hue
-        True splits strands of different colors along their borders, and searches valleys only if there are none.
 
     Returns
     -------
     The split mask; the mask of the facts itself, without `side_by_side`, if no stretch is much wider than one strand.
     """
+    if not facts.count:
+        return SplitMask(facts.mask, 0)
+    numbers = NO_NUMBERS if color is None else color_layers(facts, color, strand_radius(facts.axis[2]))
+    if not numbers.size:
+        return _split_valleys(facts, selected, color, depth, equal_widths)
+    layers, beside = [], np.zeros_like(facts.mask)
+    for number in range(1, int(numbers.max()) + 1):
+        own = FrameFacts(numbers == number, facts.depth)
+        split = _split_valleys(own, None, color, depth, equal_widths)
+        layers.append(own if split.mask is own.mask else FrameFacts(split.mask, facts.depth))
+        beside |= split.side_by_side if split.side_by_side.size else False
+    cut = (numbers > 0) & (cv2.dilate(numbers, np.ones((3, 3), np.uint8)) > numbers)
+    return SplitMask(facts.mask & ~cut, int(np.count_nonzero(cut)), beside, numbers, tuple(layers))
+
+
+def _split_valleys(
+    facts: FrameFacts, selected: Bools | None, color: Array | None, depth: Array | None, equal_widths: bool
+) -> SplitMask:
+    """Remove the valleys between strands of one color from a mask; parameters : as for `split_strands`."""
     mask = facts.mask
     whole = SplitMask(mask, 0)
-    if not facts.count:
-        return whole
     radius = strand_radius(facts.axis[2])
-    if by_hue and color is not None and (split := _split_colors(facts, color, radius, depth, equal_widths)):
-        return split
     box = facts.slices
     part = mask[box]
-    if selected is not None and (gaps := _long_parts(part & ~selected[box], MIN_GAP_PX)).any():
+    if selected is not None and (gaps := long_parts(part & ~selected[box], MIN_GAP_PX)).any():
         part = part & ~gaps
         facts = FrameFacts(part)
         radius = strand_radius(facts.axis[2])
@@ -128,40 +142,6 @@ def _split(mask: Bools, box: tuple[slice, slice], cut: Bools, near: Bools) -> Sp
     result[box] &= ~cut
     beside[box] = near
     return SplitMask(result, int(np.count_nonzero(mask)) - int(np.count_nonzero(result)), beside)
-
-
-def _split_colors(facts: FrameFacts, color: Array, radius: float, depth, equal_widths) -> SplitMask | None:
-    """Remove the borders between strands of different colors that run side by side; None if there are none."""
-    if not radius:
-        return None
-    numbers = color_layers(facts, color, radius)
-    if not numbers.size:
-        return None
-    box = facts.slices
-    labels = numbers[box]
-    cut = (labels > 0) & (cv2.dilate(labels, np.ones((3, 3), np.uint8)) > labels)
-    masks = [numbers == k for k in np.unique(labels[labels > 0])]
-    colors = np.zeros_like(numbers)
-    for k, mask in enumerate(masks):
-        colors[mask] = k + 1
-    parts = []
-    from ..scene.frame_facts import NO_DEPTH
-    d = NO_DEPTH if depth is None else depth
-    for mask in masks:
-        own = FrameFacts(mask, d)
-        split = split_strands(own, None, color, depth, equal_widths)
-        parts.append(own if split.mask is own.mask else FrameFacts(split.mask, d))
-    return _split(facts.mask, box, cut, dilate(cut, 3 * radius))._replace(colors=colors, layers=tuple(parts))
-
-
-def _long_parts(mask: Bools, length: float) -> Bools:
-    """Return the 8-connected parts of a mask (h, w) bool whose bounding boxes have a diagonal of at least `length` px."""
-    parts = Parts.of(mask)
-    if not len(parts.pixels):
-        return np.zeros_like(mask)
-    places = np.column_stack(np.divmod(parts.pixels, mask.shape[1]))
-    extent = 1 + np.maximum.reduceat(places, parts.starts[:-1]) - np.minimum.reduceat(places, parts.starts[:-1])
-    return drawn(parts.pixels_of(np.flatnonzero(np.hypot(*extent.T) >= length)), mask.shape)
 
 
 def _without_corners(lines: Bools) -> Bools:

@@ -60,21 +60,20 @@ def skeletonize(scene: Scene, clearance: float = 1.0) -> Graph:
     ]
     if len(grids) == 1:
         return Graph(grids[0], skeletons[0], traversals[0], _fitted_length(traversals[0].paths, scene))
-    grid = VoxelGrid(*_joined(grids, "coords", "centroids", "counts"), grids[0].size, grids[0].origin)
-    skeleton = Skeleton(*_joined(skeletons, "coords", "points"))
-    lengths = (sum(getattr(each, name) for each in traversals) for name in ("spur_length", "loop_length", "trimmed_length"))
+    coords, centroids, counts = (_joined(grids, name) for name in ("coords", "centroids", "counts"))
     paths = [path for each in traversals for path in each.paths]
+    spurs, loops, trimmed = np.sum([(each.spur_length, each.loop_length, each.trimmed_length) for each in traversals], axis=0)
     return Graph(
-        grid,
-        skeleton,
-        Traversal(paths, *lengths, tuple(note for each in traversals for note in each.notes)),
+        VoxelGrid(coords, centroids, counts, grids[0].size, grids[0].origin),
+        Skeleton(_joined(skeletons, "coords"), _joined(skeletons, "points")),
+        Traversal(paths, float(spurs), float(loops), float(trimmed), tuple(note for each in traversals for note in each.notes)),
         _fitted_length(paths, scene),
     )
 
 
-def _joined(parts: Sequence[VoxelGrid] | Sequence[Skeleton], *names: str) -> list[Array]:
-    """Return arrays of all parts, one after the other; names : of the arrays."""
-    return [np.concatenate([getattr(part, name) for part in parts]) for name in names]
+def _joined(layers: Sequence[VoxelGrid] | Sequence[Skeleton], name: str) -> Array:
+    """Return an array of all layers, one after the other; name : of the array."""
+    return np.concatenate([getattr(layer, name) for layer in layers])
 
 
 def _fitted_length(paths: list[Path], scene: Scene) -> float:

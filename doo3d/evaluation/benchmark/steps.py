@@ -8,6 +8,8 @@ import numpy as np
 from scipy.special import logit
 
 from ...judge.evidence import WEIGHTS_GIVEN
+from ...scene.masked import NO_NUMBERS
+from ...types import Array
 from .trials import BRANCHED
 
 
@@ -76,6 +78,10 @@ def _none(*_: Any, **__: Any) -> None:
     return None
 
 
+def _no_layers(*_: Any) -> Array:
+    return NO_NUMBERS
+
+
 def _nothing(*_: Any, **__: Any) -> list[Any]:
     return []
 
@@ -109,8 +115,9 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.segment:split_strands": _no_split},
         modules=tuple(f"segment.{name}" for name in ("split_strands", "valleys", "valley_lines", "wide_stretches")),
     ),
-    "strand hues": Ablation(
-        places={"doo3d.segment.split_strands:_split_colors": _none}, modules=("scene.strand_hues",), made_for=("images",)
+    "layers by color": Ablation(
+        places={"doo3d.segment.split_strands:color_layers": _no_layers},
+        modules=("segment.color_layers", "links.hidden_strands", "links.terms.layers"),
     ),
     "strand filter": Ablation(
         places={"doo3d.segment.segment:filter_along_strands": _no_strand_filter},

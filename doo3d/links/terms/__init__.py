@@ -13,10 +13,10 @@ import numpy as np
 from ...scene.scene import Scene
 from ...types import Floats
 from ..ends import Ends
-from .appearance import appearance
 from .custom import custom_terms
 from .exposed_ends import exposed_ends
 from .geometric import curvature, direction, distance
+from .layers import layers
 
 Term = Callable[[Ends, Scene], "Floats | None"]
 
@@ -27,7 +27,7 @@ TERMS: dict[str, Term] = {
     "distance": distance,
     "direction": direction,
     "curvature": curvature,
-    "appearance": appearance,
+    "layers": layers,
     EXPOSED: exposed_ends,
 }
 """The terms by name, in the order in which they are added."""
