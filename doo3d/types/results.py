@@ -395,6 +395,8 @@ class Detection(Drawn):
             raise arguments.refused(self.seconds, "seconds", "a dictionary, name of the stage -> s")
         if not isinstance(self.plane, Plane | None):
             raise arguments.refused(self.plane, "plane", "a Plane, or None")
+        if not isinstance(self.view, View | None):
+            raise arguments.refused(self.view, "view", "the view of another detection, or None")
         if self.pose is not None:
             as_pose(self.pose)  # a rigid motion, which has an inverse
             set_sealed(self, pose=arguments.numbers(self.pose, "pose", (4, 4), "pose-invalid"))
@@ -474,7 +476,13 @@ class Detection(Drawn):
         - "hidden" : both segments that meet there were filled in (`Chain.occluded`).
         - "no depth" : it is seen, and the depth of both segments was interpolated (`Chain.depth_filled`); not in 2-D.
         - "seen" : any other.
+
+        Raises
+        ------
+        InputError : there is no such chain.
         """
+        if not 0 <= (chain := arguments.whole(chain, "chain")) < len(self.chains):
+            raise InputError(f"visibility({str(chain)[:20]}): there are {len(self.chains)} chains", code="value-out-of-bounds")
         shown = self.in_camera().chains[chain]
         outside = np.zeros(len(shown.joints), dtype=bool) if self.view is None else self.view.is_outside(shown.joints)
         seen, measured = shown.at_joints(~shown.occluded), shown.at_joints(~shown.depth_filled) | (self.mode == "2d")

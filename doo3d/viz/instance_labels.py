@@ -80,7 +80,7 @@ class _Strand:
         """Draw what is seen of the strand into an image (H, W) uint8, CORE_RADII wide, cut off at its ends."""
         count, radii = len(self.chain.occluded), CORE_RADII * self.radii
         to_end = np.minimum(self.at, count - self.at) * self.chain.segment_length
-        inner = ~self.chain.occluded[np.minimum(self.at.astype(int), count - 1)] & ((to_end > radii) | self.chain.closed)
+        inner = ~self.chain.occluded[np.minimum(self.at.astype(int), count - 1)] & ((to_end > radii + 1) | self.chain.closed)
         size, (height, width) = float(np.hypot(*image.shape)), image.shape
         inner &= (radii < size) & ((self.points > -size) & (self.points < (width + size, height + size))).all(axis=1)
         for u, v, radius in np.rint(16 * np.column_stack((self.points, radii))[inner]).astype(int).tolist():
@@ -133,7 +133,8 @@ def instance_labels(detection: Detection) -> Array:
 
 def _read(file: Path, view: View) -> Array:
     """Return the labels in a file of a run, numbered as the chains that are left."""
-    stored = cv2.imdecode(np.fromfile(file, np.uint8), cv2.IMREAD_UNCHANGED)
+    content = np.fromfile(file, np.uint8)
+    stored = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if len(content) else None
     if stored is None or stored.dtype != np.uint16 or stored.shape != (view.height, view.width):
         raise InputError(f"{file}: is no image of this frame's labels; run doo3d detect again", code="results-damaged")
     number = np.zeros(1 + max(int(stored.max(initial=0)), *view.numbers, 0), np.uint16)
