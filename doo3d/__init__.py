@@ -44,7 +44,8 @@ _NAMES = {
     "viz": ("draw",),
     "viz.report.write": ("report",),
 }
-DRAWING.update({"figure": f"{__name__}.viz.figure:figure", "html": f"{__name__}.viz.notebook:html_of"})
+_DRAWN = {"figure": "figure:figure", "html": "notebook:html_of", "instances": "instance_labels:instance_labels"}
+DRAWING.update({name: f"{__name__}.viz.{place}" for name, place in _DRAWN.items()})
 
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 

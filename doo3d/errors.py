@@ -11,7 +11,14 @@ from typing import Any
 
 _MAX_LETTERS = 1400  # of a message
 
-_SWITCHES = ("force", "restart", "retry_failed", "fuse_views", "sequence")  # arguments of Python that are True or False
+_SWITCHES = (
+    "force",
+    "restart",
+    "retry_failed",
+    "fuse_views",
+    "sequence",
+    "instances",
+)  # arguments of Python that are True or False
 
 UNEXPECTED = "unexpected"
 """The code of any exception that is not a DooError: a fault in doo3d."""

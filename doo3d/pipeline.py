@@ -243,5 +243,6 @@ def detect_with_stages(
         plane=scene.plane,
         junctions=stages.branched.junctions,
         objects=stages.branched.objects,
+        view=stages.observed.view(data),
     )
     return enlarged(detection, stages.observed.scale), stages

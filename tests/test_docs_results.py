@@ -10,7 +10,7 @@ from builders.paths import ROOT
 
 from doo3d.judge.evidence import WEIGHTS_AUTO, WEIGHTS_GIVEN
 from doo3d.runs.frame_record import FrameRecord
-from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef
+from doo3d.types import SCHEMA, Chain, ChainEnd, Connection, Crossing, Detection, Junction, LinearObject, SegmentRef, View
 
 PAGES = ROOT / "docs" / "pages"
 
@@ -26,7 +26,7 @@ def detection() -> Detection:
     """Return a detection with a chain of two pieces that crosses itself."""
     joints = np.column_stack((np.arange(4) * 0.01, np.zeros(4), np.ones(4)))
     chain = Chain(joints, 0.01, 0.004, connections=(Connection(1, 0.5),), deviations=np.ones((4, 2)))
-    return Detection((chain,), crossings=(Crossing(SegmentRef(0, 0), SegmentRef(0, 2), np.zeros(3)),))
+    return Detection((chain,), crossings=(Crossing(SegmentRef(0, 0), SegmentRef(0, 2), np.zeros(3)),), view=View(4, 4))
 
 
 def test_keys_of_a_detection():

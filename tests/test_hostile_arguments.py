@@ -16,7 +16,7 @@ from builders.hostile_values import hostile_values
 import doo3d
 from doo3d.errors import DooError
 from doo3d.inputs import Capture, FrameData, FrameRef, ReadOptions
-from doo3d.types import ChainEnd, Connection, Crossing, Junction, LinearObject, Plane, SegmentRef, as_pose
+from doo3d.types import ChainEnd, Connection, Crossing, Junction, LinearObject, Plane, SegmentRef, View, as_pose
 
 COLOR, DEPTH = np.zeros((4, 4, 3), np.uint8), np.full((4, 4), 0.5, np.float32)
 CAMERA = {"fx": 9.0, "fy": 9.0, "cx": 2.0, "cy": 2.0, "width": 4, "height": 4}
@@ -68,11 +68,12 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "chains": (CHAIN,), "mode": "3d", "coordinates": "camera", "frame": "a", "timestamp": 1.0, "seconds": {"fit": 0.1},
             "notes": ("a",), "crossings": (Crossing(SegmentRef(0, 0), SegmentRef(0, 2), JOINTS[1]),),
             "plane": Plane(JOINTS[1], 0.1), "pose": np.eye(4), "junctions": (Junction(JOINTS[0], (ChainEnd(0, 0),), np.ones(1)),),
-            "objects": (LinearObject((0,)),), "doubtful": (CHAIN,),
+            "objects": (LinearObject((0,)),), "doubtful": (CHAIN,), "view": View.of(MASK, MASK.shape),
         },
     ),
     "Detection.table": (DETECTION.table, {"rows": "chains"}),
     "Detection.confident": (DETECTION.confident, {"min_confidence": 0.5}),
+    "Detection.visibility": (DETECTION.visibility, {"chain": 0}),
     "Detection.transformed": (DETECTION.transformed, {"pose": np.eye(4)}),
     "Detection.plot": (DETECTION.plot, {"data": FRAME}),
     "Config": (doo3d.Config, {"mode": "auto", "seed": 0, "merge": {}, "unknown": None}),
@@ -109,7 +110,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
             "capture": capture(), "out": "out", "config": None, "mask": None, "input_options": None, "pose": None, "camera": None,
             "cameras": None, "every": 1, "start": None, "end": None, "frames": None, "workers": 0, "scheduler": None,
             "fuse_views": False, "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0,
-            "pictures": "none", "picture_format": "jpg", "force": True, "progress": None,
+            "pictures": "none", "picture_format": "jpg", "instances": False, "force": True, "progress": None,
         },
     ),
     "report": (doo3d.report, {"results": "out", "out": None, "clouds": False, "min_confidence": 0.5, "force": True}),

@@ -72,6 +72,9 @@ def detect(
     picture_format: Annotated[
         str, typer.Option(metavar="jpg|png", help="Format of the pictures; PNG takes ten times as long to write.")
     ] = "jpg",
+    instances: Annotated[
+        bool, typer.Option("--instances", help="Also write OUT/<frame>.instances.png: the number of the chain at each pixel.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -87,6 +90,7 @@ def detect(
       doo3d detect sample_clouds/photos -o out -c image
       doo3d detect capture -o out --workers auto
       doo3d detect capture -o out --pictures failed
+      doo3d detect capture -o out --instances --pictures none
       doo3d detect capture -o out --pose 0.4,0,0.7,1,0,0,0
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
@@ -111,7 +115,7 @@ def detect(
 
         effective = settings.load()
         read_options = reading.options(cameras, *([] if pose is None else [f"pose={pose}"]))
-        check_use(read_options, effective, fuse_views, sequence)
+        check_use(read_options, effective, fuse_views, sequence, instances)
         opened = open_frames(capture, effective, reading.mask, read_options)
         opened = selection.of(opened)
         for note in () if quiet else opened.notes:
@@ -135,7 +139,7 @@ def detect(
             force=force,
             retry_failed=retry_failed,
             time_limit=time_limit,
-            pictures=Pictures.of(pictures, picture_format),
+            pictures=Pictures.of(pictures, picture_format, instances),
         )
         if sequence:
             from ..runs.sequence_run import run_sequence

@@ -81,10 +81,9 @@ def dataset(
     Prints a table of scores.
 
     mbest: photographs of one to three cables; FOLDER holds S1, S2, S3 with images/ and labels/ each. cset: photographs of cables
-    before busy backgrounds (C1 to C3); FOLDER holds images/, labels/ and masks/. Both are in 2-D. Their three scores are DICE
-    coefficients, 0 to 1, between the labelled pixels of a cable and the pixels of the chain matched with it. They differ in the
-    pixels of a chain. drawn: those that it covers when drawn with its own width. labelled: those of the mask that are nearer to
-    it than to any other chain. ordered: as labelled, and a pixel that the matched chain covers when drawn belongs to that chain.
+    before busy backgrounds (C1 to C3); FOLDER holds images/, labels/ and masks/. Both are in 2-D. Their two scores are DICE
+    coefficients, in %, between the labelled pixels of a cable and the pixels of the chain matched with it. drawn: those that it
+    covers when drawn with its own width. instances: those that the instance labels (detect --instances) give it.
 
     tubes: configurations of entangled tubes (text files of straight cylinders). They are rendered, and the detection is given
     their mask and number. Each tube is scored by itself.

@@ -35,6 +35,7 @@ FORMATS: Registry[type[Export]] = Registry(
         "npz": "npz:Npz",
         "csv": "table:Csv",
         "nodes": "nodes:Nodes",
+        "coco": "coco:Coco",
         "ros2": "ros2:Ros2",
         "swc": "swc:Swc",
         "graphml": "graphml:GraphMl",

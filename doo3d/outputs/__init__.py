@@ -1,6 +1,6 @@
 """Write and read results on disk: the folder of a run, the JSON file of a detection, the journal."""
 
-SUFFIXES = {"json": ".json", "jpg": ".jpg", "png": ".png"}
+SUFFIXES = {"json": ".json", "jpg": ".jpg", "png": ".png", "instances": ".instances.png"}
 """Kind of file that a run writes for each frame -> its suffix."""
 
 PICTURES = ("jpg", "png")

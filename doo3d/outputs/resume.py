@@ -30,7 +30,11 @@ class Finished:
 
 
 def finished_frames(
-    folder: Path, lines: Sequence[Line], names: Sequence[str], retry: Callable[[Line], bool] = lambda line: False
+    folder: Path,
+    lines: Sequence[Line],
+    names: Sequence[str],
+    retry: Callable[[Line], bool] = lambda line: False,
+    needed: Sequence[str] = (),
 ) -> Finished:
     """Return the frames that an interrupted run has finished, from its journal and its files.
 
@@ -47,12 +51,14 @@ def finished_frames(
         names of all frames of the run, in order.
     retry
         returns whether a failed frame must be tried again, given its line.
+    needed
+        suffixes of files without which a frame is not finished.
     """
     by_name = {line["name"]: (position, line) for position, line in enumerate(lines)}
     finished, last, in_order = Finished(), -1, True
     for name in names:
         position, line = by_name.get(name, (-1, None))
-        if line is None or not (_is_complete(folder, line) if line["status"] == "ok" else not retry(line)):
+        if line is None or not (_is_complete(folder, line, needed) if line["status"] == "ok" else not retry(line)):
             in_order = False
             continue
         in_order = in_order and position > last
@@ -66,10 +72,10 @@ def file_checks(files: Mapping[str, bytes]) -> dict[str, list[int]]:
     return {suffix: [len(content), zlib.crc32(content)] for suffix, content in files.items()}
 
 
-def _is_complete(folder: Path, line: Line) -> bool:
-    """Return whether the files of a frame have the sizes and CRC-32 in its line."""
+def _is_complete(folder: Path, line: Line, needed: Sequence[str]) -> bool:
+    """Return whether the files of a frame have the sizes and CRC-32 in its line; needed : suffixes of files it must have."""
     checks = line.get("files")
-    if not isinstance(checks, dict):
+    if not isinstance(checks, dict) or not checks.keys() >= set(needed):
         return False
     paths = {suffix: folder / f"{line['name']}{suffix}" for suffix in (*SUFFIXES.values(), STRANDS) if suffix in checks}
     try:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from ..config import Config
 from ..errors import InputError
-from . import CONFIG, JOURNAL, MANIFEST, PICTURES, SUFFIXES
+from . import CONFIG, JOURNAL, MANIFEST, SUFFIXES
 from .atomic import PREFIX, flush_to_disk, write_bytes, write_text
 from .detection_json import dumps
 from .folder_checks import check_writable, folder_aside, lies_in_input, move_aside, remove_files
@@ -54,6 +55,8 @@ class ResultsFolder:
         whether to write even if the folder has other content. Results of any other run are removed, other files stay.
     retry_failed
         whether to process all failed frames again; if false, only those whose files have changed.
+    needed
+        suffixes of files without which a frame is not finished, and is processed again.
 
     Attributes
     ----------
@@ -83,6 +86,7 @@ class ResultsFolder:
         restart: bool = False,
         force: bool = False,
         retry_failed: bool = False,
+        needed: Sequence[str] = (),
     ) -> None:
         self.path = path
         self.notes: list[str] = []
@@ -109,12 +113,12 @@ class ResultsFolder:
             self._remove_created()
             raise self._unwritable(error) from None
         try:
-            self._resume(restart, force, retry_failed)
+            self._resume(restart, force, retry_failed, needed)
         except BaseException:
             self.close()
             raise
 
-    def _resume(self, restart: bool, force: bool, retry_failed: bool) -> None:
+    def _resume(self, restart: bool, force: bool, retry_failed: bool, needed: Sequence[str]) -> None:
         """Compare the run with the results in the folder, and find the finished frames."""
         manifest, lines = self._former_run()
         conflict = find_conflict(self.path, manifest, self._identity, self._inputs.digest_before(lines))
@@ -143,7 +147,7 @@ class ResultsFolder:
         self._sweep()
         retried = {line["name"] for line in lines if line["status"] != "ok" and (retry_failed or self._inputs.has_changed(line))}
         names = list(self._inputs.by_frame)
-        finished = finished_frames(self.path, lines, names, retry=lambda line: line["name"] in retried)
+        finished = finished_frames(self.path, lines, names, lambda line: line["name"] in retried, needed)
         self.done, self.later = finished.leading, finished.later
         if count := len(retried - self.done.keys() - self.later.keys()):
             again = "1 failed frame is" if count == 1 else f"{count} failed frames are"
@@ -207,7 +211,7 @@ class ResultsFolder:
             else:
                 for suffix, content in files.items():
                     self._write(self.file(name, suffix), content)
-                for path in (self.file(name, SUFFIXES[kind]) for kind in PICTURES if SUFFIXES[kind] not in files):
+                for path in (self.file(name, suffix) for suffix in SUFFIXES.values() if suffix not in files):
                     if path.exists():  # of an earlier run
                         path.unlink()
                 line = line | {"files": file_checks(files)}

@@ -27,8 +27,9 @@ from ..types import (
     LinearObject,
     Plane,
     SegmentRef,
+    View,
 )
-from . import CONFIG, MANIFEST
+from . import CONFIG, MANIFEST, SUFFIXES
 from .detection_json import read_object
 
 
@@ -150,8 +151,9 @@ def read_detection(path: str | Path) -> Detection:
         the file is missing, is not JSON, has another schema, or is damaged.
     """
     values = read_object(path, (SCHEMA,), "a detection")
+    labels = Path(path).with_suffix(SUFFIXES["instances"])
     try:
-        detection = _detection(values)
+        detection = _detection(values, labels if labels.is_file() else None)
     except (ArithmeticError, LookupError, TypeError, ValueError, AttributeError, InputError) as error:
         raise InputError(
             f"{path}: a value is missing or invalid ({first_line(error)}); run doo3d detect again", code="results-damaged"
@@ -160,7 +162,7 @@ def read_detection(path: str | Path) -> Detection:
     return detection
 
 
-def _detection(values: dict[str, Any]) -> Detection:
+def _detection(values: dict[str, Any], labels: Path | None) -> Detection:
     names = {text: key for key, text in COORDINATES.items()}
     dim = {"3d": 3, "2d": 2}[values["mode"]]
     return Detection(
@@ -177,6 +179,7 @@ def _detection(values: dict[str, Any]) -> Detection:
         junctions=tuple(_junction(junction, dim) for junction in values.get("junctions", ())),
         objects=tuple(_object(item) for item in values.get("objects", ())),
         doubtful=tuple(_chain(chain, dim) for chain in values.get("doubtful", ())),
+        view=View.from_dict(values["image"], labels, len(values["chains"])) if "image" in values else None,
     )
 
 

@@ -1,7 +1,7 @@
 """Write and read the files of a sequence's first pass: strands of each frame, and objects of the capture."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,13 @@ from ..errors import InputError
 from ..track.background import BackgroundView
 from ..track.objects import SequenceObject
 from ..track.observations import Observation, ObservedStrand
-from ..types import Detection
+from ..types import Detection, View
 from . import STRANDS
 from .atomic import write_text
 from .detection_json import dumps, read_object
 from .run_reader import read_detection
 
-STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/3", "doo3d/sequence/2"
+STRANDS_SCHEMA, OBJECTS_SCHEMA = "doo3d/strands/4", "doo3d/sequence/2"
 
 _OBJECT = TypeAdapter(SequenceObject)
 
@@ -59,6 +59,7 @@ def encode_strands(observation: Observation) -> bytes:
     background = None if view is None else view.to_dict()
     values = {"schema": STRANDS_SCHEMA, "strands": strands, "pose": pose, "background": background}
     values |= {"is_given": observation.is_given, "object_given": observation.object_given}
+    values["image"] = None if observation.detection.view is None else observation.detection.view.to_dict(with_mask=True)
     return dumps(values).encode("utf-8")
 
 
@@ -78,9 +79,10 @@ def read_observation(folder: Path, frame: str) -> Observation:
         strands = tuple(_strand(item) for item in values["strands"])
         pose = None if values.get("pose") is None else np.array(values["pose"], dtype=float).reshape(4, 4)
         background, given = _background(values), (values["is_given"] is True, values["object_given"] is True)
+        view = None if values["image"] is None else View.from_dict(values["image"])
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(path, error) from None
-    return Observation(read_detection(file), strands, pose, background, *given)
+    return Observation(replace(read_detection(file), view=view), strands, pose, background, *given)
 
 
 def _background(values: dict[str, Any]) -> BackgroundView | None:

@@ -53,6 +53,7 @@ def run(
     time_limit: float | None = DEFAULT_SECONDS,
     pictures: str = "all",
     picture_format: str = "jpg",
+    instances: bool = False,
     force: bool = False,
     progress: Callable[[FrameRecord], None] | None = None,
 ) -> RunSummary:
@@ -104,6 +105,9 @@ def run(
         frame without its picture, the picture is drawn from the results.
     picture_format
         "jpg" or "png", which takes ten times as long to write.
+    instances
+        write `<frame>.instances.png`, too, an image of 16 bits: k + 1 at the pixels of chain k, 0 elsewhere. Finished frames of
+        an earlier run without it are processed again.
     force
         write into `out` even if it holds something else.
     progress
@@ -133,8 +137,9 @@ def run(
             "restart": restart,
             "retry_failed": retry_failed,
             "force": force,
+            "instances": instances,
         }
-        fuse_views, sequence, restart, retry_failed, force = (flag(value, name) for name, value in switches.items())
+        fuse_views, sequence, restart, retry_failed, force, instances = (flag(value, name) for name, value in switches.items())
         if time_limit is not None and not number(time_limit, "time_limit") > 0:
             raise ConfigError(f"time_limit={time_limit}: expected seconds above 0, or None", code="value-out-of-bounds")
         workers = workers if isinstance(workers, str) else whole(workers, "workers")
@@ -142,11 +147,11 @@ def run(
             raise ConfigError(f"workers={str(workers)[:20]}: expected 0 to {MAX_WORKERS}", code="value-out-of-bounds")
         if not isinstance(scheduler, str | None):
             raise refused(scheduler, "scheduler", "an address, such as tcp://host:8786")
-        drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"))
+        drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"), instances)
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
         opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera, cameras))
-        check_use(opened.options, settings, fuse_views, sequence)
+        check_use(opened.options, settings, fuse_views, sequence, instances)
         chosen = select_frames(opened, _selection(every, start, end, frames))
         remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:

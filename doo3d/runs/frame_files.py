@@ -11,7 +11,12 @@ from ..viz import encoding
 
 Encoder = Callable[[Detection, Frame | Cloud | Image], bytes]
 
-ENCODERS: dict[str, Encoder] = {"json": detection_json.encode, "jpg": encoding.encode_jpeg, "png": encoding.encode_png}
+ENCODERS: dict[str, Encoder] = {
+    "json": detection_json.encode,
+    "jpg": encoding.encode_jpeg,
+    "png": encoding.encode_png,
+    "instances": encoding.encode_instances,
+}
 """Kind of file (a key of SUFFIXES) -> its encoder."""
 
 

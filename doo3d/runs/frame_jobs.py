@@ -109,17 +109,17 @@ def render_frame(
     start = time.perf_counter()
     record = _with_chains(detected.record, detected.detection)
     picture = pictures.kind if pictures.wants(record) else None
+    kinds = ("json", *([picture] if picture else []), *(["instances"] if pictures.instances else []))
     try:
         data = cache.take(detected.cache_key) or frame.load().data
-        files = encode_frame(detected.detection, data, ("json", *([picture] if picture else []))) | detected.files
+        files = encode_frame(detected.detection, data, kinds) | detected.files
         evidence = record.evidence | chain_evidence(detected.detection, data)
     except Exception as error:
         record = FrameRecord.failed(frame, describe_error(error), error_code(error))
         return replace(record, seconds=detected.record.seconds + time.perf_counter() - start), None
     seconds = time.perf_counter() - start
-    record = replace(
-        record, seconds=record.seconds + seconds, stages=record.stages | {"draw": seconds}, evidence=evidence, picture=picture
-    )
+    stages, seconds = record.stages | {"draw": seconds}, record.seconds + seconds
+    record = replace(record, seconds=seconds, stages=stages, evidence=evidence, picture=picture, instances=pictures.instances)
     return record, files
 
 

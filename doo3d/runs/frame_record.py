@@ -46,6 +46,8 @@ class FrameRecord:
         stable code of the error, such as "mask-shape"; "unexpected" for a fault in doo3d. None if the status is "ok".
     picture
         kind of its picture, "jpg" or "png"; None if none was drawn.
+    instances
+        whether the image of its instance labels was written.
     stages
         name of a step -> time that it took, s. The steps are "read", each stage of the detection, and "draw".
     evidence
@@ -69,6 +71,7 @@ class FrameRecord:
     error: str | None = None
     code: str | None = None
     picture: str | None = None
+    instances: bool = False
     stages: dict[str, float] = field(default_factory=dict)
     evidence: dict[str, Any] = field(default_factory=dict)
 
@@ -98,6 +101,7 @@ class FrameRecord:
             "occluded": self.occluded,
             "units": self.units,
             "picture": self.picture,
+            **({"instances": True} if self.instances else {}),
             "error": self.error,
             "code": self.code,
         }

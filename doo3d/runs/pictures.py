@@ -33,14 +33,17 @@ class Pictures:
         with "every", the distance in frames from one picture to the next, starting at the first frame.
     kind
         format of the pictures: "jpg" or "png".
+    instances
+        whether every frame also gets an image of its instance labels.
     """
 
     frames: str = ALL
     step: int = 1
     kind: str = PICTURES[0]
+    instances: bool = False
 
     @staticmethod
-    def of(frames: str, kind: str = PICTURES[0]) -> Pictures:
+    def of(frames: str, kind: str = PICTURES[0], instances: bool = False) -> Pictures:
         """Parse a choice from texts such as "every:10" and "jpg".
 
         Raises
@@ -51,13 +54,13 @@ class Pictures:
             raise InputError(f"--picture-format {kind[:20]}: unknown, choose one of {', '.join(PICTURES)}", code="choice-unknown")
         every = _EVERY.fullmatch(frames)
         if every and int(every[1]):
-            return Pictures(EVERY, int(every[1]), kind)
+            return Pictures(EVERY, int(every[1]), kind, instances)
         if frames not in (ALL, FAILED, NONE):
             raise InputError(
                 f"--pictures {frames[:20]}: unknown, choose one of all, failed, none and every:N, such as every:10",
                 code="choice-unknown",
             )
-        return Pictures(frames, kind=kind)
+        return Pictures(frames, kind=kind, instances=instances)
 
     def of_frames(self, names: Sequence[str]) -> dict[str, Pictures]:
         """Return name of each frame -> its own choice, which is never "every"."""

@@ -214,6 +214,7 @@ def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions
         restart=options.restart,
         force=options.force,
         retry_failed=options.retry_failed,
+        needed=(SUFFIXES["instances"],) if options.pictures.instances else (),
     )
 
 

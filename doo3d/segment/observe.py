@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 from ..config import Config
 from ..errors import InputError
-from ..types import Array, Chain, Cloud, Frame, Image
+from ..scene.masked import MaskedScene
+from ..types import Array, Chain, Cloud, Frame, Image, View
 from ..types.stopwatch import timed
 from .extend_mask import extend_mask
 from .segment import segment, segment_extended
@@ -58,6 +59,14 @@ class Observed:
             return None
         segmentation = _segment_again(self.data, self.config, mask, self.segmentation)
         return replace(self, segmentation=segmentation, extensions=self.extensions + 1)
+
+    def view(self, data: Frame | Cloud | Image) -> View | None:
+        """Return the image with the mask that segmentation decided on; None for a cloud. data : the frame as captured."""
+        scene = self.segmentation.scene
+        if isinstance(data, Cloud) or not isinstance(scene, MaskedScene):
+            return None
+        shape, camera = (data.depth.shape, data.camera) if isinstance(data, Frame) else (data.color.shape, None)
+        return View.of(scene.mask, shape, camera, scene.colors, self.scale)
 
     def note(self, chains: list[Chain]) -> tuple[str, ...]:
         """Return the note that there were too many chains to extend the mask along them."""

@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..config import Config
 from ..errors import InputError
 from ..pipeline import detect_with_stages
-from ..types import Array, Cloud, Detection, Frame, check_mask
+from ..types import Array, Cloud, Detection, Frame, View, check_mask
 from ..types.pose import as_pose
 from .background import BackgroundView
 from .image_strands import strands_in_image
@@ -72,6 +73,10 @@ def observe_frame(frame: Frame | Cloud, config: Config, mask: Array | None = Non
             chains=(), coordinates=coordinates, frame=frame.name, timestamp=frame.timestamp, notes=(str(error),)
         )
         strands = strands_in_image(frame, config, mask) if isinstance(frame, Frame) else ()
+        if isinstance(frame, Frame):
+            shape = frame.depth.shape
+            given = np.zeros(shape, dtype=bool) if mask is None else check_mask(mask, shape)
+            detection = replace(detection, view=View.of(given, shape, frame.camera))
         is_masked = mask is not None or bool(config.segment.ranges)
         return Observation(detection, strands, to_world, _background(frame, mask), is_masked or is_counted, is_masked)
     observation = observe(detection, stages, config)

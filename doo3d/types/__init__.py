@@ -15,6 +15,7 @@ from .results import (
     SegmentRef,
 )
 from .tree import ChainEnd, Junction, LinearObject
+from .view import View
 
 __all__ = [
     "COORDINATES",
@@ -41,6 +42,7 @@ __all__ = [
     "Plane",
     "SegmentRef",
     "Skeleton",
+    "View",
     "VoxelGrid",
     "as_pose",
     "check_mask",

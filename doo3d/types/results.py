@@ -11,11 +11,13 @@ import numpy as np
 
 from ..errors import InputError
 from ..guard.limits import current_limits
+from ..plugins import DRAWING
 from . import arguments, tables
-from .arrays import Bools, Floats, set_sealed
+from .arrays import Array, Bools, Floats, set_sealed
 from .display import DOUBTFUL_CONFIDENCE, Drawn, Rows, counted, doubtful_text, length_text, radius_text, tree_text
 from .pose import Plane, as_pose
 from .tree import Junction, LinearObject, kept_trees
+from .view import HIDDEN, NO_DEPTH, OUTSIDE, SEEN, View
 
 SCHEMA = "doo3d/detection/2"
 
@@ -187,6 +189,11 @@ class Chain(Drawn):
         """Whether the depth of each segment was measured: N words, "seen" or "filled"; see `depth_filled`. Empty in 2-D."""
         return tuple(DEPTH_WORDS[int(filled)] for filled in self.depth_filled) if self.joints.shape[1] == 3 else ()
 
+    def at_joints(self, segments: Bools) -> Bools:
+        """Return which joints are at the end of a chosen segment, (N + 1,) bool; segments : (N,) bool, the chosen ones."""
+        before, after = (segments[-1], segments[0]) if self.closed else (False, False)
+        return np.asarray(np.append(segments, after) | np.insert(segments, 0, before))
+
     def summary(self) -> str:
         """Return the facts of the chain in one short line, such as "108 segments, 1.080 m, radius 3.9 mm, confidence 0.97"."""
         planar = self.joints.shape[1] == 2
@@ -353,6 +360,9 @@ class Detection(Drawn):
         chains that are probably clutter, but may be cables, longest first. Their confidence is below `output.min_confidence`, and
         they are at least 60 times as long as their radius, or the most probable ones of a frame without chains. Crossings,
         junctions and objects do not refer to them.
+    view
+        the image that the objects were found in: its size and camera, and the mask, which is not written to files. None for a
+        cloud.
     """
 
     chains: tuple[Chain, ...]
@@ -368,6 +378,7 @@ class Detection(Drawn):
     junctions: tuple[Junction, ...] = ()
     objects: tuple[LinearObject, ...] = ()
     doubtful: tuple[Chain, ...] = ()
+    view: View | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         kinds = {"chains": Chain, "doubtful": Chain, "crossings": Crossing, "junctions": Junction, "objects": LinearObject}
@@ -384,6 +395,8 @@ class Detection(Drawn):
             raise arguments.refused(self.seconds, "seconds", "a dictionary, name of the stage -> s")
         if not isinstance(self.plane, Plane | None):
             raise arguments.refused(self.plane, "plane", "a Plane, or None")
+        if not isinstance(self.view, View | None):
+            raise arguments.refused(self.view, "view", "the view of another detection, or None")
         if self.pose is not None:
             as_pose(self.pose)  # a rigid motion, which has an inverse
             set_sealed(self, pose=arguments.numbers(self.pose, "pose", (4, 4), "pose-invalid"))
@@ -442,6 +455,40 @@ class Detection(Drawn):
             raise InputError(f"table({rows!r:.99}): expected one of {', '.join(tables.TABLES)}", code="choice-unknown")
         return tables.TABLES[rows](self)
 
+    def instance_labels(self) -> Array:
+        """Return which chain each pixel of the image belongs to: (H, W) uint16, k + 1 for `chains[k]`, 0 for none.
+
+        A pixel of the object, which is the mask that segmentation decided on, belongs to its nearest chain. At a crossing a pixel
+        that the upper strand covers belongs to the upper strand. Where cables of distinct colors lie side by side, a pixel
+        belongs to the nearest chain of its color. Pixels far from any chain, and those of doubtful chains, belong to none. Each
+        chain of a branched object has its own label. The labels are of the camera's image, in whatever frame the joints are.
+
+        Raises
+        ------
+        InputError : the detection is of a cloud, which has no image, or was read from a file without labels beside it.
+        """
+        return np.asarray(DRAWING["instances"](self))
+
+    def visibility(self, chain: int) -> tuple[str, ...]:
+        """Return for each of the N + 1 joints of a chain whether it is seen, in a word; chain : index of the chain.
+
+        - "outside the view" : its position is not in the image; unknown for clouds.
+        - "hidden" : both segments that meet there were filled in (`Chain.occluded`).
+        - "no depth" : it is seen, and the depth of both segments was interpolated (`Chain.depth_filled`); not in 2-D.
+        - "seen" : any other.
+
+        Raises
+        ------
+        InputError : there is no such chain.
+        """
+        if not 0 <= (chain := arguments.whole(chain, "chain")) < len(self.chains):
+            raise InputError(f"visibility({str(chain)[:20]}): there are {len(self.chains)} chains", code="value-out-of-bounds")
+        shown = self.in_camera().chains[chain]
+        outside = np.zeros(len(shown.joints), dtype=bool) if self.view is None else self.view.is_outside(shown.joints)
+        seen, measured = shown.at_joints(~shown.occluded), shown.at_joints(~shown.depth_filled) | (self.mode == "2d")
+        words = np.select([outside, ~seen, ~measured], [OUTSIDE, HIDDEN, NO_DEPTH], SEEN)
+        return tuple(words.tolist())
+
     def confident(self, min_confidence: float) -> Detection:
         """Return the detection without the objects whose confidence is below a threshold.
 
@@ -479,6 +526,7 @@ class Detection(Drawn):
             junctions=junctions,
             objects=objects,
             doubtful=tuple(sorted(doubtful, key=lambda chain: -chain.length)),
+            view=self.view and self.view.kept(kept),
             notes=(*self.notes, *([_left_out_note(rest, min_confidence)] if rest else [])),
         )
 
@@ -530,8 +578,8 @@ class Detection(Drawn):
 
         Keys: "schema", "frame", "timestamp", "mode", "units" ("m" or "px"), "coordinates" (a description of the frame), "chains"
         and "doubtful" (`Chain.to_dict`), "crossings" (`Crossing.to_dict`), "plane" (`Plane.to_dict` or None), "pose" (4x4 or
-        None), "confidence" (None if nothing was found), "seconds" and "notes". With branched objects looked for, also "junctions"
-        (`Junction.to_dict`) and "objects" (`LinearObject.to_dict`).
+        None), "image" (`View.to_dict`; not for clouds), "confidence" (None if nothing was found), "seconds" and "notes". With
+        branched objects looked for, also "junctions" (`Junction.to_dict`) and "objects" (`LinearObject.to_dict`).
         """
         tree = {"junctions": [each.to_dict() for each in self.junctions], "objects": [each.to_dict() for each in self.objects]}
         return {
@@ -547,6 +595,7 @@ class Detection(Drawn):
             **(tree if self.objects else {}),
             "plane": None if self.plane is None else self.plane.to_dict(),
             "pose": None if self.pose is None else self.pose.tolist(),
+            **({} if self.view is None else {"image": self.view.to_dict()}),
             "confidence": self.confidence,
             "seconds": dict(self.seconds),
             "notes": list(self.notes),

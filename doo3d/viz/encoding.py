@@ -22,6 +22,14 @@ def encode_png(detection: Detection, data: Frame | Cloud | Image) -> bytes:
     return encode_image(draw(data, detection), ".png")
 
 
+def encode_instances(detection: Detection, data: Frame | Cloud | Image) -> bytes:
+    """Return the instance labels of a detection (`Detection.instance_labels`) as the content of a PNG file of 16 bits.
+
+    data : not used; all encoders of a frame's files take the same two arguments.
+    """
+    return _encoded(detection.instance_labels(), ".png")
+
+
 def encode_image(image: Array, suffix: str = ".png") -> bytes:
     """Return an image (H, W, 3) uint8 RGB as the content of a PNG (or .jpg: JPEG) file.
 
@@ -30,7 +38,11 @@ def encode_image(image: Array, suffix: str = ".png") -> bytes:
     RuntimeError
         OpenCV cannot encode the image.
     """
-    success, encoded = cv2.imencode(suffix, cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2BGR), _PARAMETERS[suffix])
+    return _encoded(cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2BGR), suffix)
+
+
+def _encoded(image: Array, suffix: str) -> bytes:
+    success, encoded = cv2.imencode(suffix, image, _PARAMETERS[suffix])
     if not success:
         raise RuntimeError("OpenCV could not encode the picture")
     return bytes(encoded.tobytes())

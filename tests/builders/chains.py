@@ -6,8 +6,11 @@ import numpy as np
 
 import doo3d
 from doo3d.kernels import lay_equal_chords
+from doo3d.types import View
 
 LENGTH, RADIUS, START = 0.01, 0.004, 1_700_000_000.123456
+CAMERA = doo3d.Camera(600.0, 600.0, 319.5, 239.5, 640, 480)
+VIEW = View.of(np.ones((480, 640), dtype=bool), (480, 640), CAMERA)
 
 
 def helix(count: int = 25, shift: float = 0.0, **values) -> doo3d.Chain:
@@ -47,7 +50,7 @@ def capture(coordinates: str = "camera") -> list[doo3d.Detection]:
     """Return three frames with timestamps."""
     chains = [(helix(id=0), helix(12, 0.2, id=3)), (), (helix(shift=0.01, id=0),)]
     return [
-        doo3d.Detection(frame_chains, coordinates=coordinates, frame=f"{i:06d}", timestamp=START + i / 30, notes=())
+        doo3d.Detection(frame_chains, coordinates=coordinates, frame=f"{i:06d}", timestamp=START + i / 30, view=VIEW)
         for i, frame_chains in enumerate(chains)
     ]
 
@@ -55,4 +58,5 @@ def capture(coordinates: str = "camera") -> list[doo3d.Detection]:
 def flat() -> doo3d.Detection:
     """Return a 2-D result, px."""
     joints = np.column_stack((np.arange(5) * 10.0, np.full(5, 7.25)))
-    return doo3d.Detection((doo3d.Chain(joints, 10.0, 3.0, id=0),), mode="2d", coordinates="image", frame="photo")
+    view = View.of(np.ones((20, 60), dtype=bool), (20, 60))
+    return doo3d.Detection((doo3d.Chain(joints, 10.0, 3.0, id=0),), mode="2d", coordinates="image", frame="photo", view=view)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 import yourdfpy
-from builders.chains import capture, flat, helix
+from builders.chains import VIEW, capture, flat, helix
 from builders.errors import code_in, refuses
 from pxr import Usd, UsdGeom
 from rosbags.highlevel import AnyReader
@@ -22,7 +22,7 @@ from doo3d.outputs.detection_json import dumps
 
 pytestmark = pytest.mark.filterwarnings("ignore::doo3d.errors.DooWarning")  # where down is, test_simulators asks
 
-FLAT = {"npz", "csv", "swc", "graphml"}
+FLAT = {"npz", "csv", "coco", "swc", "graphml"}
 
 
 def target(folder, name, stem="chains"):
@@ -82,6 +82,7 @@ OPENED = {
     "npz": lambda path: len(np.load(path)["joints"]),
     "csv": lambda path: len(path.read_text().splitlines()) - 1,
     "nodes": lambda path: len(np.load(path)),
+    "coco": lambda path: len(json.loads(path.read_text())["annotations"]),
     "ros2": paths_in_bag,
     "graphml": lambda path: path.read_text().count("<edge "),
     "swc": lambda path: sum(not line.startswith("#") for line in path.read_text().splitlines()),
@@ -90,14 +91,14 @@ OPENED = {
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_frame_without_chains_is_an_empty_file(tmp_path, name):
-    empty = doo3d.Detection((), frame="empty", timestamp=1.0)
+    empty = doo3d.Detection((), frame="empty", timestamp=1.0, view=VIEW)
     path = doo3d.export(empty, name, target(tmp_path, name))[0]
     assert OPENED[name](path) == 0
 
 
 @pytest.mark.parametrize("name", FORMATS)
 def test_one_segment_is_a_chain(tmp_path, name):
-    path = doo3d.export(doo3d.Detection((helix(1),)), name, target(tmp_path, name))[0]
+    path = doo3d.export(doo3d.Detection((helix(1),), view=VIEW), name, target(tmp_path, name))[0]
     assert OPENED[name](path) > 0
 
 
@@ -121,7 +122,7 @@ def test_pixels_go_to_few_formats(tmp_path, name):
     if name in FLAT:
         assert doo3d.export(flat(), name, target(tmp_path, name))
     else:
-        with refuses("results-2d", "photo", name, "npz, csv, swc, graphml"):
+        with refuses("results-2d", "photo", name, "npz, csv, coco, swc, graphml"):
             doo3d.export(flat(), name, target(tmp_path, name))
         assert not os.listdir(tmp_path)
 
@@ -131,7 +132,7 @@ def test_existing_files_are_replaced_with_force_only(tmp_path, name):
     path = target(tmp_path, name)
     doo3d.export(capture()[2], name, path)
     before = digests(tmp_path)
-    other = doo3d.Detection((helix(3),), frame="other")
+    other = doo3d.Detection((helix(3),), frame="other", view=VIEW)
     with refuses("out-exists", "force=True"):
         doo3d.export(other, name, path)
     assert digests(tmp_path) == before
@@ -147,7 +148,7 @@ def test_a_cell_of_a_notebook_can_be_run_again(tmp_path, name):
     writer._exported.clear()  # the kernel was restarted
     doo3d.export(detection, name, path)
     assert digests(tmp_path) == first
-    doo3d.export(doo3d.Detection((helix(3),), frame=detection.frame), name, path)  # other settings
+    doo3d.export(doo3d.Detection((helix(3),), frame=detection.frame, view=VIEW), name, path)  # other settings
     assert digests(tmp_path) != first
     file = next(file for file in [path, *path.rglob("*")] if file.is_file())
     file.write_bytes(b"mine")

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...config import Config
-from ...segment import segment
-from ...types import Array, Bools, Detection, Image
+from ...types import Array, Bools, Detection
 from ...viz import draw
 from ...viz.palette import DARK, chain_color
 from ..benchmark.cases import Case
@@ -30,11 +29,11 @@ _TIMES = (
 )
 PHOTO_COLUMNS = (
     amount(("images", ""), 6, "images", len),
-    *(number((key, ""), width, key, 2, np.mean, 100) for key, width in (("drawn", 7), ("labelled", 9), ("ordered", 8))),
+    *(number((key, ""), width, key, 2, np.mean, 100) for key, width in (("drawn", 7), ("instances", 10))),
     share(("count correct", ""), 18, "counts", flags("correct")),
     *_TIMES,
 )
-"""Columns: number of photographs; the three DICE scores of `score_photo` in %; photographs with the right number of chains;
+"""Columns: number of photographs; the two DICE scores of `score_photo` in %; photographs with the right number of chains;
 median and 95th percentile of the time in ms; number of errors."""
 
 CABLE_COLUMNS = (
@@ -60,7 +59,7 @@ def photo_benchmark(config: Config, known_count: bool = False, give_mask: bool =
         False gives the detection no mask, so that it segments the image by the config; the score then uses its mask.
     """
     measure = partial(measure_photo, config=config, known_count=known_count, give_mask=give_mask)
-    return Benchmark(measure, PHOTO_COLUMNS, _panels, caption, lambda row: -row.drawn - row.labelled)
+    return Benchmark(measure, PHOTO_COLUMNS, _panels, caption, lambda row: -row.drawn - row.instances)
 
 
 def cable_benchmark(config: Config) -> Benchmark:
@@ -74,9 +73,7 @@ def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool
     photo: Photo = case.load()
     used = _with_chains(config, photo.cables) if known_count else config
     detection, end = _detect(photo.image, used, photo.mask if give_mask else None)
-    own = give_mask or end["error"]
-    mask: Any = photo.mask if own else segment(Image(photo.image), used.segment, seed=used.seed).scene.mask
-    return [case.record(score_photo(detection.chains, photo.labels, mask) | end, detection)]
+    return [case.record(score_photo(detection, photo.labels) | end, detection)]
 
 
 def measure_cables(case: Case, config: Config) -> list[Record]:
@@ -86,7 +83,7 @@ def measure_cables(case: Case, config: Config) -> list[Record]:
         mask = photo.labels == cable
         detection, end = _detect(photo.image, config, mask)
         trace = trace_cable(detection.chains[0] if detection.chains else None, photo.labels, cable)
-        score = score_photo(detection.chains, mask.astype(np.uint8), mask)
+        score = score_photo(detection, mask.astype(np.uint8))
         rows.append(case.record({"cable": cable} | score | trace | {"correct": trace.traced} | end, detection))
     return rows
 
@@ -113,7 +110,7 @@ def caption(row: Record) -> str:
     if "recall" in row:
         text = f"recall {100 * row.recall:.1f}   precision {100 * row.precision:.1f}"
     else:
-        dice = "   ".join(f"{key} {100 * row[key]:.1f}" for key in ("drawn", "labelled", "ordered"))
+        dice = "   ".join(f"{key} {100 * row[key]:.1f}" for key in ("drawn", "instances"))
         text = f"{dice}   {row.chains} of {row.cables} chains"
     return f"{name(row)}   {text}" + (f"   {row.error}" if row.error else "")
 

@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from ...errors import require
-from ...types import Array, Bools, Chain, Floats, Ints
+from ...types import Bools, Chain, Detection, Floats, Ints
 from ..metrics.record import Record
 from .datasets import MIN_CABLE_PIXELS
 
@@ -28,42 +28,33 @@ _MAX_BOX_PIXELS = 4_000_000
 """Greatest number of pixels in boxes that are drawn together, to bound the memory."""
 
 
-def score_photo(chains: Sequence[Chain], labels: Ints, mask: Bools) -> Record:
+def score_photo(detection: Detection, labels: Ints) -> Record:
     """Score the chains of one photograph against the labels of its cables.
 
-    `drawn`, `labelled` and `ordered` are DICE coefficients, 0 to 1, between the labelled pixels of each cable and the pixels of
-    the chain matched with it, averaged over the cables (1 if there are no cables, 0 if there are no chains). `drawn` counts the
-    pixels that the chain covers when it is drawn with its own width; `labelled` those of the mask that are nearer to it than to
-    any other chain; `ordered` the same, except that a pixel of a cable is always given to the matched chain if this chain covers
-    it when drawn. This makes up for crossings, where only one of two cables shows, so that `labelled` is below 1 even for perfect
-    chains (by 0.7 % on the subset S2, 1.2 % on S3).
+    `drawn` and `instances` are DICE coefficients, 0 to 1, between the labelled pixels of each cable and the pixels of the chain
+    matched with it, averaged over the cables (1 if there are no cables, 0 if there are no chains). `drawn` counts the pixels that
+    the chain covers when it is drawn with its own width, `instances` those that `Detection.instance_labels` gives it.
 
     Parameters
     ----------
-    chains
+    detection
         the detected 2-D chains, joints and radii in px.
     labels
         (H, W) int: i from 1 at the pixels that show cable i, 0 for background.
-    mask
-        (H, W) bool, the mask in which the chains were detected.
 
     Returns
     -------
     Record
-        the three coefficients; `cables` and `chains`, the numbers of both; `correct`, whether these numbers are equal;
+        the two coefficients; `cables` and `chains`, the numbers of both; `correct`, whether these numbers are equal;
         `match`, index of the chain matched with each cable for `drawn`, -1 for none.
     """
-    cables, shape = int(labels.max(initial=0)), (labels.shape[0], labels.shape[1])
-    covers = np.array([drawn_pixels(chain, shape) for chain in chains], dtype=bool).reshape(len(chains), *shape)
-    drawn, match = _match(_dice(labels, cables, [labels[pixels] for pixels in covers]))
-    owner = nearest_chain(chains, _pixel_positions(mask)) if len(chains) else np.full(mask.sum(), -1)
-    labelled, nearest = _match(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
-    for cable, chain in enumerate(nearest, start=1):
-        if chain >= 0:
-            owner = np.where((labels[mask] == cable) & covers[chain][mask], chain, owner)
-    ordered, _ = _match(_dice(labels, cables, [labels[mask][owner == i] for i in range(len(chains))]))
-    counts = {"cables": cables, "chains": len(chains), "correct": cables == len(chains)}
-    return Record(counts | {"drawn": drawn, "labelled": labelled, "ordered": ordered, "match": match.tolist()})
+    cables, chains, shape = int(labels.max(initial=0)), len(detection.chains), (labels.shape[0], labels.shape[1])
+    covered = [labels[drawn_pixels(chain, shape)] for chain in detection.chains]
+    drawn, match = _match(_dice(labels, cables, covered))
+    numbers = detection.instance_labels() if chains else labels
+    instances, _ = _match(_dice(labels, cables, [labels[numbers == k + 1] for k in range(chains)]))
+    counts = {"cables": cables, "chains": chains, "correct": cables == chains}
+    return Record(counts | {"drawn": drawn, "instances": instances, "match": match.tolist()})
 
 
 def trace_cable(chain: Chain | None, labels: Ints, cable: int) -> Record:
@@ -168,21 +159,6 @@ def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) 
         inside &= (t >= 0) | (segments > 0)[:, None, None]
         inside &= (t <= 1) | (segments < len(chain.joints) - 2)[:, None, None]
     return inside
-
-
-def nearest_chain(chains: Sequence[Chain], pixels: Array) -> Ints:
-    """Return, for each of P pixels, the index of the chain whose center line is nearest: (P,) int.
-
-    Parameters
-    ----------
-    chains
-        the 2-D chains, joints in px; at least one.
-    pixels
-        (P, 2) px, x and y of each pixel.
-    """
-    lines = [sample_chain(chain) for chain in chains]
-    owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
-    return np.asarray(owner[cKDTree(np.concatenate(lines)).query(pixels)[1]])
 
 
 def _dice(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:

@@ -15,7 +15,7 @@ from doo3d.evaluation.benchmark.run import run_cases
 from doo3d.evaluation.benchmark.tables import csv_text, format_table
 from doo3d.evaluation.photos.datasets import cset, mbest
 from doo3d.evaluation.photos.evaluate import cable_benchmark, caption, name, photo_benchmark, remarks
-from doo3d.types import Detection
+from doo3d.types import Detection, View
 
 APART = [strand((20, 30), (180, 30)), strand((20, 90), (180, 90))]
 
@@ -31,7 +31,8 @@ class Known:
         answer = self.answers[min(len(self.asked), len(self.answers)) - 1]
         if isinstance(answer, Exception):
             raise answer
-        return Detection(tuple(answer), "2d", "image", seconds={"thin": self.seconds / 3, "merge": 2 * self.seconds / 3})
+        seconds = {"thin": self.seconds / 3, "merge": 2 * self.seconds / 3}
+        return Detection(tuple(answer), "2d", "image", seconds=seconds, view=View.of(mask, mask.shape))
 
 
 @pytest.fixture
@@ -71,7 +72,7 @@ def test_the_table_has_a_line_per_subset_and_one_for_all(evaluate):
     rows = evaluate(refs, Known(APART, APART, APART[:1], APART), benchmark)
     lines = format_table(rows, benchmark.columns).splitlines()
     assert [line.split()[0] for line in (*lines[1:3], lines[4])] == ["S1", "S2", "all"]
-    assert lines[1].split()[1:] == ["2", "75.00", "66.67", "66.67", "1/2", "50.0", "%", "12.0", "12.0", "0"]
+    assert lines[1].split()[1:] == ["2", "75.00", "75.00", "1/2", "50.0", "%", "12.0", "12.0", "0"]
     assert lines[2].split()[1:4] == ["1", "100.00", "100.00"]
     assert len({len(line) for line in lines}) == 1
     assert remarks(rows) == ["count wrong: S1/img2 1 of 2"]
@@ -80,11 +81,11 @@ def test_the_table_has_a_line_per_subset_and_one_for_all(evaluate):
 def test_any_exception_counts_as_nothing_found_and_is_named(evaluate):
     fault, benchmark = ZeroDivisionError("by nothing"), photo_benchmark(Config())
     rows = evaluate([photo_ref(APART), photo_ref(APART, name="img2")], Known(fault, fault, APART), benchmark)
-    assert rows[0].drawn == rows[0].labelled == 0
+    assert rows[0].drawn == rows[0].instances == 0
     assert np.isnan(rows[0].ms)
     assert remarks(rows) == ["error: ZeroDivisionError: by nothing [unexpected]: S1/img0"]
     line = format_table(rows, benchmark.columns).splitlines()[1]
-    assert line.split()[1:6] == ["2", "50.00", "50.00", "50.00", "1/2"]
+    assert line.split()[1:5] == ["2", "50.00", "50.00", "1/2"]
     assert line.endswith(" 12.0    12.0      1")
     rows = evaluate([photo_ref(APART)], Known(fault), benchmark)
     assert format_table(rows, benchmark.columns).splitlines()[1].split()[-3:] == ["-", "-", "1"]
@@ -110,7 +111,7 @@ def test_the_csv_has_all_of_a_row(evaluate):
     refs = [photo_ref(APART), photo_ref(APART, name="img2")]
     rows = evaluate(refs, Known(APART, APART, ValueError("a, b")), photo_benchmark(Config()))
     first, second = csv.DictReader(csv_text(rows).splitlines())
-    assert first == first | {"family": "S1", "frame": "img0", "cables": "2", "chains": "2", "drawn": "1.0", "labelled": "1.0"}
+    assert first == first | {"family": "S1", "frame": "img0", "cables": "2", "chains": "2", "drawn": "1.0", "instances": "1.0"}
     assert float(first["ms"]) == pytest.approx(12)
     assert (second["error"], second["code"]) == ("ValueError: a, b", "unexpected")
 
@@ -120,7 +121,7 @@ def test_the_worst_are_pictured(evaluate, tmp_path):
     rows = evaluate([photo_ref(APART), photo_ref(APART, name="img2")], Known(APART, APART, APART[1:]), benchmark)
     chosen = worst(rows, 1, benchmark.badness)
     assert [name(row) for row in chosen] == ["S1/img2"]
-    assert caption(chosen[0]) == "S1/img2   drawn 50.0   labelled 33.3   ordered 33.3   1 of 2 chains"
+    assert caption(chosen[0]) == "S1/img2   drawn 50.0   instances 50.0   1 of 2 chains"
     sheet, path = write_pictures(tmp_path / "worst", rows, benchmark, 1)
     assert (sheet.name, path.name) == ("failures.png", "S1_img2.png")
     assert cv2.imread(str(path)).shape[1] == 2 * WIDTH
@@ -186,4 +187,4 @@ def test_real_photographs_are_followed():
     rows = run_cases(photo_benchmark(load_config("image")).measure, refs)
     assert not [row.error for row in rows if row.error]
     assert np.mean([row.drawn for row in rows]) > 0.9
-    assert np.mean([row.ordered for row in rows]) > 0.9
+    assert np.mean([row.instances for row in rows]) > 0.9

@@ -5,8 +5,8 @@ import pytest
 from builders.photos import HEIGHT, WIDTH, cross, labelled, strand
 
 from doo3d.evaluation.photos import score as photos_score
-from doo3d.evaluation.photos.score import drawn_pixels, nearest_chain, sample_chain, score_photo, trace_cable
-from doo3d.types import Chain
+from doo3d.evaluation.photos.score import drawn_pixels, sample_chain, score_photo, trace_cable
+from doo3d.types import Chain, Crossing, Detection, SegmentRef, View
 
 SHAPE = (HEIGHT, WIDTH)
 
@@ -24,6 +24,10 @@ def plain(chain, shape):
             wide = chain.radii[i] + t * (chain.radii[i + 1] - chain.radii[i])
             out[y, x] |= np.hypot(*(np.array((x, y)) - a - t * (b - a))) <= wide
     return out
+
+
+def found(chains, mask, crossings=()):
+    return Detection(tuple(chains), "2d", "image", crossings=tuple(crossings), view=View.of(mask, mask.shape))
 
 
 def ring(count=24, radius=30.0):
@@ -63,11 +67,11 @@ def test_radii_that_are_not_known_draw_nothing():
 
 def test_the_truth_itself_scores_full_but_for_what_lies_below():
     chains = cross()
-    score = score_photo(chains[::-1], labelled(chains), labelled(chains) > 0)
+    on_top = Crossing(SegmentRef(0, 11), SegmentRef(1, 15), np.array((100.0, 75.0)))
+    score = score_photo(found(chains[::-1], labelled(chains) > 0, [on_top]), labelled(chains))
     hidden = 9 * 9 / (161 * 9)  # of the lower cable
     assert score.drawn == pytest.approx((1 + 2 * (1 - hidden) / (2 - hidden)) / 2)
-    assert score.ordered == 1
-    assert 0.97 < score.labelled < 1
+    assert score.instances == 1
     assert score.match == [1, 0]
     assert score.correct
 
@@ -75,54 +79,44 @@ def test_the_truth_itself_scores_full_but_for_what_lies_below():
 def test_apart_the_labels_are_met_exactly():
     chains = [strand((20, 30), (180, 30)), strand((20, 90), (180, 110))]
     labels = labelled(chains)
-    score = score_photo(chains, labels, labels > 0)
-    assert (score.drawn, score.labelled, score.ordered) == (1, 1, 1)
+    score = score_photo(found(chains, labels > 0), labels)
+    assert (score.drawn, score.instances) == (1, 1)
 
 
 def test_what_is_missing_counts_nothing_and_what_is_too_much_only_as_count():
     chains = [strand((20, 30), (180, 30)), strand((20, 90), (180, 90))]
     labels = labelled(chains)
-    one = score_photo(chains[:1], labels, labels > 0)
-    assert one.drawn == 0.5
-    assert one.labelled == pytest.approx(2 / 3 / 2)  # the one chain gets all pixels
+    one = score_photo(found(chains[:1], labels > 0), labels)
+    assert one.drawn == one.instances == 0.5  # the pixels of the other cable are far away
     assert one.match == [0, -1]
-    three = score_photo([*chains, strand((20, 140), (180, 140))], labels, labels > 0)
-    assert (three.drawn, three.labelled, three.correct) == (1, 1, False)
-    none = score_photo([], labels, labels > 0)
-    assert (none.drawn, none.labelled, none.ordered, none.chains) == (0, 0, 0, 0)
+    three = score_photo(found([*chains, strand((20, 140), (180, 140))], labels > 0), labels)
+    assert (three.drawn, three.instances, three.correct) == (1, 1, False)
+    none = score_photo(found([], labels > 0), labels)
+    assert (none.drawn, none.instances, none.chains) == (0, 0, 0)
 
 
 def test_pixels_outside_the_labels_cost():
     chains = [strand((20, 30), (180, 30))]
     labels = labelled(chains)
     mask = labels > 0
-    mask[100:109, 20:181] = True
-    assert score_photo(chains, labels, mask).labelled == pytest.approx(2 / 3)
-    assert score_photo(chains, labels, mask).drawn == 1
-    assert score_photo(chains, labels, np.zeros_like(mask)).labelled == 0
+    mask[35:39, 20:181] = True
+    assert score_photo(found(chains, mask), labels).instances == pytest.approx(2 * 9 / (9 + 13))
+    assert score_photo(found(chains, mask), labels).drawn == 1
 
 
 def test_cables_that_change_places_at_a_crossing_cost_half():
     first, second = cross()
     turned = [strand((20, 75), (100, 75), (100, 15)), strand((180, 75), (100, 75), (100, 135))]
     labels = labelled([first, second])
-    score = score_photo(turned, labels, labels > 0)
-    assert score.ordered < 0.65
-    assert score.labelled < 0.65
+    assert score_photo(found(turned, labels > 0), labels).instances < 0.65
 
 
 def test_of_a_cable_in_two_chains_one_counts():
     chains = [strand((20, 30), (95, 30)), strand((100, 30), (180, 30))]
     labels = labelled([strand((20, 30), (180, 30))])
-    score = score_photo(chains, labels, labels > 0)
-    assert score.labelled == pytest.approx(2 * 83 / (161 + 83))  # cut in the middle between them
+    score = score_photo(found(chains, labels > 0), labels)
+    assert score.instances == pytest.approx(2 * 83 / (161 + 83))  # cut in the middle between them
     assert not score.correct
-
-
-def test_nearest_is_by_distance_to_the_line_and_not_to_joints():
-    chains = [strand((10, 50), (190, 50), length=90.0), strand((10, 70), (190, 70), length=10.0)]
-    pixels = np.array([(55, 59), (55, 61), (145, 59.7), (190, 60.3)], dtype=float)
-    assert nearest_chain(chains, pixels).tolist() == [0, 1, 0, 1]
 
 
 def test_samples_lie_on_the_chain_close_together():
