@@ -66,7 +66,7 @@ class Observed:
         if isinstance(data, Cloud) or not isinstance(scene, MaskedScene):
             return None
         shape, camera = (data.depth.shape, data.camera) if isinstance(data, Frame) else (data.color.shape, None)
-        return View.of(scene.mask, shape, camera, scene.colors, self.scale)
+        return View.of(scene.whole.mask, shape, camera, scene.colors, self.scale)
 
     def note(self, chains: list[Chain]) -> tuple[str, ...]:
         """Return the note that there were too many chains to extend the mask along them."""
