@@ -13,11 +13,12 @@ from ..geometry.radii import STEP_RADII
 from ..kernels import CrossingStrands
 from ..types import Camera, CloudSampling, Floats, Ints
 from . import axis_in_cloud
-from .cloud_facts import CloudFacts, strip_half_width
+from .cloud_facts import CloudFacts, strip_half_widths
 from .frame import SIZE_OVER_SPACING
 from .point_visibility import PointVisibility
 from .samples import Samples
 from .scene import Scene
+from .touching_strands import NOT_TOUCHING, Parted, part_strands
 from .upper_strand import cloud_log_odds
 
 SPARSE_RADIUS_OVER_SPACING = 0.5
@@ -27,8 +28,9 @@ SPARSE_GAP_SPACING, SURFACE_GAP_SPACING = 0.001, 0.004
 """m; spacing of points along strands, and on surfaces, for which the settings of gaps in the section `merge` hold."""
 
 SPARSE_MAX_TURN, CLOUD_MAX_TURN, BRANCHED_MAX_TURN = math.pi / 2, 0.9 * math.pi, 0.9
-"""Radians; turn across a gap at most, between sparse points, in any other cloud, and in one of branched objects: a cable turns
-less, two branches of a trunk that was not measured turn more."""
+"""Radians; turn across a gap at most: between sparse points, and strands that touch side by side, whose ends lie beside each
+other; in any other cloud; and in one of branched objects. A cable turns less, two branches of a trunk that was not measured turn
+more."""
 
 FROM_ABOVE = np.diag((1.0, 1.0, -1.0))
 """Axes of the view of a cloud without a viewpoint: x right, y down in the view, along -z."""
@@ -87,12 +89,27 @@ class CloudScene(Scene):
 
     @cached_property
     def radius(self) -> float:
-        """The radius of the object, m: as configured; by the width of strips of points; of sparse points by their scatter."""
+        """The radius of the object, m: as configured; by the width of strips of points; of sparse points by their scatter.
+
+        Of strands that touch side by side it is that at which their normals meet.
+        """
         if self.sampling.scatter is not None:
             least = max(self.sampling.scatter, SPARSE_RADIUS_OVER_SPACING * self.sampling.spacing)
             return self.config.voxelize.radius or least
-        apart = self.facts.spacing
-        return self.config.voxelize.radius or max(strip_half_width(self.points, apart, self.facts.strands), apart)
+        return self.parted.radius or self.config.voxelize.radius or max(float(np.median(self.widths)), self.facts.spacing)
+
+    @cached_property
+    def widths(self) -> Floats:
+        """The half-widths of the cloud where it looks like a strip, m; the configured radius alone if there is one."""
+        given = self.config.voxelize.radius
+        return np.array([given]) if given else strip_half_widths(self.points, self.facts.spacing, self.facts.strands)
+
+    @cached_property
+    def parted(self) -> Parted:
+        """The strands that touch side by side; none of branched objects, whose trunks are bundles."""
+        if self.is_sparse or not self.shows_surface or self.config.merge.branches:
+            return NOT_TOUCHING
+        return part_strands(self.points, self.widths, self.spacing, np.zeros(3) if self.sensor is None else self.sensor)
 
     @cached_property
     def voxel(self) -> float:
@@ -124,7 +141,7 @@ class CloudScene(Scene):
         It is less than half a turn: no camera shows whether a turn is hidden, and the ends of strands beside each other are no
         turn of one strand.
         """
-        if self.is_sparse:
+        if self.is_sparse or self.parted.radius:
             return SPARSE_MAX_TURN
         return BRANCHED_MAX_TURN if self.config.merge.branches else CLOUD_MAX_TURN
 

@@ -94,8 +94,8 @@ def seeds_of(sample: Floats) -> Floats:
     return sample[:: max(1, len(sample) // SAMPLE_SEEDS)]
 
 
-def strip_half_width(points: Floats, apart: float, number: Ints) -> float:
-    """Return the median half-width of a cloud in m where it looks like a strip; a sixth of its diagonal where it nowhere does.
+def strip_half_widths(points: Floats, apart: float, number: Ints) -> Floats:
+    """Return the half-widths of a cloud in m where it looks like a strip; a sixth of its diagonal where it nowhere does.
 
     Around each of some seeds the neighborhood grows until it is three times as long as it is wide. The variance
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
@@ -121,7 +121,7 @@ def strip_half_width(points: Floats, apart: float, number: Ints) -> float:
                 radii += np.sqrt(wide * (3 - np.minimum(1.0, thin / wide))).tolist()
                 seeds = seeds[~long]
             reach *= 1.3
-    return float(np.median(radii)) if radii else extent / 6
+    return np.array(radii or [extent / 6])
 
 
 def longest_first(points: Floats) -> Floats:

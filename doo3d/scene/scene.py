@@ -72,7 +72,7 @@ class Scene(ABC):
     def changed(self, **fields: Any) -> Self:
         """Return a copy with other fields; what was measured of the object stays as it is."""
         made = replace(self, **fields)
-        vars(made).update({name: vars(self)[name] for name in ("radius", "spacing", "voxel") if name in vars(self)})
+        vars(made).update({name: vars(self)[name] for name in ("radius", "spacing", "voxel", "parted") if name in vars(self)})
         return made
 
     @property

@@ -96,6 +96,9 @@ def _of_frame(scene: FrameScene) -> VoxelGrid:
 @_grid_of.register
 def _of_cloud(scene: CloudScene) -> VoxelGrid:
     """Return the voxels of a cloud, with the points that join sparse ones; strands near each other are closed one by one."""
+    axes, strand, radius = scene.parted
+    if len(axes):
+        return _closed_grid(axes, scene.voxel_factor * STEP_RADII * radius, MIN_COMPONENT_COARSE, strand)
     points = np.concatenate((scene.filtered, scene.bridges)) if len(scene.bridges) else scene.filtered
     fineness = min(1.0, scene.voxel_factor * STEP_RADII * scene.radius / scene.voxel)
     min_voxels = min(MIN_COMPONENT, max(MIN_COMPONENT_COARSE, math.ceil(MIN_COMPONENT * fineness**2)))
