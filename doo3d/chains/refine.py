@@ -54,7 +54,8 @@ def refine(paths: Sequence[Path], surface: Floats, scene: Scene, length: float) 
         extended = extend_ends(own, part, length)
         part = decide_viewpoint(extended, part, length)
         samples = estimate_centerline(extended, part, length, scene.config.refine)
-        chains += lay_chains(samples, extended, surface, part, scene.config.refine)
+        seen = surface if len(scene.each_layer) == 1 else part.points
+        chains += lay_chains(samples, extended, seen, part, scene.config.refine)
     chains.sort(key=lambda chain: -chain.length)
     return chains, part if len(scene.each_layer) == 1 else scene
 

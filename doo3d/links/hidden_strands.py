@@ -110,6 +110,7 @@ def hidden_strands(points: Floats, tangents: Floats, chains: Curves, scene: Scen
     ahead = unit(scene.in_image(points + scene.radius * tangents) - seen)
     view = _View(seen, ahead, np.repeat(scene.layer_of(chains), 2), lines, radius, np.array(scene.mask.shape[::-1]))
     is_open = ~(np.repeat(chains.closed, 2) | scene.exits_view(points, tangents, 2 * TOUCHING_RADII * scene.radius))
+    is_open &= scene.is_covered(seen + 2 * NODE_RADII / 3 * radius * ahead)
     ways = {row: view.follow(row) for row in np.flatnonzero(is_open).tolist()}
     gaps, exits = {}, {}
     for row, (way, other) in ways.items():

@@ -83,6 +83,11 @@ class MaskedScene(Scene):
         """What follows from the whole mask, with the borders between strands of different colors."""
         return FrameFacts(self.colors > 0, self.facts.depth) if self.layers else self.facts
 
+    def is_covered(self, pixels: Floats) -> Bools:
+        """Return which pixels (N, 2) of the view are in the whole mask, (N,) bool."""
+        u, v = np.clip(np.rint(pixels).astype(np.int64), 0, np.array(self.mask.shape[::-1]) - 1).T
+        return self.whole.mask[v, u]
+
     @cached_property
     def each_layer(self) -> tuple[Self, ...]:
         """The scene once for each color of strand, with the pixels of that color alone; the scene itself where there is one."""

@@ -45,8 +45,8 @@ EDGE_RADII = 0.5
 OPENING_RADII = 0.2
 """Radii of the disc that fits into the seen part of a strand: strands beneath others show a fifth of their width."""
 
-PART_RADII = 3.0
-"""Radii of the shortest part of a layer; ties and highlights are shorter."""
+PART_RADII, TIE_WIDTHS = 3.0, 1.5
+"""Length of the shortest part of a layer in radii, and in widths of the mask there: ties are as long as the bundle is wide."""
 
 BORDER_RADII = 12.0
 """Radii of the shortest border between strands side by side; strands that cross at over 10 degrees share a shorter one."""
@@ -72,7 +72,8 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
     chroma = (image[..., 1:] - np.float32(128)) / np.maximum(image[..., :1], MIN_LUMA)
     shade, weight = _shades(chroma, image[..., 0])
-    known = mask & ~_is_background(chroma, mask, radius)
+    distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
+    known = mask & ~((distance <= EDGE_RADII * radius) & _is_background(chroma, mask, radius))
     number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS).astype(float))
     if number.max() < 2:
         return NO_NUMBERS
@@ -81,7 +82,7 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     for k in range(1, int(number.max()) + 1):
         opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc)
-        labels[long_parts(opened > 0, PART_RADII * radius)] = k
+        labels[long_parts(opened > 0, PART_RADII * radius, TIE_WIDTHS * 2 * distance)] = k
     labels = _spread(labels, mask)
     used = np.unique(labels[labels > 0])
     if not _are_cables(labels, used, image[..., 0], radius):
@@ -100,7 +101,7 @@ def _shades(chroma: Floats, luma: Array) -> tuple[Ints, Floats]:
 
 
 def _is_background(chroma: Floats, mask: Bools, radius: float) -> Bools:
-    """Return which pixels (h, w) at the edge of a mask have a chroma that is commoner around it than in it."""
+    """Return which pixels (h, w) have a chroma that is commoner around it than in it."""
     at = np.clip((chroma / MAX_CHROMA + 1) / 2 * CHROMA_CELLS, 0, CHROMA_CELLS - 1).astype(np.int64)
     cell = at[..., 0] * CHROMA_CELLS + at[..., 1]
     around = dilate(mask, 3 * radius) & ~dilate(mask, radius / 2 + 1)
@@ -108,8 +109,7 @@ def _is_background(chroma: Floats, mask: Bools, radius: float) -> Bools:
         gaussian_filter(np.bincount(cell[part], minlength=CHROMA_CELLS**2).reshape(CHROMA_CELLS, -1) / max(part.sum(), 1), 1.0)
         for part in (mask, around)
     )
-    distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
-    return np.asarray((distance <= EDGE_RADII * radius) & (beside >= inside).ravel()[cell])
+    return np.asarray((beside >= inside).ravel()[cell])
 
 
 def _modes(counts: Floats) -> Ints:
@@ -154,7 +154,7 @@ def _are_cables(labels: Array, used: Ints, luma: Array, radius: float) -> bool:
     labels, luma : (h, w) uint8. radius : px.
     """
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(1, round(VALLEY_RADII * radius)) + 1,) * 2)
-    valley = cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, disc)
+    valley = cv2.dilate(cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, disc), np.ones((3, 3), np.uint8))
     grown = [cv2.dilate((labels == k).view(np.uint8), np.ones((3, 3), np.uint8)) > 0 for k in used]
     borders = (long_parts(one & other, BORDER_RADII * radius) for one, other in combinations(grown, 2))
     return any(border.any() and np.median(valley[border]) >= MIN_VALLEY for border in borders)

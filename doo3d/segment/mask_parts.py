@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from scipy.ndimage import maximum
 
 from ..kernels import mask_parts
+from ..scene.masked import NO_NUMBERS
 from ..scene.surround import median_hues
 from ..types import Array, Bools, Floats, Ints
 
@@ -84,9 +86,14 @@ class Parts(NamedTuple):
         return median_hues(color, self.pixels_of(wanted), self.sizes[wanted])
 
 
-def long_parts(mask: Bools, length: float) -> Bools:
-    """Return the 8-connected parts of a mask (h, w) bool whose bounding boxes have a diagonal of at least `length` px."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= length
+def long_parts(mask: Bools, length: float, least: Array = NO_NUMBERS) -> Bools:
+    """Return the 8-connected parts of a mask (h, w) bool whose bounding boxes have a diagonal of at least `length` px.
+
+    least : (h, w) px, for each part another least length: the largest value in it. Empty if there is none.
+    """
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
+    lengths = np.maximum(length, maximum(least, labels, range(count))) if least.size else length
+    is_long = extent >= lengths
     is_long[0] = False
     return np.asarray(is_long[labels])
