@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..geometry.curves import Curves
 from ..geometry.polyline import arc_length, unit
-from ..geometry.radii import NODE_RADII, TOUCHING_RADII
+from ..geometry.radii import ACROSS_RADII, NODE_RADII, TOUCHING_RADII
 from ..scene.scene import Scene
 from ..types import Floats, Ints
 from .depth_gaps import Gaps
@@ -24,6 +24,9 @@ LEAST_COSINE = 0.8
 
 MAX_LINES = 6
 """Lines, each from one place where strands meet to the next, that are followed from an end at most."""
+
+AHEAD_RADII = (2.0, 4.0)
+"""Radii ahead of an end at one of which another strand must cover it; a tip that is seen has the background ahead."""
 
 OUT, NOWHERE = -1, -2
 
@@ -110,7 +113,9 @@ def hidden_strands(points: Floats, tangents: Floats, chains: Curves, scene: Scen
     ahead = unit(scene.in_image(points + scene.radius * tangents) - seen)
     view = _View(seen, ahead, np.repeat(scene.layer_of(chains), 2), lines, radius, np.array(scene.mask.shape[::-1]))
     is_open = ~(np.repeat(chains.closed, 2) | scene.exits_view(points, tangents, 2 * TOUCHING_RADII * scene.radius))
-    is_open &= scene.is_covered(seen + 2 * NODE_RADII / 3 * radius * ahead)
+    side = ahead[:, ::-1] * (-1, 1)
+    beyond = [seen + radius * (at * ahead + across * side) for at in AHEAD_RADII for across in ACROSS_RADII]
+    is_covered = scene.in_whole_mask(np.stack(beyond)).any(axis=0)
     ways = {row: view.follow(row) for row in np.flatnonzero(is_open).tolist()}
     gaps, exits = {}, {}
     for row, (way, other) in ways.items():
@@ -118,7 +123,7 @@ def hidden_strands(points: Floats, tangents: Floats, chains: Curves, scene: Scen
         if other >= 0 and (back == NOWHERE or (back == row and other > row)):
             line = _lifted(way, points[row], points[other], intrinsics)
             gaps[min(row, other), max(row, other)] = line if row < other else line[::-1]
-        elif other == OUT and scene.dim == 2:
+        elif other == OUT and is_covered[row] and scene.dim == 2:
             exits[row] = way
     return gaps, exits
 

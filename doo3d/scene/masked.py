@@ -65,9 +65,11 @@ class MaskedScene(Scene):
 
     def in_mask(self, pixels: Floats) -> Bools:
         """Return which pixels (..., 2) are in the image and in the mask: (...) bool."""
-        inside = np.asarray(((pixels >= 0) & (pixels < self.mask.shape[::-1])).all(axis=-1))
-        u, v = np.moveaxis(np.where(inside[..., None], pixels, 0).astype(int), -1, 0)
-        return np.asarray(inside & self.mask[v, u])
+        return _in_mask(pixels, self.mask)
+
+    def in_whole_mask(self, pixels: Floats) -> Bools:
+        """Return which pixels (..., 2) are in the image and in the mask of all layers together: (...) bool."""
+        return _in_mask(pixels, self.whole.mask)
 
     def unclaimed(self, view: Curves, reach: Floats) -> Floats:
         """Return for each of C curves the share of the pixels of the mask that are near no curve, (C,).
@@ -82,11 +84,6 @@ class MaskedScene(Scene):
     def whole(self) -> FrameFacts:
         """What follows from the whole mask, with the borders between strands of different colors."""
         return FrameFacts(self.colors > 0, self.facts.depth) if self.layers else self.facts
-
-    def is_covered(self, pixels: Floats) -> Bools:
-        """Return which pixels (N, 2) of the view are in the whole mask, (N,) bool."""
-        u, v = np.clip(np.rint(pixels).astype(np.int64), 0, np.array(self.mask.shape[::-1]) - 1).T
-        return self.whole.mask[v, u]
 
     @cached_property
     def each_layer(self) -> tuple[Self, ...]:
@@ -106,3 +103,10 @@ class MaskedScene(Scene):
         votes = np.zeros((len(lines), len(self.layers) + 1), dtype=np.int64)
         np.add.at(votes, (lines.owner, self.colors[v, u]), 1)
         return np.asarray(votes[:, 1:].argmax(axis=1))
+
+
+def _in_mask(pixels: Floats, mask: Bools) -> Bools:
+    """Return which pixels (..., 2) are in a mask (H, W) bool: (...) bool."""
+    inside = np.asarray(((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1))
+    u, v = np.moveaxis(np.where(inside[..., None], pixels, 0).astype(int), -1, 0)
+    return np.asarray(inside & mask[v, u])

@@ -42,8 +42,9 @@ MIN_LUMA = 32.0
 EDGE_RADII = 0.5
 """Radii from the edge of a mask within which pixels may be background: masks of networks are so loose."""
 
-OPENING_RADII = 0.2
-"""Radii of the disc that fits into the seen part of a strand: strands beneath others show a fifth of their width."""
+OPENING_RADII, THIN_RADII = 0.2, 0.5
+"""Radii of the discs that fit into the seen part of a strand everywhere, and somewhere: beneath others it is narrow, but not all
+along."""
 
 PART_RADII, TIE_WIDTHS = 3.0, 1.5
 """Length of the shortest part of a layer in radii, and in widths of the mask there: ties are as long as the bundle is wide."""
@@ -82,6 +83,8 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     for k in range(1, int(number.max()) + 1):
         opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc)
+        if cv2.distanceTransform(opened, cv2.DIST_L2, 5).max() < THIN_RADII * radius:
+            continue  # the gaps between the turns of a coil
         labels[long_parts(opened > 0, PART_RADII * radius, TIE_WIDTHS * 2 * distance)] = k
     labels = _spread(labels, mask)
     used = np.unique(labels[labels > 0])
