@@ -71,14 +71,16 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     box = _grown(facts.slices, math.ceil(4 * radius), facts.mask.shape)
     mask = facts.mask[box]
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
-    chroma = (image[..., 1:] - np.float32(128)) / np.maximum(image[..., :1], MIN_LUMA)
-    shade, weight = _shades(chroma, image[..., 0])
     distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
-    known = mask & ~((distance <= EDGE_RADII * radius) & _is_background(chroma, mask, radius))
+    around = dilate(mask, 3 * radius) & ~dilate(mask, radius / 2 + 1)
+    chroma, beside = _chroma(image[mask]), _chroma(image[around])
+    known = (distance[mask] > EDGE_RADII * radius) | _is_own(chroma, beside)
+    shade, weight = _shades(chroma, image[mask][:, 0])
     number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS).astype(float))
     if number.max() < 2:
         return NO_NUMBERS
-    seen, labels = np.where(known, number[shade], 0), np.zeros(mask.shape, np.uint8)
+    seen, labels = np.zeros(mask.shape, np.uint8), np.zeros(mask.shape, np.uint8)
+    seen[mask] = np.where(known, number[shade], 0)
     side = 2 * max(1, round(OPENING_RADII * radius)) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     for k in range(1, int(number.max()) + 1):
@@ -95,24 +97,32 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     return layers
 
 
+def _chroma(pixels: Array) -> Floats:
+    """Return the chroma of N pixels over their luma, which shading does not change, (N, 2); pixels : (N, 3) uint8 YCrCb."""
+    return np.asarray((pixels[:, 1:] - np.float32(128)) / np.maximum(pixels[:, :1], MIN_LUMA))
+
+
 def _shades(chroma: Floats, luma: Array) -> tuple[Ints, Floats]:
-    """Return the bin of each pixel (h, w): of its hue or, for a gray one, of its lightness; and its weight in the histogram."""
-    saturation = np.hypot(chroma[..., 0], chroma[..., 1])
-    hue = (np.arctan2(chroma[..., 0], chroma[..., 1]) / (2 * np.pi) % 1 * HUE_BINS).astype(np.int64) % HUE_BINS
+    """Return the bin of each pixel (N,): of its hue or, for a gray one, of its lightness; and its weight in the histogram."""
+    saturation = np.hypot(chroma[:, 0], chroma[:, 1])
+    hue = (np.arctan2(chroma[:, 0], chroma[:, 1]) / (2 * np.pi) % 1 * HUE_BINS).astype(np.int64) % HUE_BINS
     is_gray = saturation < MIN_SATURATION
     return np.where(is_gray, HUE_BINS + luma.astype(np.int64) * GRAY_BINS // 256, hue), np.where(is_gray, 1.0, saturation)
 
 
-def _is_background(chroma: Floats, mask: Bools, radius: float) -> Bools:
-    """Return which pixels (h, w) have a chroma that is commoner around it than in it."""
-    at = np.clip((chroma / MAX_CHROMA + 1) / 2 * CHROMA_CELLS, 0, CHROMA_CELLS - 1).astype(np.int64)
-    cell = at[..., 0] * CHROMA_CELLS + at[..., 1]
-    around = dilate(mask, 3 * radius) & ~dilate(mask, radius / 2 + 1)
-    inside, beside = (
-        gaussian_filter(np.bincount(cell[part], minlength=CHROMA_CELLS**2).reshape(CHROMA_CELLS, -1) / max(part.sum(), 1), 1.0)
-        for part in (mask, around)
+def _is_own(chroma: Floats, beside: Floats) -> Bools:
+    """Return which pixels (N,) of a mask have a chroma that is commoner in the mask than beside it; beside : (M, 2)."""
+    cells = [
+        (np.clip((each / MAX_CHROMA + 1) / 2 * CHROMA_CELLS, 0, CHROMA_CELLS - 1).astype(np.int64) * (CHROMA_CELLS, 1)).sum(
+            axis=1
+        )
+        for each in (chroma, beside)
+    ]
+    inside, outside = (
+        gaussian_filter(np.bincount(cell, minlength=CHROMA_CELLS**2).reshape(CHROMA_CELLS, -1) / max(len(cell), 1), 1.0).ravel()
+        for cell in cells
     )
-    return np.asarray((beside >= inside).ravel()[cell])
+    return np.asarray((inside > outside)[cells[0]])
 
 
 def _modes(counts: Floats) -> Ints:

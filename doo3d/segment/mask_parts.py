@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.ndimage import maximum
 
 from ..kernels import mask_parts
 from ..scene.masked import NO_NUMBERS
@@ -93,7 +92,9 @@ def long_parts(mask: Bools, length: float, least: Array = NO_NUMBERS) -> Bools:
     """
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
     extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    lengths = np.maximum(length, maximum(least, labels, range(count))) if least.size else length
+    lengths = np.full(count, length)
+    if least.size:
+        np.maximum.at(lengths, labels[mask], least[mask])
     is_long = extent >= lengths
     is_long[0] = False
     return np.asarray(is_long[labels])
