@@ -12,7 +12,7 @@ from .chains.refine import refine
 from .config import Config, ConfigLike, as_config
 from .geometry.curves import Curves
 from .judge import Evidence, Interpretation, Verdict, interpret, judge
-from .judge.notes import lost_notes
+from .judge.notes import coil_notes, lost_notes
 from .links import Merged, merge
 from .links.branches import Branched, branch, branch_notes
 from .scene.scene import Scene
@@ -237,6 +237,7 @@ def detect_with_stages(
             *stages.limit_notes,
             *stages.branched.notes,
             *branch_notes(stages.chains, scene),
+            *coil_notes(stages.chains, scene),
             *frame_notes(data, stages.shown, scene.plane),
         ),
         crossings=stages.crossings,

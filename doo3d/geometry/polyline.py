@@ -46,6 +46,13 @@ def steps(points: Floats, closed: bool = False) -> Floats:
     return np.asarray(np.sqrt(np.einsum("nd,nd->n", step, step)))
 
 
+def net_turns(points: Floats) -> float:
+    """Return the number of full turns that a polyline (P, D) makes to one side; turns to opposite sides cancel."""
+    along = np.pad(unit(np.diff(points, axis=0)), ((0, 0), (0, 3 - points.shape[1])))
+    axis = unit(np.cross(along[:-1], along[1:]))
+    return float(np.linalg.norm(angle(along[:-1], along[1:]) @ axis) / math.tau)
+
+
 def arc_length(points: Floats) -> Floats:
     """Return the arc length from the first point of a polyline to each point, (P,).
 

@@ -1,8 +1,10 @@
-"""Notes on a frame in which nothing was found."""
+"""Notes on a frame in which nothing was found, or a coil."""
 
 from collections.abc import Sequence
 
+from ..geometry.polyline import net_turns
 from ..scene.scene import Scene
+from ..types import Chain
 
 HINTS = {
     "segment": "widen the segmentation{colors}",
@@ -32,3 +34,22 @@ def lost_notes(left: Sequence[int], scene: Scene) -> tuple[str, ...]:
             sign = ":" if stage == "refine" else ";"
             return (f"{stage}: {what}{sign} {hint.format(**hints)}",)
     return ()
+
+
+COIL = "coil"
+"""First word of the note on a coil, and the word at the coil in the picture."""
+
+COIL_TURNS, COIL_SHARE = 1.5, 0.3
+"""Least number of net turns of a chain, and share of its joints where strands lie side by side, of a coil. Knots and tangles turn
+as much, bundles lie side by side as much, none does both: `docs/measure_coils.py` counts 0 of 372 frames of other families."""
+
+
+def coil_notes(chains: Sequence[Chain], scene: Scene) -> tuple[str, ...]:
+    """Return the note on the chain that turns the most among those that are coils; none without a coil."""
+    turns = [net_turns(chain.joints) for chain in chains if scene.share_side_by_side(chain.joints) >= COIL_SHARE]
+    if max(turns, default=0.0) < COIL_TURNS:
+        return ()
+    return (
+        f"{COIL}: a chain makes {max(turns):.1f} turns that touch or overlap, the order of its turns is not certain; "
+        "spread the turns apart, so that each of them is seen",
+    )

@@ -80,6 +80,14 @@ class MaskedScene(Scene):
         """
         return unclaimed_shares(view, reach, self.facts, self.is_clean)
 
+    def share_side_by_side(self, points: Floats) -> float:
+        """Return the share of N positions (N, D) at which strands of the mask run side by side, 0 to 1."""
+        if not self.side_by_side.size:
+            return 0.0
+        pixels = np.rint(np.nan_to_num(self.in_image(points)))
+        u, v = np.clip(pixels, 0, np.array(self.mask.shape[::-1]) - 1).astype(np.int64).T
+        return float(self.side_by_side[v, u].mean())
+
     @cached_property
     def whole(self) -> FrameFacts:
         """What follows from the whole mask, with the borders between strands of different colors."""

@@ -171,6 +171,10 @@ class Scene(ABC):
         """
         return np.zeros(len(view))
 
+    def share_side_by_side(self, points: Floats) -> float:
+        """Return the share of N positions (N, D) at which strands of the mask run side by side, 0 to 1; 0 for a cloud."""
+        return 0.0
+
     def strand_sides(self, view: Floats, across: Floats, reach: Floats, radius: float) -> ColorSides:
         """Return how a strand stands out from its sides, where the object is not given.
 

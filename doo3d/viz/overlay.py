@@ -3,6 +3,8 @@
 import cv2
 import numpy as np
 
+from ..geometry.polyline import net_turns
+from ..judge.notes import COIL
 from ..types import Array, Chain, Cloud, Detection, Floats, Frame, Image
 from ..types.arguments import refused
 from ..types.display import tree_text
@@ -30,6 +32,7 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     - Where chains meet at a junction, a white square stands for their ends.
     - Where chains cross in the view, the upper one is drawn on top, between two white lines if the detection knows which one is
       upper. For a cloud without a viewpoint, the one nearer in the picture is drawn on top.
+    - The word "coil" stands in the middle of the coil that a note names.
     - A panel in a corner lists number, length, radius and occluded share of each chain; where there are junctions, first how many
       objects, chains and junctions there are.
 
@@ -71,11 +74,14 @@ def draw(data: Frame | Cloud | Image | Array, detection: Detection) -> Array:
     if len(strands) > 1:
         for index, (number, strand) in enumerate(zip(chain_numbers(detection), strands, strict=True)):
             _label(picture, str(number), strand.points[len(strand.points) // 2 if (index, 0) in joined else 0], unit)
+    if drawn and any(note.startswith(COIL) for note in detection.notes):
+        turns = [net_turns(chain.joints) for chain, _, _ in all_chains(detection)]
+        _label(picture, COIL, drawn[int(np.argmax(turns))].points.mean(axis=0), unit)
     return picture
 
 
 def _label(picture: Array, text: str, joint: Floats, unit: float) -> None:
-    """Write the number of a chain beside one of its joints (2,) px, in white with a dark rim; skip a joint out of view."""
+    """Write a number or a word beside a position (2,) px, in white with a dark rim; skip a position out of view."""
     if not ((joint >= 0) & (joint < picture.shape[1::-1])).all():
         return
     size = LABEL_SIZE * unit
