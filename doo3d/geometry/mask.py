@@ -24,6 +24,12 @@ def dilate(mask: Bools, px: float) -> Bools:
     return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5) <= px + 1e-3)
 
 
+def grown_box(box: tuple[slice, slice], px: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return a box grown by `px` on all sides, within an image (h, w)."""
+    rows, columns = (slice(max(0, side.start - px), min(size, side.stop + px)) for side, size in zip(box, shape, strict=True))
+    return rows, columns
+
+
 def ridge_radius(inside: Array, scale: Array) -> float:
     """Return the radius of the object in a mask from the mask's distance transform.
 

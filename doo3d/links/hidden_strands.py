@@ -115,7 +115,7 @@ def hidden_strands(points: Floats, tangents: Floats, chains: Curves, scene: Scen
     is_open = ~(np.repeat(chains.closed, 2) | scene.exits_view(points, tangents, 2 * TOUCHING_RADII * scene.radius))
     side = ahead[:, ::-1] * (-1, 1)
     beyond = [seen + radius * (at * ahead + across * side) for at in AHEAD_RADII for across in ACROSS_RADII]
-    is_covered = np.any(scene.in_whole_mask(np.stack(beyond)), axis=0)
+    is_covered = np.logical_or.reduce(scene.in_mask(np.stack(beyond)))
     ways = {row: view.follow(row) for row in np.flatnonzero(is_open).tolist()}
     gaps, exits = {}, {}
     for row, (way, other) in ways.items():

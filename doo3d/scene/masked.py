@@ -64,12 +64,11 @@ class MaskedScene(Scene):
         return self.color[self.pixels[:, 1], self.pixels[:, 0]] if self.color.size else super().point_colors()
 
     def in_mask(self, pixels: Floats) -> Bools:
-        """Return which pixels (..., 2) are in the image and in the mask: (...) bool."""
-        return _in_mask(pixels, self.mask)
-
-    def in_whole_mask(self, pixels: Floats) -> Bools:
         """Return which pixels (..., 2) are in the image and in the mask of all layers together: (...) bool."""
-        return _in_mask(pixels, self.whole.mask)
+        mask = self.whole.mask
+        inside = np.asarray(((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1))
+        u, v = np.moveaxis(np.where(inside[..., None], pixels, 0).astype(int), -1, 0)
+        return np.asarray(inside & mask[v, u])
 
     def unclaimed(self, view: Curves, reach: Floats) -> Floats:
         """Return for each of C curves the share of the pixels of the mask that are near no curve, (C,).
@@ -111,10 +110,3 @@ class MaskedScene(Scene):
         votes = np.zeros((len(lines), len(self.layers) + 1), dtype=np.int64)
         np.add.at(votes, (lines.owner, self.colors[v, u]), 1)
         return np.asarray(votes[:, 1:].argmax(axis=1))
-
-
-def _in_mask(pixels: Floats, mask: Bools) -> Bools:
-    """Return which pixels (..., 2) are in a mask (H, W) bool: (...) bool."""
-    inside = np.asarray(((pixels >= 0) & (pixels < mask.shape[::-1])).all(axis=-1))
-    u, v = np.moveaxis(np.where(inside[..., None], pixels, 0).astype(int), -1, 0)
-    return np.asarray(inside & mask[v, u])

@@ -160,10 +160,6 @@ class Scene(ABC):
         """Return which pixels (..., 2) of the view are in the image and in the mask: (...) bool; all False for a cloud."""
         return np.zeros(pixels.shape[:-1], dtype=bool)
 
-    def in_whole_mask(self, pixels: Floats) -> Bools:
-        """Return which pixels (..., 2) of the view are in the mask of all layers together: (...) bool; all False for a cloud."""
-        return self.in_mask(pixels)
-
     def unclaimed(self, view: Curves, reach: Floats) -> Floats:
         """Return for each of C curves the share of the pixels of the mask that are near no curve, (C,); 0 for a cloud.
 

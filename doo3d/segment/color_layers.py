@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from ..geometry.mask import dilate
+from ..geometry.mask import dilate, grown_box
 from ..scene.frame_facts import FrameFacts
 from ..scene.masked import NO_NUMBERS
 from ..types import Array, Bools, Floats, Ints
@@ -68,7 +68,7 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     half_width = facts.axis[2]
     if not radius or np.count_nonzero(half_width > WIDE * radius) < BORDER_RADII * radius / 2:
         return NO_NUMBERS
-    box = _grown(facts.slices, math.ceil(4 * radius), facts.mask.shape)
+    box = grown_box(facts.slices, math.ceil(4 * radius), facts.mask.shape)
     mask = facts.mask[box]
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
     distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
@@ -171,9 +171,3 @@ def _are_cables(labels: Array, used: Ints, luma: Array, radius: float) -> bool:
     grown = [cv2.dilate((labels == k).view(np.uint8), np.ones((3, 3), np.uint8)) > 0 for k in used]
     borders = (long_parts(one & other, BORDER_RADII * radius) for one, other in combinations(grown, 2))
     return any(border.any() and np.median(valley[border]) >= MIN_VALLEY for border in borders)
-
-
-def _grown(box: tuple[slice, slice], px: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return a box grown by `px` on all sides, within an image (h, w)."""
-    rows, columns = (slice(max(0, side.start - px), min(size, side.stop + px)) for side, size in zip(box, shape, strict=True))
-    return rows, columns

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..geometry.mask import bounding_box, dilate
+from ..geometry.mask import bounding_box, dilate, grown_box
 from ..scene.frame_facts import FrameFacts
 from ..scene.masked import NO_NUMBERS, NO_PIXELS
 from ..types import Array, Bools
@@ -124,7 +124,7 @@ def _split_valleys(
         beside[box] = dilate(bundles.closed & ~bundles.part, 3 * bundles.radius)[1:-1, 1:-1]
         return SplitMask(mask, 0, beside)
     shade = shade_strands(bundles, box, color, depth, equal_widths)
-    inner = _grown(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), shade.shape)
+    inner = grown_box(bounding_box(bundles.wide), math.ceil(VALLEY_LENGTH_RADII * bundles.radius), shade.shape)
     inside = bundles.within(inner)
     found = find_valley_lines(*find_valleys(shade[inner].copy(), bundles.radius, inside.inner), inside)
     if not found.any():
@@ -150,9 +150,3 @@ def _without_corners(lines: Bools) -> Bools:
     result[:-1, 1:] |= lines[:-1, :-1] & lines[1:, 1:] & ~lines[1:, :-1]
     result[:-1, :-1] |= lines[:-1, 1:] & lines[1:, :-1] & ~lines[1:, 1:]
     return result
-
-
-def _grown(box: tuple[slice, slice], px: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return a box grown by `px` on all sides, within an image (h, w)."""
-    rows, columns = (slice(max(0, side.start - px), min(size, side.stop + px)) for side, size in zip(box, shape, strict=True))
-    return rows, columns
