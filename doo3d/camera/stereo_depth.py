@@ -24,7 +24,7 @@ EDGE_PX = 1.0
 """Distance in px beyond the radius of a strand within which pixels of the mask belong to it: masks are drawn wider than
 strands."""
 
-SHARED_SETTINGS = {"method", "ranges", "onnx", "min_component", "equal_widths"}
+SHARED_SETTINGS = {"method", "ranges", "onnx", "min_component", "equal_widths", "hues"}
 """Settings of the segmentation with the same meaning in an image: they have no unit of length, or are in pixels."""
 
 NEIGHBORS, APART_RADII = 16, 4.0

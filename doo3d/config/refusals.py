@@ -8,7 +8,6 @@ from pydantic import BaseModel, ValidationError
 from ..errors import ConfigError, invalid_code
 
 REMOVED = {
-    "segment.hues": "cables of several colors are told from one cable of several colors by the image",
     "merge.curvature_persistence": "an end is expected to go straight on, as with 0",
     "sequence.chains": "merge.chains is the number of objects in a sequence, too",
 }

@@ -219,6 +219,11 @@ class SegmentConfig(Section):
         "Divide stretches of a mask that are as wide as several strands into strands of equal width where the image shows "
         "no valleys between them. true or false; merge.branches turns it off. Turn it off for objects of several widths.",
     )
+    hues: bool = expert(
+        True,
+        "Tell cables of different colors that run side by side apart: each color is a layer of the mask. true or false. Turn it "
+        "off to follow Keipour et al. (RA-L 2022) to the letter.",
+    )
 
     @model_validator(mode="after")
     def _needs(self) -> SegmentConfig:

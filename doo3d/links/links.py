@@ -26,8 +26,8 @@ second. A frame of an object has a few dozen."""
 
 
 EXIT_CONFIDENCE = 0.9
-"""Confidence of a strand's way out of the image beneath others: 10 of 10 were right in photographs of bundles, and one more of each
-is counted."""
+"""Confidence of a strand's way out of the image beneath others: 10 of 10 were right in photographs of bundles, and one more of
+each is counted."""
 
 
 @timed("merge")

@@ -196,7 +196,7 @@ def _mask_in_frame(frame: Frame, config: SegmentConfig, method: str, given: Bool
     split = SplitMask(facts.mask, 0)
     if method != "everything":
         holes = selected if solid.filled else None
-        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths)
+        split = split_strands(facts, holes, frame.color, frame.depth, config.equal_widths, config.hues)
         facts = facts if split.mask is facts.mask else FrameFacts(split.mask, frame.depth)
     repaired = 0 if selected is given else int(np.count_nonzero(selected != given))
     return _FrameMask(facts, split, solid, pixels, removed_wide, repaired)
@@ -220,7 +220,7 @@ def _segment_image(image: Image, config: SegmentConfig, mask: Array | None, seed
     if not object_given:
         facts = remove_plugs(facts, image.color)
     holes = selected if solid.filled else None
-    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths)
+    split = split_strands(facts, holes, color if color.size else None, None, config.equal_widths, config.hues)
     facts = facts if split.mask is facts.mask else FrameFacts(split.mask)
     pixels = facts.pixels
     scene = ImageScene(

@@ -67,6 +67,7 @@ def split_strands(
     color: Array | None,
     depth: Array | None,
     equal_widths: bool = True,
+    by_color: bool = True,
 ) -> SplitMask:
     """Remove the valleys between strands that run side by side from a mask.
 
@@ -83,6 +84,8 @@ def split_strands(
         is split into strands of equal width.
     equal_widths
         False leaves such a wide stretch whole: it may be one thicker strand.
+    by_color
+        False takes cables of different colors for one layer.
 
     Returns
     -------
@@ -90,7 +93,7 @@ def split_strands(
     """
     if not facts.count:
         return SplitMask(facts.mask, 0)
-    numbers = NO_NUMBERS if color is None else color_layers(facts, color, strand_radius(facts.axis[2]))
+    numbers = NO_NUMBERS if color is None or not by_color else color_layers(facts, color, strand_radius(facts.axis[2]))
     if not numbers.size:
         return _split_valleys(facts, selected, color, depth, equal_widths)
     layers, beside = [], np.zeros_like(facts.mask)
