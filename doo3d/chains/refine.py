@@ -47,17 +47,16 @@ def refine(paths: Sequence[Path], surface: Floats, scene: Scene, length: float) 
     chains : longest first.
     scene : with the position of the sensor, where the points of a cloud reveal it.
     """
-    layer = scene.layer_of(Curves.of([path.points for path in paths], [path.closed for path in paths]))
-    chains = []
-    for k, part in enumerate(scene.each_layer):
-        own = [path for path, number in zip(paths, layer.tolist(), strict=True) if number == k]
-        extended = extend_ends(own, part, length)
-        part = decide_viewpoint(extended, part, length)
-        samples = estimate_centerline(extended, part, length, scene.config.refine)
-        seen = surface if len(scene.each_layer) == 1 else part.points
-        chains += lay_chains(samples, extended, seen, part, scene.config.refine)
-    chains.sort(key=lambda chain: -chain.length)
-    return chains, part if len(scene.each_layer) == 1 else scene
+    if len(scene.each_layer) > 1:
+        layer = scene.layer_of(Curves.of([path.points for path in paths], [path.closed for path in paths]))
+        own = [[paths[k] for k in np.flatnonzero(layer == number).tolist()] for number in range(len(scene.each_layer))]
+        layers = zip(own, scene.each_layer, strict=True)
+        found = [chain for some, part in layers for chain in refine(some, part.points, part, length)[0]]
+        return sorted(found, key=lambda chain: -chain.length), scene
+    extended = extend_ends(paths, scene, length)
+    scene = decide_viewpoint(extended, scene, length)
+    samples = estimate_centerline(extended, scene, length, scene.config.refine)
+    return lay_chains(samples, extended, surface, scene, scene.config.refine), scene
 
 
 @timed("extend_ends")

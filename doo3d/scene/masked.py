@@ -83,9 +83,7 @@ class MaskedScene(Scene):
         """Return the share of N positions (N, D) at which strands of the mask run side by side, 0 to 1."""
         if not self.side_by_side.size:
             return 0.0
-        pixels = np.rint(np.nan_to_num(self.in_image(points)))
-        u, v = np.clip(pixels, 0, np.array(self.mask.shape[::-1]) - 1).astype(np.int64).T
-        return float(self.side_by_side[v, u].mean())
+        return float(self.side_by_side[self._nearest_pixels(points)].mean())
 
     @cached_property
     def whole(self) -> FrameFacts:
@@ -105,8 +103,12 @@ class MaskedScene(Scene):
         """Return the layer that most points of each of C lines lie in, (C,), an index of `each_layer`; lines : m (px in 2-D)."""
         if not self.layers:
             return super().layer_of(lines)
-        limit = np.array(self.colors.shape[::-1]) - 1
-        u, v = np.clip(np.rint(self.in_image(lines.points)).astype(np.int64), 0, limit).T
         votes = np.zeros((len(lines), len(self.layers) + 1), dtype=np.int64)
-        np.add.at(votes, (lines.owner, self.colors[v, u]), 1)
+        np.add.at(votes, (lines.owner, self.colors[self._nearest_pixels(lines.points)]), 1)
         return np.asarray(votes[:, 1:].argmax(axis=1))
+
+    def _nearest_pixels(self, points: Floats) -> tuple[Ints, Ints]:
+        """Return the rows and columns in the image, (N,) each, that are nearest to positions (N, D)."""
+        pixels = np.rint(np.nan_to_num(self.in_image(points)))
+        u, v = np.clip(pixels, 0, np.array(self.mask.shape[::-1]) - 1).astype(np.int64).T
+        return v, u

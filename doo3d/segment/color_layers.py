@@ -112,16 +112,10 @@ def _shades(chroma: Floats, luma: Array) -> tuple[Ints, Floats]:
 
 def _is_own(chroma: Floats, beside: Floats) -> Bools:
     """Return which pixels (N,) of a mask have a chroma that is commoner in the mask than beside it; beside : (M, 2)."""
-    cells = [
-        (np.clip((each / MAX_CHROMA + 1) / 2 * CHROMA_CELLS, 0, CHROMA_CELLS - 1).astype(np.int64) * (CHROMA_CELLS, 1)).sum(
-            axis=1
-        )
-        for each in (chroma, beside)
-    ]
-    inside, outside = (
-        gaussian_filter(np.bincount(cell, minlength=CHROMA_CELLS**2).reshape(CHROMA_CELLS, -1) / max(len(cell), 1), 1.0).ravel()
-        for cell in cells
-    )
+    scaled = (np.clip((each / MAX_CHROMA + 1) / 2 * CHROMA_CELLS, 0, CHROMA_CELLS - 1) for each in (chroma, beside))
+    cells = [each.astype(np.int64) @ (CHROMA_CELLS, 1) for each in scaled]
+    shares = (np.bincount(cell, minlength=CHROMA_CELLS**2).reshape(CHROMA_CELLS, -1) / max(len(cell), 1) for cell in cells)
+    inside, outside = (gaussian_filter(share, 1.0).ravel() for share in shares)
     return np.asarray((inside > outside)[cells[0]])
 
 
@@ -153,8 +147,6 @@ def hue_modes(counts: Floats) -> Ints:
 
 def _spread(labels: Array, mask: Bools) -> Array:
     """Return the label (h, w) uint8 of each pixel of a mask: that of the nearest pixel with a label."""
-    if not labels.any():
-        return labels
     _, nearest = cv2.distanceTransformWithLabels((labels == 0).view(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
     of_pixel = np.zeros(int(nearest.max()) + 1, np.uint8)
     of_pixel[nearest[labels > 0]] = labels[labels > 0]

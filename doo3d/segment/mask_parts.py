@@ -90,11 +90,9 @@ def long_parts(mask: Bools, length: float, least: Array = NO_NUMBERS) -> Bools:
 
     least : (h, w) px, for each part another least length: the largest value in it. Empty if there is none.
     """
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    extent = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT])
-    lengths = np.full(count, length)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    lengths = np.full(len(stats), length)
     if least.size:
         np.maximum.at(lengths, labels[mask], least[mask])
-    is_long = extent >= lengths
-    is_long[0] = False
-    return np.asarray(is_long[labels])
+    is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= lengths
+    return mask & is_long[labels]

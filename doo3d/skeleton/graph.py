@@ -52,28 +52,26 @@ def skeletonize(scene: Scene, clearance: float = 1.0) -> Graph:
     ------
     InputError : the grid would hold more than MAX_CELLS (two million) voxels.
     """
-    grids = [voxelize(layer) for layer in scene.each_layer]
-    skeletons = [thin(grid) for grid in grids]
-    traversals = [
-        traverse(skeleton, layer, scene.config.traverse, clearance)
-        for skeleton, layer in zip(skeletons, scene.each_layer, strict=True)
-    ]
-    if len(grids) == 1:
-        return Graph(grids[0], skeletons[0], traversals[0], _fitted_length(traversals[0].paths, scene))
-    coords, centroids, counts = (_joined(grids, name) for name in ("coords", "centroids", "counts"))
-    paths = [path for each in traversals for path in each.paths]
-    spurs, loops, trimmed = np.sum([(each.spur_length, each.loop_length, each.trimmed_length) for each in traversals], axis=0)
-    return Graph(
-        VoxelGrid(coords, centroids, counts, grids[0].size, grids[0].origin),
-        Skeleton(_joined(skeletons, "coords"), _joined(skeletons, "points")),
-        Traversal(paths, float(spurs), float(loops), float(trimmed), tuple(note for each in traversals for note in each.notes)),
-        _fitted_length(paths, scene),
-    )
+    if len(scene.each_layer) == 1:
+        grid = voxelize(scene)
+        skeleton = thin(grid)
+        traversal = traverse(skeleton, scene, scene.config.traverse, clearance)
+    else:
+        layers = [skeletonize(layer, clearance) for layer in scene.each_layer]
+        coords, centroids, counts = (_joined(layers, "grid", name) for name in ("coords", "centroids", "counts"))
+        grid = VoxelGrid(coords, centroids, counts, layers[0].grid.size, layers[0].grid.origin)
+        skeleton = Skeleton(_joined(layers, "skeleton", "coords"), _joined(layers, "skeleton", "points"))
+        spurs, loops, trimmed = (
+            sum(getattr(layer.traversal, name) for layer in layers) for name in ("spur_length", "loop_length", "trimmed_length")
+        )
+        notes = tuple(note for layer in layers for note in layer.traversal.notes)
+        traversal = Traversal([path for layer in layers for path in layer.paths], spurs, loops, trimmed, notes)
+    return Graph(grid, skeleton, traversal, _fitted_length(traversal.paths, scene))
 
 
-def _joined(layers: Sequence[VoxelGrid] | Sequence[Skeleton], name: str) -> Array:
-    """Return an array of all layers, one after the other; name : of the array."""
-    return np.concatenate([getattr(layer, name) for layer in layers])
+def _joined(layers: Sequence[Graph], product: str, name: str) -> Array:
+    """Return an array of a product of all layers, one after the other; name : of the array."""
+    return np.concatenate([getattr(getattr(layer, product), name) for layer in layers])
 
 
 def _fitted_length(paths: list[Path], scene: Scene) -> float:
