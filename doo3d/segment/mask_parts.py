@@ -95,4 +95,4 @@ def long_parts(mask: Bools, length: float, least: Array = NO_NUMBERS) -> Bools:
     if least.size:
         np.maximum.at(lengths, labels[mask], least[mask])
     is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= lengths
-    return mask & is_long[labels]
+    return np.asarray(mask & is_long[labels])
