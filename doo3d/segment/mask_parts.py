@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from ..kernels import mask_parts
@@ -90,9 +89,10 @@ def long_parts(mask: Bools, length: float, least: Array = NO_NUMBERS) -> Bools:
 
     least : (h, w) px, for each part another least length: the largest value in it. Empty if there is none.
     """
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    lengths = np.full(len(stats), length)
-    if least.size:
-        np.maximum.at(lengths, labels[mask], least[mask])
-    is_long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) >= lengths
-    return np.asarray(mask & is_long[labels])
+    parts = Parts.of(mask)
+    if not len(parts.pixels):
+        return np.zeros_like(mask)
+    places, first = np.column_stack(np.divmod(parts.pixels, mask.shape[1])), parts.starts[:-1]
+    extent = np.hypot(*(1 + np.maximum.reduceat(places, first) - np.minimum.reduceat(places, first)).T)
+    lengths = np.maximum(length, np.maximum.reduceat(least.ravel()[parts.pixels], first)) if least.size else length
+    return drawn(parts.pixels_of(np.flatnonzero(extent >= lengths)), mask.shape)
