@@ -17,11 +17,12 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from ..geometry.mask import dilate, grown_box
+from ..geometry.mask import grown_box
 from ..scene.frame_facts import FrameFacts
 from ..scene.masked import NO_NUMBERS
 from ..types import Array, Bools, Floats, Ints
 from .mask_parts import long_parts
+from .wide_stretches import COARSE_RADIUS_PX
 
 HUE_BINS, GRAY_BINS, SMOOTHING = 72, 32, 1.5
 """Bins of the histograms of hues and of the lightness of gray pixels, and the standard deviation in bins of the Gaussian that
@@ -68,33 +69,42 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     half_width = facts.axis[2]
     if not radius or np.count_nonzero(half_width > WIDE * radius) < BORDER_RADII * radius / 2:
         return NO_NUMBERS
+    if (step := int(radius / COARSE_RADIUS_PX)) > 1:  # most images have no layers, and a few pixels say so
+        coarse = FrameFacts(np.ascontiguousarray(facts.mask[::step, ::step]))
+        if not color_layers(coarse, color[::step, ::step], radius / step).size:
+            return NO_NUMBERS
     box = grown_box(facts.slices, math.ceil(4 * radius), facts.mask.shape)
     mask = facts.mask[box]
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
     distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
-    around = dilate(mask, 3 * radius) & ~dilate(mask, radius / 2 + 1)
-    chroma, beside = _chroma(image[mask]), _chroma(image[around])
+    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5)
+    own, beside = image[mask], _chroma(image[(away > radius / 2 + 1) & (away <= 3 * radius)])
+    chroma = _chroma(own)
     known = (distance[mask] > EDGE_RADII * radius) | _is_own(chroma, beside)
-    shade, weight = _shades(chroma, image[mask][:, 0])
+    shade, weight = _shades(chroma, own[:, 0])
     number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS).astype(float))
     if number.max() < 2:
         return NO_NUMBERS
     seen, labels = np.zeros(mask.shape, np.uint8), np.zeros(mask.shape, np.uint8)
     seen[mask] = np.where(known, number[shade], 0)
-    side = 2 * max(1, round(OPENING_RADII * radius)) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    small, large = (_disc(radii * radius) for radii in (OPENING_RADII, THIN_RADII))
     for k in range(1, int(number.max()) + 1):
-        opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, disc)
-        if cv2.distanceTransform(opened, cv2.DIST_L2, 5).max() < THIN_RADII * radius:
+        opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, small)
+        if not cv2.erode(opened, large).any():
             continue  # the gaps between the turns of a coil
         labels[long_parts(opened > 0, PART_RADII * radius, TIE_WIDTHS * 2 * distance)] = k
-    labels = _spread(labels, mask)
     used = np.unique(labels[labels > 0])
+    labels = _spread(labels, mask)
     if not _are_cables(labels, used, image[..., 0], radius):
         return NO_NUMBERS
     layers = np.zeros(facts.mask.shape, np.uint8)
     layers[box] = np.where(labels > 0, np.searchsorted(used, labels) + 1, 0)
     return layers
+
+
+def _disc(px: float) -> Array:
+    """Return a disc for the operations of mathematical morphology; px : its radius, at least 1."""
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(1, round(px)) + 1,) * 2))
 
 
 def _chroma(pixels: Array) -> Floats:
@@ -158,8 +168,7 @@ def _are_cables(labels: Array, used: Ints, luma: Array, radius: float) -> bool:
 
     labels, luma : (h, w) uint8. radius : px.
     """
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * max(1, round(VALLEY_RADII * radius)) + 1,) * 2)
-    valley = cv2.dilate(cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, disc), np.ones((3, 3), np.uint8))
+    valley = cv2.dilate(cv2.morphologyEx(luma, cv2.MORPH_BLACKHAT, _disc(VALLEY_RADII * radius)), np.ones((3, 3), np.uint8))
     grown = [cv2.dilate((labels == k).view(np.uint8), np.ones((3, 3), np.uint8)) > 0 for k in used]
     borders = (long_parts(one & other, BORDER_RADII * radius) for one, other in combinations(grown, 2))
     return any(border.any() and np.median(valley[border]) >= MIN_VALLEY for border in borders)
