@@ -131,7 +131,8 @@ def test_no_row_is_above_the_recorded_one(found):
 def test_a_larger_frame_around_the_object_adds_scans_only(found, name):
     """Of a frame of four times the area the kernels look at the same elements, and some whole times through its bytes."""
     scans = found[name]["scans"]
-    assert scans == round(scans) or scans < 0  # a photograph of four times the area is worked on reduced
+    reduced = name.startswith("photograph")  # one of four times the area is worked on reduced, and strands half as wide
+    assert scans < 10 if reduced else scans == round(scans)
 
 
 @pytest.mark.slow
