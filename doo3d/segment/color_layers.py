@@ -24,9 +24,9 @@ from ..types import Array, Bools, Floats, Ints
 from .mask_parts import long_parts
 from .wide_stretches import COARSE_RADIUS_PX
 
-HUE_BINS, GRAY_BINS, SMOOTHING = 72, 32, 1.5
+HUE_BINS, GRAY_BINS, SMOOTHING = 72, 32, 1.2
 """Bins of the histograms of hues and of the lightness of gray pixels, and the standard deviation in bins of the Gaussian that
-smooths them: 7.5 degrees, the change of a hue by shading."""
+smooths them: 6 degrees, the change of a hue by shading; by 7.5, red, orange and yellow would be one color."""
 
 MAX_SADDLE = 0.4
 """Maximum height of the saddle between two colors, as a fraction of the lower mode; above it, they are shades of one color."""
