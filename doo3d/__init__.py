@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .viz import draw
     from .viz.report.write import report
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _NAMES = {
     "config": ("Config", "load_config"),

@@ -26,6 +26,7 @@ STAND_INS = ROOT / "tests" / "builders" / "stand_ins"  # of modules that no test
 TEST_COMMAND = "pip install '.[test]' && pytest"
 IN_A_SHELL = {"README.md", "first-steps.md"}  # typed word for word; those of other pages run in this process, which is faster
 REPEATS = r"--(seeds|runs) \d+"  # of measurements: once shows that the command works
+HOME = "https://github.com/doo3d/doo3d"  # the README is shown elsewhere, too, so its links are absolute
 ELISION = "..."  # a line of shown output that stands for any number of lines
 
 
@@ -152,6 +153,7 @@ def anchors(page: Path) -> set[str]:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_and_pictures_are_there(page):
     for target, _, anchor in re.findall(r"\]\(([^)#\s]*)(#([^)]*))?\)", prose(page)):
+        target = re.sub(f"^{HOME}/(blob|raw)/main/", f"{ROOT}/", target)
         if "://" in target:
             continue
         other = page.parent / target if target else page
@@ -167,9 +169,12 @@ def test_pictures_are_small():
 
 def test_the_readme_is_short_and_begins_with_a_command():
     readme = ROOT / "README.md"
-    assert len(readme.read_text(encoding="utf-8").split()) <= 750
+    text = readme.read_text(encoding="utf-8")
+    assert (len(text.split()) <= 750, len(text.splitlines()) <= 120) == (True, True)
+    assert not re.findall(r"\]\((?!https://)[^)]*\)", prose(readme))
+    assert f'Homepage = "{HOME}"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert blocks(readme)[0][0] == "sh"
-    assert len(re.findall(r"^\|.*\]\(docs/pages/", prose(readme), re.MULTILINE)) == 8
+    assert len(re.findall(rf"^\|.*\]\({HOME}/blob/main/docs/pages/", prose(readme), re.MULTILINE)) == 9
 
 
 def test_every_picture_is_shown():

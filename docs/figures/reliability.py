@@ -1,9 +1,9 @@
 """Draw the reliability of the confidence: python docs/figures/reliability.py [OUT.png] [--rows FILE ...].
 
 The rows are files written by `doo3d evaluate scenes ... --csv FILE`; by default docs/figures/reliability.csv, which holds their
-columns frame, confidence, correct and image_correct for the frames that docs/pages/accuracy.md names. For each bin of confidence
-the picture shows the share of frames that are correct (filled) and right in the image (open), with the interval in which the true
-share lies with 90 % (Wilson), over the mean confidence; on the diagonal, a confidence is worth what it says.
+columns frame, confidence, correct and image_correct for the frames that docs/pages/accuracy-scoring.md names. For each bin of
+confidence the picture shows the share of frames that are correct (filled) and right in the image (open), with the interval in
+which the true share lies with 90 % (Wilson), over the mean confidence; on the diagonal, a confidence is worth what it says.
 """
 
 from __future__ import annotations

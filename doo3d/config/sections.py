@@ -133,7 +133,7 @@ class CrossingsConfig(Section):
 
     use_color: bool = Field(
         True,
-        description="Use the color where two strands overlap, besides depth, to tell which one is on top. true or false. "
+        description="Use the color where two strands overlap, besides depth, to decide which one is on top. true or false. "
         "Turn it off for printed or striped objects whose colors repeat.",
     )
 
@@ -164,7 +164,7 @@ class OutputConfig(Section):
 
 
 class VisibilityConfig(Section):
-    """Settings of visibility, which tells from the depth image whether a place is seen, hidden or free space."""
+    """Settings of visibility, which decides from the depth image whether a place is seen, hidden or free."""
 
     margin: float = expert(
         0.004,

@@ -102,13 +102,13 @@ class OnnxConfig(Section):
 
 
 class SegmentConfig(Section):
-    """Settings of segmentation, which tells which pixels or points are the object."""
+    """Settings of segmentation, which decides which pixels or points are the object."""
 
     method: Method = Field(
         "auto",
-        description="Method that tells the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
+        description="Method that separates the object from the rest. mask (the mask given), hsv (the colors in `ranges`), "
         "plane (whatever stands out of the dominant plane), background (whatever differs from `reference`), "
-        "strands (bands of one width, told by color or raised from the plane), everything (all points), ridge (thin lines, "
+        "strands (bands of one width, distinct by color or raised from the plane), everything (all points), ridge (thin lines, "
         "2-D only), network (the rules of strands and a small network; your own by `onnx.model`, from `doo3d train`), "
         "onnx (any other network, `onnx.model`) or auto: the mask if "
         "one is given, else hsv if `ranges` are set, background if `reference` is set, "

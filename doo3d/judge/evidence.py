@@ -1,7 +1,7 @@
 """The evidence against a chain, and its confidence: a logistic regression.
 
 The log-odds that a chain is right are a constant, minus the weighted sum of each kind of evidence against it. The weights were
-fitted to chains in real photographs and captures of many sources, and in rendered scenes; docs/pages/accuracy.md has the
+fitted to chains in real photographs and captures of many sources, and in rendered scenes; docs/pages/accuracy-scoring.md has the
 calibration on sources that the fit did not see.
 """
 

@@ -17,7 +17,7 @@ MIN_DEPTH_SHARE_AROUND = 0.3
 """Of the pixels in that border; a hole that is 8 px too wide leaves a half."""
 
 EXTENT_TOLERANCE = 10
-"""Times by which the extent of a cloud may lie outside the range of depths: the object is not as long as it is far away."""
+"""Allowed ratio between the extent of a cloud and [min_depth, max_depth]; beyond it the unit must be wrong."""
 
 
 def check_size(pixels: int) -> None:
