@@ -137,8 +137,8 @@ def label_crossings(labels: Ints) -> list[tuple[int, int, Bools]]:
 
 
 def _is_upper(numbers: Ints, upper: int, lower: int) -> bool:
-    """Return whether more pixels of a crossing have the number of the upper cable's instance than of the lower one's."""
-    return bool(upper > 0 and (numbers == upper).sum() > (numbers == lower).sum() * (lower > 0))
+    """Return whether both cables have an instance, and more pixels of their crossing have the number of the upper one's."""
+    return bool(upper > 0 and lower > 0 and (numbers == upper).sum() > (numbers == lower).sum())
 
 
 def _along(labels: Ints, cables: int, numbers: Ints) -> list[Ints]:
