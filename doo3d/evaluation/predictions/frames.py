@@ -50,7 +50,7 @@ def measure_prediction(case: Case, files: dict[tuple[str, str], list[Path]]) -> 
     detection = prediction.detection or Detection(())
     camera = known.data.camera if isinstance(known.data, Frame) else None
     values = score(detection.chains, known.truths, detection.crossings, camera)
-    values = Record(values | point_set_values(detection, known) | {"confidence": 1.0, "ms": prediction.ms})
+    values = Record(values | point_set_values(detection, known) | {"ms": prediction.ms})
     return [case.record(values | outcome(paths) | {"correct": values.correct and bool(paths)}, detection)]
 
 

@@ -2,11 +2,13 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
+from ..benchmark.cases import known_frame
 from ..rendering.renderer import render
 from ..sample_captures import Writer, write_rendered
 from ..scenes.registry import FAMILIES, TREES, make_scene
@@ -47,7 +49,8 @@ _CARD = """# {name}
 - **Files** of a capture: `color/` (JPEG), `depth/` (16 bit, mm, with the errors of a simulated RealSense D435), `mask/`,
   `instances/` (number of the cable at each pixel, from 1), `camera_intrinsic.json` (Open3D), `truth.json`.
 - **Truth**: `frames`, by name: the list of cables. Of each, `axis` (P, 3) in m in the camera's optical frame, 1 mm apart;
-  `radius` in m; `closed`, whether it is a ring; `seen`, whether the camera sees each point.{trees}
+  `radius` in m; `closed`, whether it is a ring; `seen`, whether the camera sees each point. A cable that leaves the image and
+  returns is a cable for each piece in the image, of one number in `instances/`.{trees}
 - **Scores**: `doo3d evaluate predictions PREDICTIONS --data {name}/test`.
 """
 _TREES_NOTE = f" `{TREES_FILE}`: the `nodes` (m) and `edges` (cable, node, node) of each object."
@@ -83,7 +86,10 @@ def _write_sequence(folder: Path, motion: str, seed: int, size: tuple[int, int])
 
 def _write_scene(folder: Path, family: str, seed: int, size: tuple[int, int]) -> Path:
     scene = make_scene(family, seed, size)
-    write_rendered(folder, [render(scene)], with_labels=True)
+    rendered = render(scene)
+    if not scene.trees:
+        rendered = replace(rendered, truths=known_frame(rendered).truths)
+    write_rendered(folder, [rendered], with_labels=True)
     if scene.trees:
         trees = [{"nodes": tree.nodes.round(4).tolist(), "edges": tree.edges} for tree in scene.trees]
         (folder / TREES_FILE).write_text(json.dumps(trees) + "\n", encoding="utf-8", newline="\n")
