@@ -23,6 +23,9 @@ ENDINGS = (".json", ".instances.png", ".png")
 MAX_STEP = {2: 5.0, 3: 0.005}
 """Dimension -> greatest segment length of a resampled chain: 5 px, 5 mm. A coarse line is followed at its corners, too."""
 
+MAX_COORDINATE = {2: 1e5, 3: 100.0}
+"""Dimension -> greatest coordinate: 100,000 px, and 100 m, beyond which points must be in mm."""
+
 SHORTER = (1.0, 0.998, 0.995, 0.99, 0.98, 0.95, 0.9)
 """Factors of the segment length of a resampled chain, tried in order until its chords reach the end of the line."""
 
@@ -140,6 +143,9 @@ def _chain(values: Any, dim: int, where: str) -> Chain:
         raise InputError(
             f"{where}: points have shape {points.shape}, expected finite numbers (P, {dim}), P >= 2", code="prediction-invalid"
         )
+    if np.abs(points).max() > MAX_COORDINATE[dim]:
+        unit = "px" if dim == 2 else "metres"
+        raise InputError(f"{where}: has the coordinate {np.abs(points).max():g}, expected {unit}", code="prediction-invalid")
     if radius.shape not in ((), (len(points),)) or (radius <= 0).any():
         raise InputError(f"{where}: radius must be above 0: one number, or one for each point", code="prediction-invalid")
     if closed and not np.array_equal(points[0], points[-1]):

@@ -35,6 +35,7 @@ def written(path, value):
         ({"chains": [{"points": [[1, 2, 3], [3, 4, 5]]}]}, "prediction-invalid", "(P, 2)"),
         ({"chains": [{"points": [[1, 2], [1, 2]]}]}, "prediction-invalid", "the same"),
         ({"chains": [{"points": [[1, None], [1, 2]]}]}, "prediction-invalid", "finite"),
+        ({"chains": [{"points": [[1, 2], [1e9, 2]]}]}, "prediction-invalid", "1e+09"),
         ({"chains": [{"points": LINE, "radius": 0}]}, "prediction-invalid", "radius"),
         ({"chains": [{"points": LINE, "radius": [1, 2]}]}, "prediction-invalid", "radius"),
         ({"chains": [{"points": LINE, "radius": "thick"}]}, "prediction-invalid", "thick"),
