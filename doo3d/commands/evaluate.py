@@ -12,6 +12,7 @@ from . import evaluate_options as shared
 from .arguments import DEFAULT_READING, DEFAULT_SETTINGS, Reading, Settings, split, with_groups
 from .evaluate_ablations import ablations
 from .evaluate_dataset import dataset
+from .evaluate_predictions import predictions, sets
 from .evaluate_sequences import sequences
 from .evaluate_trees import trees
 
@@ -157,6 +158,8 @@ app.command()(ablations)
 app.command()(sequences)
 app.command()(dataset)
 app.command()(trees)
+app.command()(predictions)
+app.command()(sets)
 
 
 def _run(

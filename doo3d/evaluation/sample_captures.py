@@ -127,14 +127,33 @@ def write_samples(folder: str | Path, with_progress: Callable[[list[Writer]], It
 
 
 def _write_capture(folder: Path, make_scenes: Callable[..., list[Scene]], *values: str | int) -> Path:
+    return write_rendered(folder, map(render, make_scenes(*values)))
+
+
+def write_rendered(folder: Path, frames: Iterable[Rendered], with_labels: bool = False) -> Path:
+    """Write rendered frames of one camera as a capture with truth.json; return its folder.
+
+    Parameters
+    ----------
+    folder
+        the folder, made if missing.
+    frames
+        the frames; each is written before the next is taken.
+    with_labels
+        whether to write the true mask (mask/) and the number of the cable at each pixel (instances/), too.
+    """
     truths: dict[str, tuple[Truth, ...]] = {}
-    for part in ("color", "depth"):
+    for part in ("color", "depth", *(("mask", "instances") if with_labels else ())):
         (folder / part).mkdir(parents=True, exist_ok=True)
-    for k, scene in enumerate(make_scenes(*values)):
-        name, rendered = f"{k:06d}", render(scene)
+    for k, rendered in enumerate(frames):
+        name = f"{k:06d}"
         depth = np.round(rendered.frame.depth * DEPTH_SCALE).astype(np.uint16)
         _write_image(folder / "depth" / f"{name}.png", depth, cv2.IMWRITE_PNG_COMPRESSION, 9)
         _write_color(folder / "color" / f"{name}.jpg", rendered)
+        if with_labels:
+            _write_mask(folder / "mask" / f"{name}.png", rendered)
+            numbers = np.where(rendered.mask, rendered.labels, 0).astype(np.uint8)
+            _write_image(folder / "instances" / f"{name}.png", numbers, cv2.IMWRITE_PNG_COMPRESSION, 9)
         truths[name] = rendered.truths
         write_intrinsics(folder / "camera_intrinsic.json", rendered.frame.camera)
     write_truth(folder / "truth.json", truths)

@@ -145,10 +145,10 @@ def cset(folder: str | Path, masks: str = "labels", subsets: Sequence[str] | Non
 
 def _read_cset(subset: str, image: Path, label: Path, mask: Path | None) -> Photo:
     color = cv2.resize(_read_color(image), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
-    labels = _labels_of_colors(cv2.resize(_decode(label), CSET_SIZE, interpolation=cv2.INTER_NEAREST))
+    labels = _labels_of_colors(cv2.resize(decode_image(label), CSET_SIZE, interpolation=cv2.INTER_NEAREST))
     if mask is None:
         return Photo(subset, image.stem, color, labels, labels > 0)
-    grey = cv2.resize(_decode(mask, cv2.IMREAD_GRAYSCALE), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
+    grey = cv2.resize(decode_image(mask, cv2.IMREAD_GRAYSCALE), CSET_SIZE, interpolation=cv2.INTER_LINEAR)
     return Photo(subset, image.stem, color, labels, np.asarray(grey > MIN_NETWORK_SCORE))
 
 
@@ -214,20 +214,22 @@ def _file_beside(image: Path, root: Path, kinds: tuple[str, ...]) -> Path:
     )
 
 
-def _decode(path: Path, flags: int = cv2.IMREAD_UNCHANGED) -> Array:
-    image = cv2.imdecode(np.fromfile(path, np.uint8), flags)
+def decode_image(path: Path, flags: int = cv2.IMREAD_UNCHANGED) -> Array:
+    """Read an image as OpenCV returns it, (H, W) or (H, W, 3 or 4) BGR; flags : OpenCV's, for example to read it in gray."""
+    data = np.fromfile(path, np.uint8)
+    image = cv2.imdecode(data, flags) if data.size else None
     if image is None:
         raise InputError(f"{path}: is no image that OpenCV can read: copy it again", code="image-unreadable")
     return np.asarray(image)
 
 
 def _read_color(path: Path) -> Array:
-    return np.ascontiguousarray(_decode(path, cv2.IMREAD_COLOR)[:, :, ::-1])
+    return np.ascontiguousarray(decode_image(path, cv2.IMREAD_COLOR)[:, :, ::-1])
 
 
 def _read_labels(path: Path) -> Ints:
     """Read the labels of a photograph: (H, W) uint8 numbers of cables without gaps, from an 8-bit image or a NumPy file."""
-    labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else _decode(path)
+    labels = np.load(path, allow_pickle=False) if path.suffix == ".npy" else decode_image(path)
     if labels.ndim != 2 or not np.issubdtype(labels.dtype, np.integer):
         raise InputError(
             f"{path}: has shape {labels.shape} and type {labels.dtype}, expected (height, width) numbers of cables",

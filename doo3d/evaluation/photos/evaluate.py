@@ -59,13 +59,13 @@ def photo_benchmark(config: Config, known_count: bool = False, give_mask: bool =
         False gives the detection no mask, so that it segments the image by the config; the score then uses its mask.
     """
     measure = partial(measure_photo, config=config, known_count=known_count, give_mask=give_mask)
-    return Benchmark(measure, PHOTO_COLUMNS, _panels, caption, lambda row: -row.drawn - row.instances)
+    return Benchmark(measure, PHOTO_COLUMNS, photo_panels, caption, lambda row: -row.drawn - row.instances)
 
 
 def cable_benchmark(config: Config) -> Benchmark:
     """Return the benchmark of single cables: each is detected alone, with its labelled pixels as the mask, as one chain."""
     measure = partial(measure_cables, config=_with_chains(config, 1))
-    return Benchmark(measure, CABLE_COLUMNS, _panels, caption, lambda row: -row.recall - row.precision)
+    return Benchmark(measure, CABLE_COLUMNS, photo_panels, caption, lambda row: -row.recall - row.precision)
 
 
 def measure_photo(case: Case, config: Config, known_count: bool, give_mask: bool) -> list[Record]:
@@ -129,7 +129,7 @@ def remarks(rows: Records) -> list[str]:
     return lines
 
 
-def _panels(row: Record) -> tuple[Array, Array]:
+def photo_panels(row: Record) -> tuple[Array, Array]:
     """Draw the chains over a photograph, and its labels, (H, W, 3) uint8 RGB each.
 
     A labelled cable has the color of the chain matched with it, or is gray if there is none. It is darker where the mask does not

@@ -28,7 +28,7 @@ _MAX_BOX_PIXELS = 4_000_000
 """Greatest number of pixels in boxes that are drawn together, to bound the memory."""
 
 
-def score_photo(detection: Detection, labels: Ints) -> Record:
+def score_photo(detection: Detection, labels: Ints, numbers: Ints | None = None) -> Record:
     """Score the chains of one photograph against the labels of its cables.
 
     `drawn` and `instances` are DICE coefficients, 0 to 1, between the labelled pixels of each cable and the pixels of the chain
@@ -41,6 +41,8 @@ def score_photo(detection: Detection, labels: Ints) -> Record:
         the detected 2-D chains, joints and radii in px.
     labels
         (H, W) int: i from 1 at the pixels that show cable i, 0 for background.
+    numbers
+        (H, W) int, k + 1 at the pixels of chain k, 0 for none; None for those of `Detection.instance_labels`.
 
     Returns
     -------
@@ -50,9 +52,10 @@ def score_photo(detection: Detection, labels: Ints) -> Record:
     """
     cables, chains, shape = int(labels.max(initial=0)), len(detection.chains), (labels.shape[0], labels.shape[1])
     covered = [labels[drawn_pixels(chain, shape)] for chain in detection.chains]
-    drawn, match = _match(_dice(labels, cables, covered))
-    numbers = detection.instance_labels() if chains else labels
-    instances, _ = _match(_dice(labels, cables, [labels[numbers == k + 1] for k in range(chains)]))
+    drawn, match = match_of(dice_of(labels, cables, covered))
+    if numbers is None:
+        numbers = detection.instance_labels() if chains else labels
+    instances, _ = match_of(dice_of(labels, cables, [labels[numbers == k + 1] for k in range(chains)]))
     counts = {"cables": cables, "chains": chains, "correct": cables == chains}
     return Record(counts | {"drawn": drawn, "instances": instances, "match": match.tolist()})
 
@@ -161,7 +164,7 @@ def _in_segments(chain: Chain, radii: Floats, segments: Ints, u: Ints, v: Ints) 
     return inside
 
 
-def _dice(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:
+def dice_of(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:
     """Return the DICE coefficient of each cable with each chain, (cables, chains), from the labels at each chain's pixels."""
     sizes = np.bincount(labels.ravel(), minlength=cables + 1)[1:]
     dice = np.zeros((cables, len(chain_labels)))
@@ -170,7 +173,7 @@ def _dice(labels: Ints, cables: int, chain_labels: Sequence[Ints]) -> Floats:
     return dice
 
 
-def _match(dice: Floats) -> tuple[float, Ints]:
+def match_of(dice: Floats) -> tuple[float, Ints]:
     """Match cables and chains one to one so that the sum of their DICE coefficients is greatest.
 
     dice : (cables, chains), 0 to 1.
