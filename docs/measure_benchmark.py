@@ -20,8 +20,8 @@ import cv2
 import numpy as np
 
 from doo3d import load_config
-from doo3d.evaluation.predictions.frames import frame_cases
 from doo3d.evaluation.photos.datasets import cset, mbest
+from doo3d.evaluation.predictions.frames import frame_cases
 from doo3d.evaluation.predictions.photos import photo_cases
 from doo3d.outputs.detection_json import dumps
 from doo3d.pipeline import detect
