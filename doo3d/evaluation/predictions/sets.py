@@ -25,18 +25,29 @@ TREES_FILE = "trees.json"
 
 
 class Set(NamedTuple):
-    """One of the benchmark's own data sets: its content in words, its families, and its default number of scenes of each."""
+    """One of the benchmark's own data sets: content, families, default number of scenes of each, form of the truth."""
 
     content: str
     families: tuple[str, ...]
     seeds: int
+    truth: str
 
+
+_SPLIT = "A cable that leaves the image\n  and returns is a cable for each piece in the image, of one number in `instances/`."
+_WHOLE = "Cables are whole, with what lies\n  outside the image."
 
 SETS = {
-    "frames": Set("One to five cables that lie on a table, hang, cross, or are held.", tuple(FAMILIES), 3),
-    "sequences": Set("One cable in motion; hands pass in front of it, and depth is lost.", tuple(OWN_MOTIONS), 1),
-    "harness": Set("Branched cables; a strand from junction to junction is a cable.", tuple(TREES), 4),
-    "bundles": Set("Cables side by side, wound round each other, or touching.", ("bundle", "tough_bundle", "touch", "tangle"), 8),
+    "frames": Set("One to five cables that lie on a table, hang, cross, or are held.", tuple(FAMILIES), 3, _SPLIT),
+    "sequences": Set("One cable in motion; hands pass in front of it, and depth is lost.", tuple(OWN_MOTIONS), 1, _WHOLE),
+    "harness": Set(
+        "Branched cables; a strand from junction to junction is a cable.",
+        tuple(TREES),
+        4,
+        f"{_WHOLE} `{TREES_FILE}`: the `nodes` (m) and\n  `edges` (cable, node, node) of each object.",
+    ),
+    "bundles": Set(
+        "Cables side by side, wound round each other, or touching.", ("bundle", "tough_bundle", "touch", "tangle"), 8, _SPLIT
+    ),
 }
 """Name of a set -> its content."""
 
@@ -49,11 +60,9 @@ _CARD = """# {name}
 - **Files** of a capture: `color/` (JPEG), `depth/` (16 bit, mm, with the errors of a simulated RealSense D435), `mask/`,
   `instances/` (number of the cable at each pixel, from 1), `camera_intrinsic.json` (Open3D), `truth.json`.
 - **Truth**: `frames`, by name: the list of cables. Of each, `axis` (P, 3) in m in the camera's optical frame, 1 mm apart;
-  `radius` in m; `closed`, whether it is a ring; `seen`, whether the camera sees each point. A cable that leaves the image and
-  returns is a cable for each piece in the image, of one number in `instances/`.{trees}
+  `radius` in m; `closed`, whether it is a ring; `seen`, whether the camera sees each point. {truth}
 - **Scores**: `doo3d evaluate predictions PREDICTIONS --data {name}/test`.
 """
-_TREES_NOTE = f" `{TREES_FILE}`: the `nodes` (m) and `edges` (cable, node, node) of each object."
 
 
 def set_writers(folder: Path, names: Sequence[str], seeds: int | None, size: tuple[int, int]) -> list[Writer]:
@@ -101,7 +110,14 @@ def _write_card(folder: Path, name: str, seeds: int | None, size: tuple[int, int
 
     each, path = SETS[name], folder / "README.md"
     options = (f" --seeds {seeds}" if seeds else "") + f" --size {size[0]}x{size[1]}"
-    values = {"name": name, "content": each.content, "version": __version__, "options": options, "scenes": seeds or each.seeds}
+    values = {
+        "name": name,
+        "content": each.content,
+        "version": __version__,
+        "options": options,
+        "scenes": seeds or each.seeds,
+        "truth": each.truth,
+    }
     values |= {"families": ", ".join(each.families), "width": size[0], "height": size[1]} | FIRST_SEED
-    path.write_text(_CARD.format(**values, trees=_TREES_NOTE if name == "harness" else ""), encoding="utf-8", newline="\n")
+    path.write_text(_CARD.format(**values), encoding="utf-8", newline="\n")
     return path
