@@ -134,6 +134,9 @@ class BodyExport(RadiusExport):
 
     density: float = Field(1100.0, gt=0, description="density of the cylinders, kg/m³")
     segments: int | None = Field(None, ge=1, description="number of segments of each chain; default: as detected")
+    rest: Literal["detected", "straight"] = Field(
+        "detected", description="shape in which nothing pulls the chain back: as detected, or straight; it starts as detected"
+    )
 
     def bodies_of(self, detection: Detection, counts: Sequence[int] | None = None) -> list[ChainBodies]:
         """Return the chains of a detection as rigid bodies.

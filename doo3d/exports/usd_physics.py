@@ -66,7 +66,7 @@ class UsdPhysics(BodyExport):
             at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
             plane = geometry.Plane.Define(stage, "/doo3d/ground")
             plane.CreateAxisAttr(geometry.Tokens.z)
-            _place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
+            place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
             physics.CollisionAPI.Apply(plane.GetPrim())
         shapes = [bodies.chain for bodies in chains]
         apart: dict[str, list[str]] = {}
@@ -102,7 +102,7 @@ class UsdPhysics(BodyExport):
         paths = [_path(bodies, k) for k in range(count)]
         for k, path in enumerate(paths):
             body = geometry.Xform.Define(stage, path)
-            _place(pxr, body, centers[k], rotations[k])
+            place(pxr, body, centers[k], rotations[k])
             physics.RigidBodyAPI.Apply(body.GetPrim())
             physics.MassAPI.Apply(body.GetPrim()).CreateMassAttr(bodies.mass)
             capsule = geometry.Capsule.Define(stage, f"{path}/capsule")
@@ -186,7 +186,20 @@ def _path(bodies: ChainBodies, segment: int) -> str:
     return f"/doo3d/{bodies.name}/segment{segment}"
 
 
-def _place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:
+def place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:
+    """Set the pose of a new prim of UsdGeom.
+
+    Parameters
+    ----------
+    pxr
+        modules of OpenUSD.
+    prim
+        the prim.
+    position
+        (3,) m.
+    rotation
+        the orientation.
+    """
     prim.AddTranslateOp().Set(pxr["Gf"].Vec3d(*np.asarray(position).tolist()))
     prim.AddOrientOp().Set(_quaternion(pxr, rotation))
 
