@@ -156,6 +156,19 @@ class BodyExport(RadiusExport):
             bodies.append(ChainBodies(f"chain{label}", label, chain, mass))
         return bodies
 
+    def is_straight(self, bending: float) -> bool:
+        """Return whether springs pull the chains to a straight shape.
+
+        bending : stiffness of the springs, E I in N m².
+
+        Raises
+        ------
+        InputError : the option `rest` asks for it, and the springs have no stiffness.
+        """
+        if self.rest == "straight" and bending == 0:
+            raise InputError("rest=straight needs a stiffness: set bending, E I in N m²", code="options-conflict")
+        return self.rest == "straight"
+
 
 def colors(label: int) -> tuple[Rgb, Rgb]:
     """Return the colors of the visible and of the occluded segments of chain number `label`.
