@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ..errors import InputError, require
 from ..types import ChainEnd, Detection, Floats
+from ..types.arguments import refused
 from .registry import export_of
 from .trees import grown
 from .usd_cable import Cable, UsdCable
@@ -59,6 +60,8 @@ def to_newton(builder: Any, detection: Detection, **options: Any) -> NewtonCable
 
     Raises
     ------
+    ArgumentError
+        an argument has the wrong type.
     ConfigError
         an option does not exist or is out of bounds.
     InputError
@@ -66,9 +69,15 @@ def to_newton(builder: Any, detection: Detection, **options: Any) -> NewtonCable
     MissingDependency
         Newton is not installed.
     """
-    newton, warp = require("newton", "newton"), require("warp", "newton")
+    if not isinstance(detection, Detection):
+        raise refused(detection, "detection", "a Detection")
     kind = export_of("usd-cable", options)
     assert isinstance(kind, UsdCable)
+    if detection.mode == "2d":
+        raise InputError(f"frame {detection.frame} is 2-D, in pixels, and Newton needs 3-D", code="results-2d")
+    newton, warp = require("newton", "newton"), require("warp", "newton")
+    if not isinstance(builder, newton.ModelBuilder):
+        raise refused(builder, "builder", "a newton.ModelBuilder")
     if builder.up_axis != newton.Axis.Z:
         raise InputError("to_newton needs a builder with z up: newton.ModelBuilder(up_axis='Z')", code="options-conflict")
     scene = kind.scene(detection)

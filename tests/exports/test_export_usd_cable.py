@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from builders.chains import LENGTH, RADIUS, along, helix, ring
+from builders.chains import LENGTH, RADIUS, along, flat, helix, ring
 from builders.errors import refuses
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade, UsdValidation
 from test_trees import harness  # noqa: F401
@@ -116,6 +116,15 @@ def test_chains_meet_at_their_junctions(tmp_path, harness):  # noqa: F811
 def test_newton_has_to_be_installed():
     with refuses("missing-package", "doo3d[newton]", kind=doo3d.MissingDependency):
         doo3d.to_newton(None, lying())
+
+
+def test_arguments_of_the_wrong_kind_are_refused():
+    with refuses("argument-type", "detection", kind=doo3d.ArgumentError):
+        doo3d.to_newton(None, "results")
+    with refuses("results-2d"):
+        doo3d.to_newton(None, flat())
+    with refuses("key-unknown", "densty", kind=doo3d.ConfigError):
+        doo3d.to_newton(None, lying(), densty=1)
 
 
 @pytest.fixture(scope="module")
