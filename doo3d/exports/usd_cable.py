@@ -30,13 +30,13 @@ class Cable(NamedTuple):
     Attributes
     ----------
     bodies
-        the chain, with its number and name; a cable has a segment more than `joints`, or as many if it is a ring.
+        the chain, with its number and its name.
     joints
         (N + 1, 3) m, in the scene; ends at a junction are moved to it. Rings: (N, 3), without the last, equal to the first.
     rest
         (N + 1, 3) m, the joints in the shape at rest, with the same distances. Rings: (N, 3).
     frames, rest_frames
-        (S, 3, 3), the orientation of each segment without twist, as detected and at rest.
+        (N, 3, 3), the orientation of each segment without twist, as detected and at rest.
     """
 
     bodies: ChainBodies
@@ -162,9 +162,9 @@ class UsdCable(BodyExport):
             count = len(chain.occluded)
             reach = 1 + math.ceil(CONTACT_FREE_RADII * self.radius_of(chain) / chain.segment_length)
             for k in range(count):
-                for other in range(k + 1, count):
-                    if other - k <= reach or (chain.closed and k + count - other <= reach):
-                        yield Body(number, k), Body(number, other)
+                for step in range(1, reach + 1):
+                    if k + step < count or (chain.closed and step < count - reach):  # also across the seam of a ring
+                        yield Body(number, k), Body(number, (k + step) % count)
         yield from overlapping_bodies(shapes, list(map(self.radius_of, shapes)), tree.junctions)
 
     def _material(self, pxr: dict[str, Any], stage: Any) -> None:
