@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from .config import Config, load_config
     from .errors import ArgumentError, ConfigError, DooError, InputError, MissingDependency
     from .exports import export
+    from .exports.newton_rods import to_newton
     from .fusion.fuse import fuse
     from .inputs import open_capture
     from .pipeline import detect
@@ -31,6 +32,7 @@ _NAMES = {
     "config": ("Config", "load_config"),
     "errors": ("ArgumentError", "ConfigError", "DooError", "InputError", "MissingDependency"),
     "exports": ("export",),
+    "exports.newton_rods": ("to_newton",),
     "inputs": ("open_capture",),
     "tools.explain": ("explain",),
     "pipeline": ("detect",),
@@ -75,6 +77,7 @@ __all__ = [
     "open_rig",
     "report",
     "run",
+    "to_newton",
 ]
 
 

@@ -95,6 +95,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         doo3d.export, {"results": DETECTION, "to": "csv", "path": "a.csv", "frames": None, "pose": None, "force": True, "x": 1,
          "min_confidence": 0.5}
     ),
+    "to_newton": (doo3d.to_newton, {"builder": None, "detection": DETECTION, "bending": 1e-3}),
     "export with options": (doo3d.export, {"results": DETECTION, "to": "nodes", "path": "nodes", "force": True, "count": 5}),
     "open_capture": (
         doo3d.open_capture, {"path": "x", "images_only": False, "masks": None, "options": ReadOptions(), "camera": None}
@@ -154,7 +155,7 @@ def test_every_field_is_given():
 @pytest.mark.parametrize("name", CALLS)
 def test_the_arguments_work(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if name not in ("Config", "ReadOptions", "export", "open_capture", "open_rig", "report", "fuse"):
+    if name not in ("Config", "ReadOptions", "export", "to_newton", "open_capture", "open_rig", "report", "fuse"):
         function, good = CALLS[name]
         use(function(**good))
 

@@ -134,6 +134,9 @@ class BodyExport(RadiusExport):
 
     density: float = Field(1100.0, gt=0, description="density of the cylinders, kg/m³")
     segments: int | None = Field(None, ge=1, description="number of segments of each chain; default: as detected")
+    rest: Literal["detected", "straight"] = Field(
+        "detected", description="shape in which nothing pulls the chain back: as detected, or straight; it starts as detected"
+    )
 
     def bodies_of(self, detection: Detection, counts: Sequence[int] | None = None) -> list[ChainBodies]:
         """Return the chains of a detection as rigid bodies.
@@ -152,6 +155,19 @@ class BodyExport(RadiusExport):
             mass = self.density * math.pi * self.radius_of(detected) ** 2 * detected.length / len(chain.occluded)
             bodies.append(ChainBodies(f"chain{label}", label, chain, mass))
         return bodies
+
+    def is_straight(self, bending: float) -> bool:
+        """Return whether springs pull the chains to a straight shape.
+
+        bending : stiffness of the springs, E I in N m².
+
+        Raises
+        ------
+        InputError : the option `rest` asks for it, and the springs have no stiffness.
+        """
+        if self.rest == "straight" and bending == 0:
+            raise InputError("rest=straight needs a stiffness: set bending, E I in N m²", code="options-conflict")
+        return self.rest == "straight"
 
 
 def colors(label: int) -> tuple[Rgb, Rgb]:

@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
+from scipy.spatial.transform import Rotation
 
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
@@ -18,6 +19,7 @@ from .trees import Grown, grown
 from .xml import escape, tag
 
 MAX_NESTED_BODIES = 400  # MuJoCo's XML reader stops at 500 nested elements; longer chains continue in a second tree
+HINGES = "XYZ"  # axes of the hinges in place of a ball joint, from the body before
 
 
 class Mjcf(BodyExport):
@@ -30,7 +32,7 @@ class Mjcf(BodyExport):
     summary: ClassVar[str] = "MuJoCo: capsules with ball joints"
     suffixes: ClassVar[tuple[str, ...]] = (".xml",)
 
-    bending: float = Field(0.0, ge=0, description="bending stiffness E I about the detected shape, N m²")
+    bending: float = Field(0.0, ge=0, description="bending stiffness E I about the shape at rest, N m²")
     damping: float = Field(5e-5, ge=0, description="damping of bending, N m² s; a joint's is this over the segment length")
     friction: float = Field(0.5, ge=0, description="sliding friction of the capsules")
     fixed: Literal["none", "first", "last", "both"] = Field(
@@ -170,7 +172,7 @@ class Mjcf(BodyExport):
                     yield tag("freejoint", name=f"{name}_free{k}")
             else:
                 yield tag("body", False, name=chains[number].body(segment), pos=(0, 0, length), quat=relative[k])
-                yield tag("joint", name=f"{name}_joint{segment + is_reversed}", type="ball", **joint)
+                yield from self._joint(f"{name}_joint{segment + is_reversed}", relative[k], joint)
             rgba = np.round((*np.array(colors(label)[int(chain.occluded[segment])]) / 255, 1), 3)
             yield tag("geom", **{"class": "chain"}, name=f"{name}_capsule{segment}", **shape, rgba=rgba)
             yield tag("site", name=f"{name}_{segment + is_reversed}", size=radius / 2)
@@ -180,6 +182,25 @@ class Mjcf(BodyExport):
             if child not in roots:
                 yield from self._bodies(child, chains, tree, roots, (joints[count - 1], frames[count - 1]))
         yield "</body>" * depth
+
+    def _joint(self, name: str, quaternion: Floats, attributes: dict[str, float]) -> Iterator[str]:
+        """Yield the joint of a body: a ball, at rest as detected, or three hinges, which MuJoCo lets rest at other angles.
+
+        Parameters
+        ----------
+        name
+            name of the joint.
+        quaternion
+            (4,), w first, of the body in the one before.
+        attributes
+            stiffness, damping and armature.
+        """
+        if not self.is_straight(self.bending):
+            yield tag("joint", name=name, type="ball", **attributes)
+            return
+        angles = Rotation.from_quat(np.roll(quaternion, -1)).inv().as_euler(HINGES)
+        for letter, axis, angle in zip(HINGES.lower(), np.eye(3), angles, strict=True):
+            yield tag("joint", name=f"{name}_{letter}", type="hinge", axis=axis, springref=angle, **attributes)
 
     def _junction_exclusions(self, chains: list[ChainBodies], tree: Grown) -> Iterator[str]:
         """Yield the contact exclusions of bodies that overlap near junctions."""

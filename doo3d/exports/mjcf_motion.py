@@ -14,7 +14,7 @@ from ..errors import DooWarning, InputError
 from ..types import Chain, Detection, Floats
 from .base import ChainBodies, times
 from .link_frames import link_frames, relative_rotations
-from .mjcf import MAX_NESTED_BODIES, Mjcf
+from .mjcf import HINGES, MAX_NESTED_BODIES, Mjcf
 from .motion import same_chain
 from .trees import Grown, grown
 from .xml import tag
@@ -78,13 +78,15 @@ class MjcfMotion(Mjcf):
             start = [np.eye(3)] * len(chains) if not before else [links[0] for links in before]  # no twist from frame to frame
             links = [link_frames(chain.joints, first) for chain, first in zip(chains, start, strict=True)]
             rest = rest or links
-            qpos = [_qpos(chain.joints, *pair) for chain, *pair in zip(chains, links, rest, strict=True)]
+            has_hinges = self.is_straight(self.bending)
+            triples = zip((chain.joints for chain in chains), links, rest, strict=True)
+            qpos = [_qpos(*triple, has_hinges) for triple in triples]
             yield tag("key", name=frame.frame, time=time - shown[0][1], qpos=np.concatenate([np.zeros(0), *qpos]))
             before = links
 
 
-def _qpos(joints: Floats, links: Floats, rest: Floats) -> Floats:
-    """Return the part of `qpos` of one chain: position and quaternion of a tree's first body, quaternions of the others.
+def _qpos(joints: Floats, links: Floats, rest: Floats, has_hinges: bool) -> Floats:
+    """Return the part of `qpos` of one chain: position and quaternion of a tree's first body, turns of the others.
 
     Parameters
     ----------
@@ -93,15 +95,18 @@ def _qpos(joints: Floats, links: Floats, rest: Floats) -> Floats:
     links
         (N, 3, 3) orientation of each segment.
     rest
-        (N, 3, 3) orientation of each segment in the model, where all ball joints are at rest.
+        (N, 3, 3) orientation of each segment in the model, where all joints are at zero.
+    has_hinges
+        whether a turn is the angles of three hinges instead of a quaternion.
     """
-    turns = (relative_rotations(rest).inv() * relative_rotations(links)).as_quat(canonical=True)
+    turns = relative_rotations(rest).inv() * relative_rotations(links)
+    values = turns.as_euler(HINGES) if has_hinges else np.roll(turns.as_quat(canonical=True), 1, axis=1)  # MuJoCo: w first
     parts = []
-    for k, turn in enumerate(turns):
+    for k, turn in enumerate(values):
         if k % MAX_NESTED_BODIES == 0:
             parts += [joints[k], np.roll(relative_rotations(links[k : k + 1]).as_quat(canonical=True)[0], 1)]  # MuJoCo: w first
         else:
-            parts.append(np.roll(turn, 1))
+            parts.append(turn)
     return np.concatenate(parts)
 
 

@@ -29,6 +29,7 @@ FORMATS: Registry[type[Export]] = Registry(
         "urdf": "urdf:Urdf",
         "usd": "usd:Usd",
         "usd-physics": "usd_physics:UsdPhysics",
+        "usd-cable": "usd_cable:UsdCable",
         "ply": "mesh:Ply",
         "glb": "mesh:Glb",
         "obj": "mesh:Obj",

@@ -11,6 +11,7 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from ..errors import DooWarning, InputError
+from ..geometry.polyline import unit
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
 from .joint_limit import PYBULLET_JOINTS, fitting_counts, joint_count
@@ -31,7 +32,8 @@ class Urdf(BodyExport):
     """Export format URDF: one robot in which each segment is a link with a cylinder.
 
     Two neighboring segments are joined by two or three revolute joints (option `axes`) in place of a ball joint. The root link
-    "world" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the detected shape.
+    "world" is at the origin of the detection's coordinates. With all joint angles at 0 the robot has the shape at rest, as
+    detected or straight. URDF has no springs; the angles of the detected shape of straight chains are in a `model_state`.
 
     URDF cannot exclude contacts between links, so where two links overlap at a junction, one of them has no collision shape.
     """
@@ -89,6 +91,10 @@ class Urdf(BodyExport):
             parent = tree.parents[number]
             own = {body.segment for body in shapeless if body.chain == number}
             yield from self._chain(bodies, root, None if parent is None else chains[parent], own)
+        if self.rest == "straight":
+            yield f'<model_state model="{escape(detection.frame)}">'
+            yield from (line for bodies in chains for line in self._state(bodies))
+            yield "</model_state>"
         yield "</robot>"
 
     def _counts(self, tree: Grown) -> list[int]:
@@ -140,15 +146,18 @@ class Urdf(BodyExport):
             the segments without a collision shape.
         """
         name, _, chain, _ = bodies
-        relative = _roll_pitch_yaw(relative_rotations(link_frames(chain.joints)))
+        frames = self._frames(chain.joints)
+        relative = _roll_pitch_yaw(relative_rotations(frames))
+        if self.rest == "straight":
+            relative[1:] = 0.0
         end, last = np.array((0.0, 0.0, chain.segment_length)), len(chain.occluded) - 1
         shares = _shares(bodies, self.radius_of(chain))
         for k, occluded in enumerate(chain.occluded):
             link = f"{name}_segment{k}"
             if k == 0 and parent is not None:
-                frame, before = link_frames(parent.chain.joints)[-1], len(parent.chain.occluded) - 1
+                frame, before = self._frames(parent.chain.joints)[-1], len(parent.chain.occluded) - 1
                 at = frame.T @ (chain.joints[0] - parent.chain.joints[-2])
-                turn = _roll_pitch_yaw(relative_rotations((frame.T @ link_frames(chain.joints)[0])[None]))[0]
+                turn = _roll_pitch_yaw(relative_rotations((frame.T @ frames[0])[None]))[0]
                 yield from self._ball(f"{name}_joint0", f"{parent.name}_segment{before}", link, at, turn, bodies)
             elif k == 0:
                 kind = "floating" if self.base == "floating" else "fixed"
@@ -167,6 +176,20 @@ class Urdf(BodyExport):
             )
         yield _bare_link(f"{name}_end", *shares)
         yield _joint(f"{name}_tip", "fixed", f"{name}_segment{last}", f"{name}_end", end, np.zeros(3))
+
+    def _frames(self, joints: Floats) -> Floats:
+        """Return the orientation of each segment as detected, (N, 3, 3): turned from the segment before it by its joints."""
+        frames = link_frames(joints)
+        if self.rest == "straight":
+            for k, (about_x, about_y) in enumerate(_angles(joints), 1):
+                frames[k] = frames[k - 1] @ Rotation.from_euler("XY", (about_x, about_y)).as_matrix()
+        return frames
+
+    def _state(self, bodies: ChainBodies) -> Iterator[str]:
+        """Yield the positions of the joints of a chain in the detected shape, rad, where they are not 0."""
+        for k, angles in enumerate(_angles(bodies.chain.joints), 1):
+            for letter, angle in zip("xy", angles, strict=True):
+                yield tag("joint_state", joint=f"{bodies.name}_joint{k}_r{letter}", position=angle)
 
     def _ball(self, name: str, parent: str, child: str, position: Floats, angles: Floats, bodies: ChainBodies) -> Iterator[str]:
         """Yield the revolute joints of a ball joint and the links between them.
@@ -203,6 +226,16 @@ class Urdf(BodyExport):
         yield f"<inertial>{center}{tag('mass', value=mass)}{_inertia(transverse, axial)}</inertial>"
         yield f"<visual>{shape}{tag('material', name=material)}</visual>"
         yield f"<collision>{shape}</collision></link>" if collides else "</link>"
+
+
+def _angles(joints: Floats) -> Floats:
+    """Return the turns about x, then y, of each segment from the one before it, (N - 1, 2) rad, for joints (N + 1, 3)."""
+    frame, angles = link_frames(joints)[0], []
+    for direction in unit(np.diff(joints, axis=0))[1:]:
+        x, y, z = frame.T @ direction
+        angles.append((math.atan2(-y, z), math.asin(min(max(x, -1.0), 1.0))))
+        frame = frame @ Rotation.from_euler("XY", angles[-1]).as_matrix()
+    return np.array(angles).reshape(-1, 2)
 
 
 def _shares(bodies: ChainBodies, radius: float) -> tuple[float, float]:

@@ -97,8 +97,11 @@ def new_stage(path: Path, frames: Sequence[Detection], *modules: str) -> tuple[d
     return pxr, stage
 
 
-def _sphere_arrays(pxr: dict[str, Any], points: Floats, widths: Floats) -> list[Any]:
-    """Return points (N, 3) m, widths (N,) m, and the bounding box of the spheres, as arrays of OpenUSD."""
+def sphere_arrays(pxr: dict[str, Any], points: Floats, widths: Floats) -> list[Any]:
+    """Return points (N, 3) m, widths (N,) m, and the bounding box of the spheres, as arrays of OpenUSD.
+
+    pxr : modules of OpenUSD. points : (N, 3) m. widths : (N,) m, diameters.
+    """
     vt, half = pxr["Vt"], widths.max(initial=0.0) / 2
     box = np.array([points.min(axis=0) - half, points.max(axis=0) + half]) if len(points) else np.zeros((2, 3))
     pairs = ((vt.Vec3fArray, points), (vt.FloatArray, widths), (vt.Vec3fArray, box))
@@ -158,7 +161,7 @@ def _junctions(
         at = np.array([each.position for each in own]).reshape(-1, 3)
         widths = np.array([2 * np.nanmax([0.0, *each.radii]) for each in own])
         values = (
-            *_sphere_arrays(pxr, at, widths),
+            *sphere_arrays(pxr, at, widths),
             vt.IntArray([len(each.ends) for each in own]),
             vt.IntArray([numbers[end.chain] for each in own for end in each.ends]),
         )
@@ -209,7 +212,7 @@ def _curve(
             continue
         points = chain.joints[:-1] if ring else chain.joints  # a periodic curve closes itself
         widths = 2 * kind.radii_of(chain)[: len(points)]
-        values = (*_sphere_arrays(pxr, points, widths), vt.IntArray([len(points)]))
+        values = (*sphere_arrays(pxr, points, widths), vt.IntArray([len(points)]))
         for attribute, value in zip(attributes, values, strict=True):
             attribute.Set(value, *when)
         occluded.Set(vt.BoolArray(chain.occluded.tolist()), *when)

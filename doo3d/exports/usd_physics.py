@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field
 from scipy.spatial.transform import Rotation
 
+from ..geometry.polyline import TINY
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors, is_z_up
 from .gravity import gravity_of, ground_of
@@ -31,10 +32,10 @@ class UsdPhysics(BodyExport):
     summary: ClassVar[str] = "OpenUSD with UsdPhysics: capsules with D6 joints"
     suffixes: ClassVar[tuple[str, ...]] = (".usda", ".usdc", ".usd")
 
-    bending: float = Field(0.0, ge=0, description="bending stiffness E I about the detected shape, N m²")
+    bending: float = Field(0.0, ge=0, description="bending stiffness E I about the shape at rest, N m²")
     damping: float = Field(5e-5, ge=0, description="damping of bending, N m² s; a joint's is this over the segment length")
     limit: float = Field(
-        90.0, gt=0, le=180, description="largest turn of a joint about each axis from the detected shape, degrees"
+        90.0, gt=0, le=180, description="largest turn of a joint about each axis from the shape at rest, degrees"
     )
     fixed: bool = Field(False, description="hold the first segment, as by a gripper")
     ground: bool = Field(
@@ -66,7 +67,7 @@ class UsdPhysics(BodyExport):
             at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
             plane = geometry.Plane.Define(stage, "/doo3d/ground")
             plane.CreateAxisAttr(geometry.Tokens.z)
-            _place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
+            place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
             physics.CollisionAPI.Apply(plane.GetPrim())
         shapes = [bodies.chain for bodies in chains]
         apart: dict[str, list[str]] = {}
@@ -102,7 +103,7 @@ class UsdPhysics(BodyExport):
         paths = [_path(bodies, k) for k in range(count)]
         for k, path in enumerate(paths):
             body = geometry.Xform.Define(stage, path)
-            _place(pxr, body, centers[k], rotations[k])
+            place(pxr, body, centers[k], rotations[k])
             physics.RigidBodyAPI.Apply(body.GetPrim())
             physics.MassAPI.Apply(body.GetPrim()).CreateMassAttr(bodies.mass)
             capsule = geometry.Capsule.Define(stage, f"{path}/capsule")
@@ -125,7 +126,7 @@ class UsdPhysics(BodyExport):
                 f"/doo3d/{bodies.name}/joint{first + 1}",
                 (paths[first], paths[second]),
                 (np.array((0, 0, length / 2)), length),
-                rotations[[first, second]],
+                self._turn_at_rest(rotations[first].inv() * rotations[second]),
             )
         if is_held:
             held = physics.FixedJoint.Define(stage, f"/doo3d/{bodies.name}/held")
@@ -140,10 +141,17 @@ class UsdPhysics(BodyExport):
         rotations = Rotation.from_matrix(np.stack((link_frames(before.joints)[-1], link_frames(chain.joints)[0])))
         place = rotations[0].inv().apply(chain.joints[0] - (before.joints[-1] + before.joints[-2]) / 2)
         pair = _path(parent, len(before.occluded) - 1), _path(bodies, 0)
-        self._joint(pxr, stage, f"/doo3d/{bodies.name}/joint0", pair, (place, chain.segment_length), rotations)
+        turn = rotations[0].inv() * rotations[1]
+        self._joint(pxr, stage, f"/doo3d/{bodies.name}/joint0", pair, (place, chain.segment_length), turn)
+
+    def _turn_at_rest(self, turn: Rotation) -> Rotation:
+        """Return the turn of a joint at rest: as detected or, if straight, its twist alone, which only the seam of a ring has."""
+        if not self.is_straight(self.bending):
+            return turn
+        return Rotation.from_quat(turn.as_quat(canonical=True) * (0, 0, 1, 1) + (0, 0, 0, TINY))
 
     def _joint(
-        self, pxr: dict[str, Any], stage: Any, path: str, bodies: tuple[str, str], at: tuple[Floats, float], rotations: Rotation
+        self, pxr: dict[str, Any], stage: Any, path: str, bodies: tuple[str, str], at: tuple[Floats, float], turn: Rotation
     ) -> None:
         """Define a D6 joint between the end of one body and the beginning of another.
 
@@ -157,8 +165,8 @@ class UsdPhysics(BodyExport):
             paths of the two bodies.
         at
             (3,) m, position of the joint in the first body; and the length of a segment of the second body, m.
-        rotations
-            orientations of the two bodies; the joint is at rest in this shape.
+        turn
+            rotation of the second body in the first at which the joint is at rest.
         """
         physics, vector = pxr["UsdPhysics"], pxr["Gf"].Vec3f
         joint = physics.Joint.Define(stage, path)
@@ -166,7 +174,7 @@ class UsdPhysics(BodyExport):
         joint.CreateBody1Rel().SetTargets([bodies[1]])
         place, length = at
         joint.CreateLocalPos0Attr(vector(*place.tolist()))
-        joint.CreateLocalRot0Attr(_quaternion(pxr, rotations[0].inv() * rotations[1]))
+        joint.CreateLocalRot0Attr(_quaternion(pxr, turn))
         joint.CreateLocalPos1Attr(vector(0, 0, -length / 2))
         joint.CreateLocalRot1Attr(_quaternion(pxr, Rotation.identity()))
         for name in (*LOCKED, *AXES):
@@ -186,7 +194,20 @@ def _path(bodies: ChainBodies, segment: int) -> str:
     return f"/doo3d/{bodies.name}/segment{segment}"
 
 
-def _place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:
+def place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:
+    """Set the pose of a new prim of UsdGeom.
+
+    Parameters
+    ----------
+    pxr
+        modules of OpenUSD.
+    prim
+        the prim.
+    position
+        (3,) m.
+    rotation
+        the orientation.
+    """
     prim.AddTranslateOp().Set(pxr["Gf"].Vec3d(*np.asarray(position).tolist()))
     prim.AddOrientOp().Set(_quaternion(pxr, rotation))
 

@@ -76,6 +76,7 @@ OPENED = {
     "urdf": lambda path: len(yourdfpy.URDF.load(str(path)).joint_map),
     "usd": curves_on_stage,
     "usd-physics": capsules_on_stage,
+    "usd-cable": curves_on_stage,
     "ply": lambda path: len(trimesh.load_scene(path).geometry),
     "glb": lambda path: len(trimesh.load_scene(path).geometry),
     "obj": lambda path: sum(line.startswith("v ") for line in path.read_text().splitlines()),
@@ -204,7 +205,7 @@ def test_files_that_do_not_fit(tmp_path, call, code, part):
     ("name", "options", "code", "parts"),
     [
         ("npz", {"density": 1}, "key-unknown", ("npz", "density")),
-        ("mjcf", {"densty": 1}, "key-unknown", ("mjcf", "densty", "radius, density, segments, bending")),
+        ("mjcf", {"densty": 1}, "key-unknown", ("mjcf", "densty", "radius, density, segments, rest, bending")),
         ("mjcf", {"density": -1}, "value-out-of-bounds", ("mjcf", "density = -1")),
         ("nodes", {"count": 1}, "value-out-of-bounds", ("nodes", "count = 1")),
         ("urdf", {"axes": 4}, "value-invalid", ("urdf", "axes = 4")),
@@ -215,7 +216,9 @@ def test_options_are_checked(tmp_path, name, options, code, parts):
         doo3d.export(capture(), name, target(tmp_path, name), **options)
 
 
-@pytest.mark.parametrize("name", ["mjcf", "mjcf-motion", "urdf", "usd", "usd-physics", "ply", "glb", "obj", "ros2", "swc"])
+@pytest.mark.parametrize(
+    "name", ["mjcf", "mjcf-motion", "urdf", "usd", "usd-physics", "usd-cable", "ply", "glb", "obj", "ros2", "swc"]
+)
 def test_a_chain_without_radius_needs_one(tmp_path, name):
     found = doo3d.Detection((doo3d.Chain(helix().joints, helix().segment_length),))
     with refuses("radius-missing"):
