@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .exports import export
     from .fusion.fuse import fuse
     from .inputs import open_capture
-    from .pipeline import detect
+    from .runs.choice import detect
     from .runs.detect_capture import run
     from .tools.explain import explain
     from .track.detect_sequence import detect_sequence
@@ -33,8 +33,8 @@ _NAMES = {
     "exports": ("export",),
     "inputs": ("open_capture",),
     "tools.explain": ("explain",),
-    "pipeline": ("detect",),
     "camera.open_rig": ("open_rig",),
+    "runs.choice": ("detect",),
     "runs.detect_capture": ("run",),
     "track.detect_sequence": ("detect_sequence",),
     "track.detector": ("Detector",),
