@@ -112,8 +112,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {
             "capture": capture(), "out": "out", "config": None, "mask": None, "input_options": None, "pose": None, "camera": None,
             "cameras": None, "every": 1, "start": None, "end": None, "frames": None, "workers": 0, "scheduler": None,
-            "fuse_views": False, "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0,
-            "pictures": "none", "picture_format": "jpg", "instances": False, "force": True, "progress": None,
+            "fuse_views": False, "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0, "points": None,
+            "pictures": "none", "picture_format": "jpg", "instances": False, "force": True, "progress": None, "box": None,
         },
     ),
     "report": (doo3d.report, {"results": "out", "out": None, "clouds": False, "min_confidence": 0.5, "force": True}),

@@ -77,17 +77,10 @@ def detect(
     ] = False,
     points: Annotated[
         str | None,
-        typer.Option(
-            metavar="X,Y;-X,Y",
-            help="Keep only chains through these pixels of the first frame; a minus before X removes those through it, as in "
-            "'320,240;-100,80'. Objects are then followed by their ids.",
-        ),
+        typer.Option(metavar="X,Y;-X,Y", help="Keep chains through these pixels of the first frame; minus: not."),
     ] = None,
     box: Annotated[
-        str | None,
-        typer.Option(
-            metavar="X0,Y0,X1,Y1", help="Keep only chains with over half of their visible length in this box of the first frame."
-        ),
+        str | None, typer.Option(metavar="X0,Y0,X1,Y1", help="Keep chains with over half of their visible length in this box.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,

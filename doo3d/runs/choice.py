@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,129 +11,95 @@ from numpy.typing import ArrayLike
 from .. import pipeline
 from ..config import ConfigLike
 from ..errors import InputError, options_of_python
-from ..guard.limits import current_limits
 from ..types import Array, Cloud, Detection, Frame, Image, View, arguments
 from ..types.conversions import FrameReference
-from ..types.results import kept_crossings
-from ..types.tree import kept_trees
 from ..viz.instance_labels import ImageStrand, image_strands
 
 CLICK_SHARE = 0.005
 """Distance beside a strand at which a point still chooses it, as a share of the image's longer side, as larger images are shown
 smaller: 3 px of 640, about as well as a hand clicks."""
 
-Points = str | Iterable[Sequence[float]]
-"""Points as text, "x,y;-x,y", or as (x, y, True) and (x, y, False); (x, y) alone is as with True."""
-
-
-class Point(NamedTuple):
-    """A pixel of the image, px, and whether the chains through it are wanted (True) or not (False)."""
-
-    x: float
-    y: float
-    is_wanted: bool
-
 
 @dataclass(frozen=True)
 class Choice:
-    """What the user points at in an image.
+    """What the user points at in an image, px, as plain lists, since the manifest of a run holds it.
 
     Attributes
     ----------
-    points
-        pixels on chains that are wanted or not wanted. With a wanted one, only chains through such points are wanted.
+    wanted, unwanted
+        pixels (x, y). Chains through wanted ones are kept, or all if there are none; those through unwanted ones are not.
     box
-        (left, top, right, bottom) px: only chains that are mostly inside are wanted. None for the whole image.
+        left, top, right and bottom: only chains that are mostly inside are kept. Empty for the whole image.
     """
 
-    points: tuple[Point, ...] = ()
-    box: tuple[float, ...] | None = None
+    wanted: list[list[float]]
+    unwanted: list[list[float]]
+    box: list[float]
 
     @staticmethod
-    def of(points: Points | None, box: str | ArrayLike | None) -> Choice | None:
+    def of(points: str | ArrayLike | None, box: str | ArrayLike | None) -> Choice | None:
         """Return the choice as given in the shell, as text, or in Python; None if there is none.
 
         Raises
         ------
         InputError : a point or the box is invalid; the message quotes it.
         """
-        chosen = _points(() if points is None else points)
-        if box is None:
-            return Choice(chosen) if chosen else None
-        corners = _numbers(box, "--box", (4,), "x0,y0,x1,y1") if isinstance(box, str) else _values(box, "box", (4,))
-        (left, right), (top, bottom) = sorted(corners[::2]), sorted(corners[1::2])
-        return Choice(chosen, (left, top, right, bottom))
-
-    @property
-    def is_pointed(self) -> bool:
-        """Whether a chain is pointed at, which is then shown however low its confidence is."""
-        return any(point.is_wanted for point in self.points)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the choice as plain lists, ready for JSON."""
-        return {"points": [list(point) for point in self.points], "box": self.box and list(self.box)}
+        rows: list[list[float]] = []
+        if isinstance(points, str):
+            parts = [part.strip() for part in points.split(";")]
+            rows = [[*_numbers("--points", part, part.removeprefix("-"), 2), not part.startswith("-")] for part in parts]
+        elif points is not None and not (isinstance(points, list | tuple) and not points):
+            rows = arguments.numbers(points, "points", (None, 3), "place-invalid").tolist()
+        if wrong := {row[2] for row in rows} - {0, 1}:
+            raise InputError(f"points: {wrong.pop():g} is neither True nor False", code="place-invalid")
+        given = _numbers("--box", box, box, 4) if isinstance(box, str) else box
+        corners = np.zeros(0) if given is None else arguments.numbers(given, "box", (4,), "place-invalid")
+        sides = np.sort(corners.reshape(-1, 2), axis=0).ravel().tolist()
+        wanted, unwanted = ([row[:2] for row in rows if row[2] == kind] for kind in (True, False))
+        return Choice(wanted, unwanted, sides) if rows or sides else None
 
     def applied(self, detection: Detection) -> Detection:
-        """Return a detection with the wanted chains only; all chains of a branched object are wanted if one is.
+        """Return a detection with the chosen chains only; all chains of a branched object are chosen if one is.
 
         Raises
         ------
-        InputError : the detection has no image, a point or the box is outside of it, or no wanted chain is at a wanted point.
+        InputError : the detection has no image, a point or the box is outside of it, or no chosen chain is at a wanted point.
         """
-        if detection.view is None:
-            raise InputError(
-                f"frame {detection.frame}: --points and --box are pixels, and a cloud has no image: leave them out",
-                code="place-needs-image",
-            )
-        self._check_inside(detection.view)
-        count = len(detection.chains)
+        view, name, count = detection.view, f"frame {detection.frame}", len(detection.chains)
+        if view is None:
+            raise InputError(f"{name} is a cloud, and --points and --box are pixels: leave them out", code="place-needs-image")
+        self._check_inside(view)
         everything = replace(detection, chains=(*detection.chains, *detection.doubtful), doubtful=())
-        strands = image_strands(everything.in_camera())
-        bodies = [item.chains for item in detection.objects] or [(k,) for k in range(count)]
-        bodies += [(k,) for k in range(count, len(strands))]
-        reach = CLICK_SHARE * max(detection.view.width, detection.view.height)
-        hits = {point: _hits(strands, point, reach, detection) for point in self.points}
-        wanted = [body for body in bodies if not self.is_pointed or any(p.is_wanted and hits[p] & {*body} for p in hits)]
-        wanted = [body for body in wanted if not any(hits[p] & {*body} for p in hits if not p.is_wanted)]
-        kept = sorted(k for body in wanted if self._holds([strands[k] for k in body], detection.view) for k in body)
-        for point in hits:
-            if point.is_wanted and not hits[point].intersection(kept):
-                raise InputError(
-                    f"frame {detection.frame}: the chain at --points {_text(point)} is excluded by --box or by a point with a "
-                    "minus: leave out one of them",
-                    code="place-missed",
-                )
+        strands, reach = image_strands(everything.in_camera()), CLICK_SHARE * max(view.width, view.height)
+        pointed = [_hits(strands, point, reach) for point in self.wanted]
+        removed = {k for point in self.unwanted for k in _hits(strands, point, reach)[0]}
+        bodies = [*bodies_of(detection), *({k} for k in range(count, len(strands)))]
+        bodies = [body for body in bodies if not body & removed and (not pointed or any(body & hits for hits, _ in pointed))]
+        kept = sorted(k for body in bodies if self._holds([strands[k] for k in body], view) for k in body)
+        for point, (hits, gap) in zip(self.wanted, pointed, strict=True):
+            if not hits.intersection(kept):
+                nearest = f"the nearest is {gap:.0f} px away" if strands else "; ".join(("none was found", *detection.notes))
+                why = "the chain there is excluded by --box or by a minus" if hits else f"no chain passes there, {nearest}"
+                raise InputError(f"{name}, --points {_text(point)}: {why}; point at drawn chains", code="place-missed")
+        shown = len(kept) if pointed else sum(k < count for k in kept)
+        notes = () if kept or not self.box else (f"box: no chain has more than half of its length in {_text(self.box)}",)
         result = keep(everything, kept)
-        shown = len(kept) if self.is_pointed else sum(k < count for k in kept)
-        notes = () if kept or not self.box else (f"box: no chain has more than half of its length in {self.box_text}",)
         return replace(result, chains=result.chains[:shown], doubtful=result.chains[shown:], notes=(*result.notes, *notes))
-
-    @property
-    def box_text(self) -> str:
-        """The box as in the shell."""
-        return ",".join(f"{value:g}" for value in self.box or ())
 
     def _check_inside(self, view: View) -> None:
         """Raise InputError if a point is not in the image, or the box does not overlap it."""
         right, bottom = view.width - 0.5, view.height - 0.5
-        outside = [f"--points {_text(p)}" for p in self.points if not (-0.5 <= p.x < right and -0.5 <= p.y < bottom)]
-        if self.box and not (self.box[0] < right and self.box[1] < bottom and self.box[2] >= -0.5 and self.box[3] >= -0.5):
-            outside.append(f"--box {self.box_text}")
-        if outside:
-            raise InputError(
-                f"{outside[0]} is outside the image of {view.width} x {view.height} pixels: give pixels counted from 0,0, the "
-                "upper left one",
-                code="place-outside",
-            )
+        for place in (*self.wanted, *self.unwanted, *([self.box] if self.box else [])):
+            if not (place[0] < right and place[1] < bottom and min(place[-2:]) >= -0.5):
+                where = f"{'--box' if place is self.box else '--points'} {_text(place)}"
+                raise InputError(f"{where} is outside the image of {view.width} x {view.height} pixels", code="place-outside")
 
     def _holds(self, strands: Sequence[ImageStrand], view: View) -> bool:
         """Return whether the box holds more than half of the visible length of an object; True without a box."""
-        if self.box is None:
-            return True
         points = np.concatenate([strand.points[~strand.is_hidden] for strand in strands])
         points = points[((points > -0.5) & (points < (view.width - 0.5, view.height - 0.5))).all(axis=1)]
-        inside = ((points >= self.box[:2]) & (points <= self.box[2:])).all(axis=1)
-        return bool(2 * inside.sum() > len(points))
+        inside = ((points >= self.box[:2]) & (points <= self.box[2:])).all(axis=1) if self.box else np.ones(len(points))
+        return not self.box or bool(2 * inside.sum() > len(points))
 
 
 def detect(
@@ -143,7 +108,7 @@ def detect(
     mask: Array | None = None,
     pose: ArrayLike | None = None,
     *,
-    points: Points | None = None,
+    points: str | ArrayLike | None = None,
     box: str | ArrayLike | None = None,
 ) -> Detection:
     """Return the deformable linear objects in one frame, cloud or image as chains.
@@ -186,87 +151,52 @@ def detect(
     """
     with options_of_python():
         choice = Choice.of(points, box)
-    detection = pipeline.detect(data, config, mask, pose, choice is not None and choice.is_pointed)
+    detection = pipeline.detect(data, config, mask, pose, choice is not None and bool(choice.wanted))
     with options_of_python():
         return detection if choice is None else choice.applied(detection)
 
 
-def keep(detection: Detection, chains: Sequence[int]) -> Detection:
-    """Return a detection with some of its chains, and without the pixels of the others in the mask of its view.
+def bodies_of(detection: Detection) -> list[set[int]]:
+    """Return the chains of each object: indices in `detection.chains`."""
+    return [{*item.chains} for item in detection.objects] or [{k} for k in range(len(detection.chains))]
 
-    chains : their indices, ascending; of a branched object all or none.
-    """
+
+def keep(detection: Detection, chains: Sequence[int]) -> Detection:
+    """Return `detection.kept(chains)`, without the pixels of the other chains in the mask of the view."""
     if len(chains) == len(detection.chains):
         return detection
-    place, view = {k: i for i, k in enumerate(chains)}, detection.view
+    view = detection.view
     if view is not None and view.mask is not None:
         labels = detection.instance_labels()
         view = view.without((labels > 0) & ~np.isin(labels, np.add(chains, 1)))
-    junctions, objects = kept_trees(detection.junctions, detection.objects, place)
-    return replace(
-        detection,
-        chains=tuple(detection.chains[k] for k in chains),
-        crossings=kept_crossings(detection.crossings, place),
-        junctions=junctions,
-        objects=objects,
-        view=view and view.kept(chains),
-    )
+    return detection.kept(chains, view=view)
 
 
-def _hits(strands: Sequence[ImageStrand], point: Point, reach: float, detection: Detection) -> set[int]:
-    """Return which strands pass through a point: those that cover it, seen ones first, else the nearest within `reach`, px."""
-    gaps = [np.linalg.norm(strand.points - point[:2], axis=1) - strand.radii for strand in strands]
+def _hits(strands: Sequence[ImageStrand], point: Sequence[float], reach: float) -> tuple[set[int], float]:
+    """Return which strands pass through a point, and the distance of the nearest one, px.
+
+    The strands that cover it, seen ones before hidden ones, or else the nearest if it is within `reach` px.
+    """
+    gaps = [np.linalg.norm(strand.points - point, axis=1) - strand.radii for strand in strands]
     nearest = [float(gap.min(initial=np.inf)) for gap in gaps]
     seen = [float(gap[~strand.is_hidden].min(initial=np.inf)) for gap, strand in zip(gaps, strands, strict=True)]
-    for distances in (seen, nearest):
-        if covering := {k for k, distance in enumerate(distances) if distance <= 0}:
-            return covering
     least = min(nearest, default=np.inf)
-    if least <= reach:
-        return {nearest.index(least)}
-    if not point.is_wanted:
-        return set()
-    away = f"the nearest is {least:.0f} px away" if np.isfinite(least) else "; ".join(("none was found", *detection.notes))
-    raise InputError(
-        f"frame {detection.frame}: no chain passes through --points {_text(point)}, {away}: detect without points, and take "
-        "pixels on the chains in the picture",
-        code="place-missed",
-    )
+    limits = (seen, 0.0), (nearest, 0.0), (nearest, least if least <= reach else -np.inf)
+    found = ({k for k, distance in enumerate(distances) if distance <= limit} for distances, limit in limits)
+    return next(filter(None, found), set()), least
 
 
-def _text(point: Point) -> str:
-    return f"{point.x:g},{point.y:g}"
+def _text(numbers: Sequence[float]) -> str:
+    return ",".join(f"{value:g}" for value in numbers)
 
 
-def _points(given: Points) -> tuple[Point, ...]:
-    """Return points from text or from rows of numbers."""
-    if isinstance(given, str):
-        parts = [part.strip() for part in given.split(";")]
-        pixels = [_numbers(part, "--points", (2,), "x,y or -x,y") for part in parts]
-        return tuple(Point(x, y, not part.startswith("-")) for (x, y), part in zip(pixels, parts, strict=True))
-    if isinstance(given, np.ndarray) and given.ndim:
-        arguments.check_count(len(given), current_limits().max_points, "points", "rows")
-        given = list(given)
-    rows = arguments.each(given, object, "points")
-    found = [_values(row, f"points[{number}]", (2, 3)) for number, row in enumerate(rows)]
-    for number, row in enumerate(found):
-        if row[2:] not in ([], [0.0], [1.0]):
-            raise InputError(f"points[{number}] ends in {row[2]:g}, expected True or False", code="place-invalid")
-    return tuple(Point(row[0], row[1], row[2:] != [0.0]) for row in found)
-
-
-def _numbers(text: str, option: str, counts: tuple[int, ...], form: str) -> list[float]:
-    """Return the numbers in a part of an option; a minus before a point is not part of its numbers."""
+def _numbers(option: str, part: str, text: str, count: int) -> list[float]:
+    """Return the numbers in a part of an option; text : the part without what is not a number."""
     try:
-        return _values([float(value) for value in text.removeprefix("-" if 2 in counts else "").split(",")], option, counts)
-    except (ValueError, InputError):
-        raise InputError(f"{option}: {text[:40]!r} is invalid, expected {form}, in pixels", code="place-invalid") from None
-
-
-def _values(given: Any, what: str, counts: tuple[int, ...]) -> list[float]:
-    """Return an argument as finite numbers, of which there must be so many."""
-    found = arguments.numbers(given, what, (None,), "place-invalid").tolist()
-    if len(found) not in counts or not np.isfinite(found).all():
-        expected = "x, y, True or False" if 2 in counts else "x0, y0, x1, y1"
-        raise InputError(f"{what} is {str(found)[:40]}, expected {expected}, in pixels", code="place-invalid")
-    return [float(value) for value in found]
+        found = [float(value) for value in text.split(",")]
+    except ValueError:
+        found = []
+    if len(found) != count:
+        form = "x,y or -x,y" if count == 2 else "x0,y0,x1,y1"
+        raise InputError(f"{option}: {part[:40]!r} is invalid, expected {form} in pixels", code="place-invalid")
+    return found

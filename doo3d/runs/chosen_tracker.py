@@ -14,7 +14,7 @@ from ..outputs.run_reader import read_detection
 from ..track.chain_matching import pair_chains
 from ..track.tracking import TrackedChain, Tracker, TrackingState
 from ..types import Detection
-from .choice import Choice, keep
+from .choice import Choice, bodies_of, keep
 from .frame_record import OK
 from .methods import Method
 
@@ -49,30 +49,22 @@ class ChosenTracker(Tracker):
         """
         tracked = super().update(detection) if self._follows else detection
         if self._ids is not None:
-            bodies = [item.chains for item in tracked.objects] or [(k,) for k in range(len(tracked.chains))]
-            chosen = [body for body in bodies if any(tracked.chains[k].id in self._ids for k in body)]
-            return keep(tracked, sorted(k for body in chosen for k in body))
-        if tracked.frame != self._first:
-            raise InputError(
-                f"frame {self._first}: --points and --box choose in this first frame, and it failed: start at another by --start",
-                code="place-missed",
-            )
-        tracked = self._choice.applied(tracked)
+            chosen = {k for k, chain in enumerate(tracked.chains) if chain.id in self._ids}
+            return keep(tracked, sorted(k for body in bodies_of(tracked) if body & chosen for k in body))
+        is_first = tracked.frame == self._first
+        tracked = self._choice.applied(tracked) if is_first else tracked
+        if not is_first or not tracked.chains:
+            why = "; ".join(("no chain is left", *tracked.notes)) if is_first else "it failed; start at another by --start"
+            raise InputError(f"frame {self._first}: --points and --box choose in this first frame: {why}", code="place-missed")
         self._ids = frozenset(chain.id for chain in tracked.chains if chain.id is not None)
-        if not tracked.chains:
-            raise InputError(
-                f"frame {self._first}: no chain is left by --points and --box: {'; '.join(tracked.notes)}", code="place-missed"
-            )
         return tracked
 
     def remember(self, detection: Detection, stored: Detection) -> None:
         """Remember the objects not chosen, which results do not hold; detection, stored : of the last finished frame."""
-        paired = zip(detection.chains, pair_chains(stored.chains, detection.chains, self._config), strict=True)
-        others = [chain for chain, (number, _) in paired if number is None]
-        state, end = self.state, self.state.next_id + len(others)
-        ids = range(state.next_id, end)
-        new = tuple(TrackedChain(replace(chain, id=id)) for chain, id in zip(others, ids, strict=True))
-        self._state = TrackingState((*state.tracked, *new), end)
+        pairs, end = pair_chains(stored.chains, detection.chains, self._config), self.state.next_id
+        others = [chain for chain, (number, _) in zip(detection.chains, pairs, strict=True) if number is None]
+        new = (TrackedChain(replace(chain, id=end + k)) for k, chain in enumerate(others))
+        self._state = TrackingState((*self.state.tracked, *new), end + len(others))
 
 
 def chosen_tracker(
@@ -93,26 +85,17 @@ def chosen_tracker(
     method
         the function that finds the chains of a frame.
     """
-    names = [frame.name for frame in capture.frames]
+    if capture.format == "photos" and len(capture.frames) > 1:
+        what = f"{capture.path}: --points and --box choose in one photograph, and there are {len(capture.frames)}"
+        raise InputError(f"{what}, which are no sequence: choose one by --frames", code="options-conflict")
+    first = capture.frames[0].name
     finished = [frame for frame in capture.frames if folder.done.get(frame.name, {}).get("status") == OK]
-    if not finished or finished[0].name != names[0]:
-        return ChosenTracker(choice, names[0], tracker, config, None)
-    first = read_detection(folder.file(names[0], SUFFIXES["json"]))
-    ids = frozenset(chain.id for chain in first.chains if chain.id is not None)
-    result = ChosenTracker(choice, names[0], tracker, config, ids)
-    if tracker is not None and len(folder.done) < len(names):
+    if not finished or finished[0].name != first:
+        return ChosenTracker(choice, first, tracker, config, None)
+    stored = [read_detection(folder.file(frame.name, SUFFIXES["json"])) for frame in (finished[0], finished[-1])]
+    ids = frozenset(chain.id for chain in stored[0].chains if chain.id is not None)
+    result = ChosenTracker(choice, first, tracker, config, ids)
+    if tracker is not None and len(folder.done) < len(capture.frames):
         with suppress(DooError):  # its files have gone since; the next frames are tracked without the other objects
-            last = finished[-1]
-            found = method(last.load(), last, config).detection
-            result.remember(found, read_detection(folder.file(last.name, SUFFIXES["json"])))
+            result.remember(method(finished[-1].load(), finished[-1], config).detection, stored[1])
     return result
-
-
-def check_choice(choice: Choice | None, capture: Capture) -> None:
-    """Raise InputError if pixels of the first frame choose among photographs, which are not a sequence."""
-    if choice is not None and capture.format == "photos" and len(capture.frames) > 1:
-        raise InputError(
-            f"{capture.path}: --points and --box are pixels of one photograph, and there are {len(capture.frames)}, which are no "
-            "sequence: give one, or choose it by --frames",
-            code="options-conflict",
-        )

@@ -18,7 +18,7 @@ from ..inputs import Capture, ReadOptions
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
 from ..types.arguments import each, file_path, flag, number, refused, text, whole
-from .choice import Choice, Points
+from .choice import Choice
 from .frame_record import FrameRecord
 from .option_checks import check_use
 from .pictures import Pictures
@@ -57,7 +57,7 @@ def run(
     pictures: str = "all",
     picture_format: str = "jpg",
     instances: bool = False,
-    points: Points | None = None,
+    points: str | ArrayLike | None = None,
     box: str | ArrayLike | None = None,
     force: bool = False,
     progress: Callable[[FrameRecord], None] | None = None,

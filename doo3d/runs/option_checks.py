@@ -39,12 +39,9 @@ def check_use(options: ReadOptions, config: Config, fuse_views: bool, sequence: 
         raise InputError(
             "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
         )
-    if fuse_views and instances:
-        raise InputError("--fuse-views makes a cloud, which has no image for --instances: leave out one", code="options-conflict")
-    if fuse_views and choice:
-        raise InputError(
-            "--fuse-views makes a cloud, which has no pixels for --points and --box: leave out one", code="options-conflict"
-        )
+    if fuse_views and (instances or choice):
+        what = "--instances" if instances else "--points and --box"
+        raise InputError(f"--fuse-views makes a cloud, which has no image for {what}: leave out one", code="options-conflict")
     if options.pose is not None and config.mode == "2d":
         raise ConfigError("--pose moves chains in space, and the config is for images (mode: 2d)", code="options-conflict")
     if fuse_views and options.pose is not None and not isinstance(options.pose, str):

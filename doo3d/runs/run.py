@@ -24,7 +24,7 @@ from ..outputs.run_folder import ResultsFolder
 from ..track.tracking import Tracker
 from ..types.display import Displayed, counted
 from .capture_checks import capture_notes, run_notes, thorough_frames
-from .chosen_tracker import check_choice, chosen_tracker
+from .chosen_tracker import chosen_tracker
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
 from .frame_writer import MAX_WAITING, FrameWriter
@@ -161,7 +161,6 @@ def run(
             code="mode-needs-depth",
             remedy="use a 2-D config, the preset image or paper_2d (-c image)",
         )
-    check_choice(options.choice, capture)
     names = [frame.name for frame in capture.frames]
     with open_folder(capture, Path(out), config, options, extra) as folder:
         for sentence in folder.notes:
@@ -173,7 +172,7 @@ def run(
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
         tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
         if (choice := options.choice) is not None:
-            method = detect_all if choice.is_pointed and method is detect_alone else method
+            method = detect_all if choice.wanted and method is detect_alone else method
             tracker = chosen_tracker(choice, tracker, capture, config, folder, method)
         with _executor(options, len(frames)) as chosen:
             thorough, pictures = thorough_frames(names), options.pictures.of_frames(names)
@@ -210,7 +209,7 @@ def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions
     InputError : as for `run`.
     """
     check_names(out, [frame.name for frame in capture.frames])
-    choice = {} if options.choice is None else {"choice": options.choice.to_dict()}
+    choice = {} if options.choice is None else {"choice": vars(options.choice)}
     source = _describe_input(capture, options.reading) | choice | ({} if extra is None else {"method": sorted(extra)[0]})
     return ResultsFolder(
         out,

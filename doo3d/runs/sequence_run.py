@@ -77,7 +77,7 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     objects = find_objects(in_world(observations), config)
     max_gap = gap_frames(observations, config)
-    least = 0.0 if options.choice and options.choice.is_pointed else config.output.min_confidence
+    least = 0.0 if options.choice and options.choice.wanted else config.output.min_confidence
     known = SequenceFile(tuple(names), max_gap, least, tuple(objects))
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
