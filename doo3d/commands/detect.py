@@ -77,7 +77,7 @@ def detect(
     ] = False,
     points: Annotated[
         str | None,
-        typer.Option(metavar="X,Y;-X,Y", help="Keep chains through these pixels of the first frame; minus: not."),
+        typer.Option(metavar="X,Y;-X,Y", help="Keep chains at these pixels of the first frame; minus: drop them."),
     ] = None,
     box: Annotated[
         str | None, typer.Option(metavar="X0,Y0,X1,Y1", help="Keep chains with over half of their visible length in this box.")
