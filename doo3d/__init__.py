@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .exports.newton_rods import to_newton
     from .fusion.fuse import fuse
     from .inputs import open_capture
-    from .pipeline import detect
+    from .runs.choice import detect
     from .runs.detect_capture import run
     from .tools.explain import explain
     from .track.detect_sequence import detect_sequence
@@ -35,8 +35,8 @@ _NAMES = {
     "exports.newton_rods": ("to_newton",),
     "inputs": ("open_capture",),
     "tools.explain": ("explain",),
-    "pipeline": ("detect",),
     "camera.open_rig": ("open_rig",),
+    "runs.choice": ("detect",),
     "runs.detect_capture": ("run",),
     "track.detect_sequence": ("detect_sequence",),
     "track.detector": ("Detector",),

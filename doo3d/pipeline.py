@@ -156,6 +156,7 @@ def detect(
     config: ConfigLike | None = None,
     mask: Array | None = None,
     pose: ArrayLike | None = None,
+    all_chains: bool = False,
 ) -> Detection:
     """Return the deformable linear objects in one frame, cloud or image as chains.
 
@@ -173,6 +174,8 @@ def detect(
     pose
         pose of the camera (of the cloud's frame) in the robot's base frame, m: 4x4, p_base = pose @ p_camera, or the seven
         numbers x y z qx qy qz qw. The detection is then in the base frame. None leaves it in the camera's.
+    all_chains
+        True returns all chains, also those whose confidence is below `output.min_confidence`.
 
     Returns
     -------
@@ -192,12 +195,11 @@ def detect(
     notes: tuple[str, ...] = ()
     if isinstance(data, FrameReference):
         loaded = data.load()
-        data, notes = loaded.data, loaded.notes
+        data, notes, base_pose = loaded.data, loaded.notes, loaded.base_pose if base_pose is None else base_pose
         mask = loaded.mask_for(config) if mask is None else mask
-        base_pose = loaded.base_pose if base_pose is None else base_pose
     detection, stages = detect_with_stages(data, config, mask)
     detection = replace(detection, notes=(*notes, *detection.notes))
-    if not stages.is_given:
+    if not (stages.is_given or all_chains):
         detection = detection.confident(config.output.min_confidence)
     return detection if base_pose is None else detection.transformed(base_pose)
 

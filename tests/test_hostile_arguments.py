@@ -79,7 +79,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Config": (doo3d.Config, {"mode": "auto", "seed": 0, "merge": {}, "unknown": None}),
     "ReadOptions": (ReadOptions, {"tolerance": 0.1, "camera": None, "depth_scale": None, "trajectory": None, "pose": None}),
     "load_config": (doo3d.load_config, {"name": "default", "overrides": {"merge.chains": 1}}),
-    "detect": (doo3d.detect, {"data": ROPE, "config": None, "mask": MASK, "pose": np.eye(4)}),
+    "detect": (
+        doo3d.detect,
+        {"data": ROPE, "config": None, "mask": MASK, "pose": np.eye(4), "points": [(5, 5, False)], "box": (0, 0, 99, 99)},
+    ),
     "detect in a cloud": (doo3d.detect, {"data": CLOUD, "config": None, "mask": np.ones(50, bool)}),
     "detect in an image": (doo3d.detect, {"data": COLOR, "config": "image", "mask": np.eye(4, dtype=bool)}),
     "explain": (doo3d.explain, {"data": ROPE, "config": None, "mask": MASK}),
@@ -110,8 +113,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {
             "capture": capture(), "out": "out", "config": None, "mask": None, "input_options": None, "pose": None, "camera": None,
             "cameras": None, "every": 1, "start": None, "end": None, "frames": None, "workers": 0, "scheduler": None,
-            "fuse_views": False, "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0,
-            "pictures": "none", "picture_format": "jpg", "instances": False, "force": True, "progress": None,
+            "fuse_views": False, "sequence": False, "restart": False, "retry_failed": False, "time_limit": 60.0, "points": None,
+            "pictures": "none", "picture_format": "jpg", "instances": False, "force": True, "progress": None, "box": None,
         },
     ),
     "report": (doo3d.report, {"results": "out", "out": None, "clouds": False, "min_confidence": 0.5, "force": True}),

@@ -75,6 +75,13 @@ def detect(
     instances: Annotated[
         bool, typer.Option("--instances", help="Also write OUT/<frame>.instances.png: the number of the chain at each pixel.")
     ] = False,
+    points: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y;-X,Y", help="Keep chains at these pixels of the first frame; minus: drop them."),
+    ] = None,
+    box: Annotated[
+        str | None, typer.Option(metavar="X0,Y0,X1,Y1", help="Keep chains with over half of their visible length in this box.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Write into OUT even if it holds something else.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
 ) -> None:
@@ -91,6 +98,7 @@ def detect(
       doo3d detect capture -o out --workers auto
       doo3d detect capture -o out --pictures failed
       doo3d detect capture -o out --instances --pictures none
+      doo3d detect sample_clouds/two_cables -o out --points "230,520;-550,365"
       doo3d detect capture -o out --pose 0.4,0,0.7,1,0,0,0
       doo3d detect sample_clouds/crossing -o out --debug-frame 0
       doo3d detect capture -o out --fuse-views --input-option trajectory=poses.txt
@@ -111,11 +119,13 @@ def detect(
 
         single_thread()
         from ..camera.open_rig import open_frames
+        from ..runs.choice import Choice
         from ..runs.option_checks import check_use
 
         effective = settings.load()
         read_options = reading.options(cameras, *([] if pose is None else [f"pose={pose}"]))
-        check_use(read_options, effective, fuse_views, sequence, instances)
+        choice = Choice.of(points, box)
+        check_use(read_options, effective, fuse_views, sequence, instances, choice is not None)
         opened = open_frames(capture, effective, reading.mask, read_options)
         opened = selection.of(opened)
         for note in () if quiet else opened.notes:
@@ -140,6 +150,7 @@ def detect(
             retry_failed=retry_failed,
             time_limit=time_limit,
             pictures=Pictures.of(pictures, picture_format, instances),
+            choice=choice,
         )
         if sequence:
             from ..runs.sequence_run import run_sequence

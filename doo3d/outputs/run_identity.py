@@ -108,14 +108,14 @@ def find_conflict(path: Path, former: dict[str, Any] | None, current: dict[str, 
     if former is None:
         return Conflict("the folder is not empty and its content is not a result of doo3d", "out-foreign")
     source, wanted = _mapping(former, "input"), current["input"]
-    keys = sorted((source.keys() | wanted.keys()) - {"files", "frames"}, key=lambda key: (key != "path", key))
+    keys = sorted((source.keys() | wanted.keys()) - {"files", "frames", "choice"}, key=lambda key: (key != "path", key))
     for key in keys:
         if (value := source.get(key)) != wanted.get(key):
             what = value if key == "path" else f"{source.get('path')}, {key} {'not given' if value is None else value}"
             return Conflict(f"the folder holds the results of another input ({what})", "out-other-input")
     if source.get("files") not in (wanted["files"], files_before) or source.get("frames") != wanted["frames"]:
         return Conflict(f"{source.get('path')} has changed since the results in the folder were made", "input-changed", True)
-    if former.get("config_digest") != current["config_digest"]:
+    if former.get("config_digest") != current["config_digest"] or source.get("choice") != wanted.get("choice"):
         return Conflict("the folder holds the results of another configuration", "out-other-config", True, is_setting=True)
     had, has = _mapping(former, "versions"), current["versions"]
     changed = [f"{name} {had.get(name)}, now {has.get(name)}" for name in has if had.get(name) != has[name]]

@@ -8,6 +8,8 @@ from dataclasses import replace
 from os import PathLike
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from ..camera.open_rig import open_frames
 from ..config import Config, ConfigLike, as_config
 from ..errors import ArgumentError, ConfigError, options_of_python
@@ -16,6 +18,7 @@ from ..inputs import Capture, ReadOptions
 from ..inputs.frame_selection import Selection, select_frames
 from ..inputs.support.pose_file import PoseLike
 from ..types.arguments import each, file_path, flag, number, refused, text, whole
+from .choice import Choice
 from .frame_record import FrameRecord
 from .option_checks import check_use
 from .pictures import Pictures
@@ -54,6 +57,8 @@ def run(
     pictures: str = "all",
     picture_format: str = "jpg",
     instances: bool = False,
+    points: str | ArrayLike | None = None,
+    box: str | ArrayLike | None = None,
     force: bool = False,
     progress: Callable[[FrameRecord], None] | None = None,
 ) -> RunSummary:
@@ -108,6 +113,9 @@ def run(
     instances
         write `<frame>.instances.png`, too, an image of 16 bits: k + 1 at the pixels of chain k, 0 elsewhere. Finished frames of
         an earlier run without it are processed again.
+    points, box
+        pixels of the first frame that choose the objects, as `detect` takes them; the objects are then followed by their ids. Of
+        several photographs, which are no sequence, none can be chosen.
     force
         write into `out` even if it holds something else.
     progress
@@ -150,8 +158,9 @@ def run(
         drawn = Pictures.of(text(pictures, "pictures"), text(picture_format, "picture_format"), instances)
         if not (progress is None or callable(progress)):
             raise refused(progress, "progress", "a function of a frame's record")
+        choice = Choice.of(points, box)
         opened = _opened(capture, settings, mask, _read_options(input_options, pose, camera, cameras))
-        check_use(opened.options, settings, fuse_views, sequence, instances)
+        check_use(opened.options, settings, fuse_views, sequence, instances, choice is not None)
         chosen = select_frames(opened, _selection(every, start, end, frames))
         remarks = _Remarks(list(chosen.notes), progress)
         if fuse_views:
@@ -165,6 +174,7 @@ def run(
             retry_failed=retry_failed,
             time_limit=time_limit,
             pictures=drawn,
+            choice=choice,
         )
         if sequence:
             summary = run_sequence(chosen, folder, settings, remarks.of_pass, options)

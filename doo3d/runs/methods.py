@@ -38,6 +38,12 @@ def detect_alone(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
     return Found(detect(loaded.data, config, loaded.mask_for(config), pose))
 
 
+def detect_all(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
+    """Run the detection in a frame by itself, and return also the chains that `output.min_confidence` leaves out."""
+    pose = None if config.mode == "2d" else loaded.base_pose
+    return Found(detect(loaded.data, config, loaded.mask_for(config), pose, all_chains=True))
+
+
 def first_pass(loaded: FrameData, frame: FrameRef, config: Config) -> Found:
     """Run the detection in a frame of a sequence by itself, and store its strands for the second pass."""
     from ..outputs.sequence_files import encode_strands

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ..inputs import ReadOptions
 
 
-def check_use(options: ReadOptions, config: Config, fuse_views: bool, sequence: bool, instances: bool) -> None:
+def check_use(options: ReadOptions, config: Config, fuse_views: bool, sequence: bool, instances: bool, choice: bool) -> None:
     """Check that the options of a run can be used together.
 
     Parameters
@@ -26,19 +26,22 @@ def check_use(options: ReadOptions, config: Config, fuse_views: bool, sequence: 
         whether the frames are detected as a sequence.
     instances
         whether instance labels are written.
+    choice
+        whether points or a box choose objects in the image.
 
     Raises
     ------
     InputError : frames would be both fused and detected as a sequence, the fused frames of a rig would be fused again, or the
-        pixels of fused frames would be labelled.
+        pixels of fused frames would be labelled or pointed at.
     ConfigError : a pose is given with a config for images, or a single pose for views that are fused by their own poses.
     """
     if fuse_views and sequence:
         raise InputError(
             "--fuse-views is for an object at rest, --sequence for one that moves: give one", code="options-conflict"
         )
-    if fuse_views and instances:
-        raise InputError("--fuse-views makes a cloud, which has no image for --instances: leave out one", code="options-conflict")
+    if fuse_views and (instances or choice):
+        what = "--instances" if instances else "--points and --box"
+        raise InputError(f"--fuse-views makes a cloud, which has no image for {what}: leave out one", code="options-conflict")
     if options.pose is not None and config.mode == "2d":
         raise ConfigError("--pose moves chains in space, and the config is for images (mode: 2d)", code="options-conflict")
     if fuse_views and options.pose is not None and not isinstance(options.pose, str):

@@ -1,6 +1,7 @@
 """Process the frames that an earlier run has not finished, and confirm finished frames after them."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from itertools import takewhile
 from pathlib import Path
 
@@ -63,9 +64,8 @@ def remaining_frames(
         while position < len(frames) and frames[position].name in folder.later:
             name = frames[position].name
             if folder.later[name]["status"] == OK and tracker is not None:
-                state, same = tracker.state, _keeps_ids(tracker, folder.file(name, SUFFIXES["json"]))
+                later, same = copy(tracker), _keeps_ids(tracker, folder.file(name, SUFFIXES["json"]))
                 if not same:
-                    later = Tracker(config.tracking, state)
                     yield from process_frames(frames[position:], config, executor, later, method, thorough, pictures)
                     return
             writer.keep(name)
@@ -79,5 +79,6 @@ def _keeps_ids(tracker: Tracker, file: Path) -> bool:
 
 
 def _ids_and_joints(one: Detection, other: Detection) -> bool:
-    pairs = zip(one.chains, other.chains, strict=True)
-    return all(first.id == second.id and np.array_equal(first.joints, second.joints) for first, second in pairs)
+    pairs = zip(one.chains, other.chains, strict=False)
+    same = all(first.id == second.id and np.array_equal(first.joints, second.joints) for first, second in pairs)
+    return same and len(one.chains) == len(other.chains)

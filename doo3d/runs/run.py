@@ -24,10 +24,11 @@ from ..outputs.run_folder import ResultsFolder
 from ..track.tracking import Tracker
 from ..types.display import Displayed, counted
 from .capture_checks import capture_notes, run_notes, thorough_frames
+from .chosen_tracker import chosen_tracker
 from .executor import Executor
 from .frame_record import FAILED, OK, FrameRecord
 from .frame_writer import MAX_WAITING, FrameWriter
-from .methods import Method, detect_alone
+from .methods import Method, detect_all, detect_alone
 from .missing_pictures import draw_missing
 from .remaining_frames import remaining_frames
 from .run_options import RunOptions
@@ -150,7 +151,7 @@ def run(
     ------
     InputError : `out` cannot be written to, is written to by another run, or holds other files or results of another capture or
         version; two frames have the same name; the capture has images without depth and the config is for 3-D; the scheduler
-        cannot be reached.
+        cannot be reached; points or a box are given for several photographs, or choose nothing.
     MissingDependency : a scheduler is given and dask.distributed is not installed.
     """
     if (capture.no_depth or capture.format in IMAGE_FORMATS) and config.mode != "2d":
@@ -170,6 +171,9 @@ def run(
             options.resumed(list(records.values()))
         frames = [frame for frame in capture.frames if frame.name not in folder.done]
         tracker = _resume_tracker(capture, config, folder) if method is detect_alone else None
+        if (choice := options.choice) is not None:
+            method = detect_all if choice.wanted and method is detect_alone else method
+            tracker = chosen_tracker(choice, tracker, capture, config, folder, method)
         with _executor(options, len(frames)) as chosen:
             thorough, pictures = thorough_frames(names), options.pictures.of_frames(names)
             for record in draw_missing(capture.frames, pictures, records, chosen, folder, options.note):
@@ -205,7 +209,8 @@ def open_folder(capture: Capture, out: Path, config: Config, options: RunOptions
     InputError : as for `run`.
     """
     check_names(out, [frame.name for frame in capture.frames])
-    source = _describe_input(capture, options.reading) | ({} if extra is None else {"method": sorted(extra)[0]})
+    choice = {} if options.choice is None else {"choice": vars(options.choice)}
+    source = _describe_input(capture, options.reading) | choice | ({} if extra is None else {"method": sorted(extra)[0]})
     return ResultsFolder(
         out,
         source,

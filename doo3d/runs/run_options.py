@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from ..inputs import ReadOptions
+from .choice import Choice
 from .executor import Executor
 from .frame_record import FrameRecord
 from .pictures import ALL_PICTURES, Pictures
@@ -56,6 +57,8 @@ class RunOptions:
     pictures
         the choice of frames that get a picture. If an earlier run finished a frame without its picture, the picture is drawn from
         the results.
+    choice
+        points and a box in the first frame that choose the objects; None for all.
     report, resumed, note
         functions that are called like the members of `Progress`.
     """
@@ -69,6 +72,7 @@ class RunOptions:
     retry_failed: bool = False
     time_limit: float | None = DEFAULT_SECONDS
     pictures: Pictures = ALL_PICTURES
+    choice: Choice | None = None
     report: Callable[[FrameRecord], None] = lambda record: None
     resumed: Callable[[Sequence[FrameRecord]], None] = lambda records: None
     note: Callable[[str], None] = lambda sentence: None

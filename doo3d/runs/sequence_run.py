@@ -67,7 +67,7 @@ def run_sequence(
             capture,
             folder,
             config,
-            replace(options.with_progress(reporter), pictures=NO_PICTURES),
+            replace(options.with_progress(reporter), pictures=NO_PICTURES, choice=None),
             method=first_pass,
             extra={"sequence": "first pass"},
         )
@@ -77,7 +77,8 @@ def run_sequence(
     observations = [read_observation(folder, name) for name in names]
     objects = find_objects(in_world(observations), config)
     max_gap = gap_frames(observations, config)
-    known = SequenceFile(tuple(names), max_gap, config.output.min_confidence, tuple(objects))
+    least = 0.0 if options.choice and options.choice.wanted else config.output.min_confidence
+    known = SequenceFile(tuple(names), max_gap, least, tuple(objects))
     with writing(folder, TO_RESUME):
         write_objects(folder, known)
     notes = sequence_notes(observations, objects, config)

@@ -517,18 +517,24 @@ class Detection(Drawn):
         doubted = {k for body in low if body in best or self._is_long(body) for k in body}
         doubtful = (*self.doubtful, *(self.chains[k] for k in sorted(doubted)))
         rest = [chain for k, chain in enumerate(self.chains) if k not in doubted.union(kept)]
-        place = {k: i for i, k in enumerate(kept)}
+        notes = (*self.notes, *([_left_out_note(rest, min_confidence)] if rest else []))
+        return self.kept(kept, doubtful=tuple(sorted(doubtful, key=lambda chain: -chain.length)), notes=notes)
+
+    def kept(self, chains: Sequence[int], **changes: Any) -> Detection:
+        """Return the detection with some of its chains, and the crossings, junctions and objects among them.
+
+        Parameters
+        ----------
+        chains
+            indices of the chains, ascending; either all or none of an object.
+        changes
+            attribute -> new value.
+        """
+        place = {k: i for i, k in enumerate(chains)}
         junctions, objects = kept_trees(self.junctions, self.objects, place)
-        return replace(
-            self,
-            chains=tuple(self.chains[k] for k in kept),
-            crossings=kept_crossings(self.crossings, place),
-            junctions=junctions,
-            objects=objects,
-            doubtful=tuple(sorted(doubtful, key=lambda chain: -chain.length)),
-            view=self.view and self.view.kept(kept),
-            notes=(*self.notes, *([_left_out_note(rest, min_confidence)] if rest else [])),
-        )
+        found, crossings = tuple(self.chains[k] for k in chains), kept_crossings(self.crossings, place)
+        own = {"view": self.view and self.view.kept(chains)} | changes
+        return replace(self, chains=found, crossings=crossings, junctions=junctions, objects=objects, **own)
 
     def _is_long(self, body: tuple[int, ...]) -> bool:
         """Return whether an object is at least DOUBTFUL_LENGTH_RADII long, in radii of its longest chain."""

@@ -92,6 +92,13 @@ class View:
         """Return the view of a detection that keeps some of its chains; chains : their indices."""
         return replace(self, numbers=tuple(self.numbers[k] for k in chains)) if self.numbers else self
 
+    def without(self, pixels: Bools) -> View:
+        """Return the view without some pixels of its mask; pixels : (H, W) bool, True for those."""
+        if (mask := self.mask) is None:
+            return self
+        left = (mask & ~pixels)[:: self.scale, :: self.scale]
+        return replace(self, _mask=View.of(left, (self.height, self.width))._mask)
+
     def project(self, points: Floats) -> Floats:
         """Return the pixels of positions (N, D) in the camera's coordinates, (N, 2) px; NaN behind the camera."""
         return points if self.camera is None else self.camera.project(points)

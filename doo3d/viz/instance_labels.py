@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import InputError
 from ..geometry.projection import Projection
-from ..types import Array, Chain, Crossing, Detection, Floats, Ints, View
+from ..types import Array, Bools, Chain, Crossing, Detection, Floats, Ints, View
 
 SPACING_PX = 0.5
 """Distance in px of the points along a chain that distances are measured to; the error is 0.03 px at a distance of 1 px."""
@@ -33,7 +33,7 @@ which occluders cut strands off exactly, it would cost 0.1 to 0.3 %."""
 
 
 @dataclass(frozen=True)
-class _Strand:
+class ImageStrand:
     """A chain in the image: S points along it, without those behind the camera.
 
     Attributes
@@ -51,8 +51,13 @@ class _Strand:
     radii: Floats
     at: Floats
 
+    @property
+    def is_hidden(self) -> Bools:
+        """Which points are on an occluded segment, (S,) bool."""
+        return np.asarray(self.chain.occluded[np.minimum(self.at.astype(int), len(self.chain.occluded) - 1)])
+
     @staticmethod
-    def of(chain: Chain, view: Projection) -> _Strand:
+    def of(chain: Chain, view: Projection) -> ImageStrand:
         """Return a chain in the image."""
         joints, count = view.project(chain.joints), len(chain.joints) - 1
         longest = np.nan_to_num(np.linalg.norm(np.diff(joints, axis=0), axis=1)).max()
@@ -60,7 +65,7 @@ class _Strand:
         radii = np.nan_to_num(chain.radii) * view.scale(view.distance(chain.joints))
         u, v, radius = (np.interp(at, np.arange(count + 1), values) for values in (*joints.T, radii))
         shown = np.isfinite(u + v + radius)
-        return _Strand(chain, np.column_stack((u, v))[shown], radius[shown], at[shown])
+        return ImageStrand(chain, np.column_stack((u, v))[shown], radius[shown], at[shown])
 
     def near(self, segment: int, reach: float) -> tuple[Floats, Floats]:
         """Return points and radii of the strand within a length, in segments, of the middle of a segment."""
@@ -80,11 +85,18 @@ class _Strand:
         """Draw what is seen of the strand into an image (H, W) uint8, CORE_RADII wide, cut off at its ends."""
         count, radii = len(self.chain.occluded), CORE_RADII * self.radii
         to_end = np.minimum(self.at, count - self.at) * self.chain.segment_length
-        inner = ~self.chain.occluded[np.minimum(self.at.astype(int), count - 1)] & ((to_end > radii + 1) | self.chain.closed)
+        inner = ~self.is_hidden & ((to_end > radii + 1) | self.chain.closed)
         size, (height, width) = float(np.hypot(*image.shape)), image.shape
         inner &= (radii < size) & ((self.points > -size) & (self.points < (width + size, height + size))).all(axis=1)
         for u, v, radius in np.rint(16 * np.column_stack((self.points, radii))[inner]).astype(int).tolist():
             cv2.circle(image, (u, v), radius, 1, cv2.FILLED, cv2.LINE_8, 4)
+
+
+def image_strands(detection: Detection) -> list[ImageStrand]:
+    """Return the chains and then the doubtful chains of a detection with a view, in its camera's coordinates, in the image."""
+    camera = None if detection.view is None else detection.view.camera
+    projection = Projection.planar() if camera is None else Projection.of_camera(camera)
+    return [ImageStrand.of(chain, projection) for chain in (*detection.chains, *detection.doubtful)]
 
 
 def instance_labels(detection: Detection) -> Array:
@@ -109,8 +121,7 @@ def instance_labels(detection: Detection) -> Array:
             code="instances-missing",
             remedy="write them by doo3d detect --instances",
         )
-    projection = Projection.planar() if view.camera is None else Projection.of_camera(view.camera)
-    strands = [_Strand.of(chain, projection) for chain in (*shown.chains, *shown.doubtful)]
+    strands = image_strands(shown)
     if view.camera is None:
         core = np.zeros(mask.shape, np.uint8)
         for strand in strands[: len(shown.chains)]:
@@ -142,7 +153,7 @@ def _read(file: Path, view: View) -> Array:
     return np.asarray(number[stored])
 
 
-def _nearest(strands: Sequence[_Strand], pixels: Floats, colors: Ints, color_of: Ints) -> Ints:
+def _nearest(strands: Sequence[ImageStrand], pixels: Floats, colors: Ints, color_of: Ints) -> Ints:
     """Return the index of the strand nearest to each of P pixels, (P,); the number of strands where none is near.
 
     A pixel of a known color belongs to the nearest strand of this color, if one is nearer than a bundle of all strands is wide.
@@ -158,7 +169,7 @@ def _nearest(strands: Sequence[_Strand], pixels: Floats, colors: Ints, color_of:
     return owner
 
 
-def _nearest_of(chosen: Sequence[int], strands: Sequence[_Strand], pixels: Floats) -> tuple[Ints, Floats]:
+def _nearest_of(chosen: Sequence[int], strands: Sequence[ImageStrand], pixels: Floats) -> tuple[Ints, Floats]:
     """Return the nearest of some strands for each pixel, and its distance in px; see `_nearest`."""
     points = np.concatenate([np.zeros((0, 2)), *(strands[k].points for k in chosen)])
     if not len(points) or not len(pixels):
@@ -169,7 +180,9 @@ def _nearest_of(chosen: Sequence[int], strands: Sequence[_Strand], pixels: Float
     return np.where(distance <= OWN_RADII * radii[nearest], number[nearest], len(strands)), np.asarray(distance)
 
 
-def _put_on_top(crossing: Crossing, strands: Sequence[_Strand], pixels: Floats, owner: Ints, layers: tuple[Ints, Ints]) -> None:
+def _put_on_top(
+    crossing: Crossing, strands: Sequence[ImageStrand], pixels: Floats, owner: Ints, layers: tuple[Ints, Ints]
+) -> None:
     """Give the upper strand of a crossing the pixels of the lower one that it covers, in place, unless their color is against it.
 
     owner : (P,) index of the strand of each pixel. layers : the colors of the pixels, and those of the strands.
