@@ -140,7 +140,7 @@ class Registry(MutableMapping[str, T], Generic[T]):
             return None
 
     def call(self, name: str, function: Callable[..., R], *args: Any) -> R:
-        """Call a function of an entry; a fault of a plug-in is told as such.
+        """Call a function of an entry; a fault of a plug-in is reported as one of the plug-in.
 
         Parameters
         ----------

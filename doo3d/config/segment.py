@@ -174,9 +174,9 @@ class SegmentConfig(Section):
     )
     strand_smoothing_radii: float = expert(
         2.4,
-        "Length along a strand over which depth that is torn or comes in waves is smoothed; louder waves over more, by the "
-        "square root. Radii, over 0. Raise it if chains of straight cables are wavy before a stereo camera, lower it for "
-        "tight bends. Frames of a sequence are smoothed over 0.7 of it, and then over time.",
+        "Length along a strand over which depth that is torn or comes in waves is smoothed; larger waves over more, by the "
+        "square root. Radii, over 0. Raise it if chains of straight cables are wavy with a stereo camera, lower it for tight "
+        "bends. Frames of a sequence are smoothed over 0.7 of it, and then over time.",
         gt=0,
         le=100,
     )

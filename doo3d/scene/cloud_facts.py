@@ -99,7 +99,7 @@ def strip_half_widths(points: Floats, apart: float, number: Ints) -> Floats:
 
     Around each of some seeds the neighborhood grows until it is three times as long as it is wide. The variance
     across is then r^2 / 3 for the half shell that one camera sees (uniform over the projected width) and r^2 / 2
-    for a whole tube, told apart by the variance in depth. Strands side by side with air between them are looked at one by one,
+    for a whole tube, distinguished by the variance in depth. Strands side by side with air between them are looked at one by one,
     since together they are wider than each; `number` is that of the strand of each sampled point, empty if all touch.
     """
     sample = longest_first(sampled(points))

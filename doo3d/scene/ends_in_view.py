@@ -11,7 +11,7 @@ from .depth_model import DepthModel
 from .point_visibility import PointVisibility
 
 TIP_LOOKAHEAD_RADII = np.array([3.0, 4.0, 5.0])
-"""Radii ahead of an end at which a tip is told: a chain may stop two radii before the tip, where thinning ends."""
+"""Radii ahead of an end at which a tip is recognized: a chain may stop two radii before the tip, where thinning ends."""
 
 TIP_FAN = np.radians(25.0) * np.array((-1, 0, 1))
 """Directions in the image, from straight on, in which the mask ends at a tip: the tangent of an end is that uncertain."""

@@ -32,7 +32,7 @@ from .strand_filter import filter_along_strands
 from .supporting_plane import find_supporting_plane
 
 BY_SHAPE = ("network", "strands", "plane", "ridge")
-"""Methods that look for strands by their shape; all others are told by the user what the object is."""
+"""Methods that look for strands by their shape; the user specifies the object for all others."""
 
 AUTO_NOTES = {
     "network": "segment: method network (auto), since no mask or color is given; doo3d tune shows whether colors do better",

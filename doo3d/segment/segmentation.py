@@ -57,7 +57,7 @@ class Segmentation:
     base
         if `method` is "extended", the first segmentation, whose mask was extended; None otherwise.
     plane
-        the plane that the method told the object from, its normal to either side; None for other methods.
+        the plane from which the method separated the object, its normal to either side; None for other methods.
     """
 
     scene: Scene

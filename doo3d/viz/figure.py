@@ -188,7 +188,7 @@ def _points(go: Any, detection: Detection, data: Frame | Cloud | Image | Array |
     sample = sample_surroundings(FrameData(data, pose=pose), detection, MAX_POINTS)
     if sample is None:
         return []
-    # points of the object are gray, to be told from its chain, and lie on its surface, so they are shown on a click
+    # points of the object are gray, to be distinguished from its chain, and lie on its surface, so they are shown on a click
     parts = (
         ("object's points", slice(0, sample.on_object), None),
         ("surroundings", slice(sample.on_object, None), sample.colors),

@@ -140,11 +140,11 @@ def _frame(sensor: str, method: Masking, known_count: bool, family: str, seed: i
     return _run(frame, mask, ("default", {"merge.chains": chains}), partial(_judge, known.truths, frame.camera))
 
 
-def _image(is_told: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
+def _image(mask_given: bool, family: str, seed: int, size: tuple[int, int]) -> Run:
     """Return the detection in the color image of a rendered frame alone, with a ragged mask or none."""
     known, frame = _known(family, seed, size, "none")
     assert frame.color is not None
-    mask = _ragged(known.mask, f"{family}_{seed}") if is_told else None
+    mask = _ragged(known.mask, f"{family}_{seed}") if mask_given else None
     return _run(Image(frame.color), mask, ("image", {}), partial(_judge_image, known.truths, frame.camera))
 
 
