@@ -54,7 +54,7 @@ def test_depth_in_the_wrong_unit(refused, capture):
     assert "depth_scale" in refused(capture(intrinsics={"depth_scale": 1e6}), code="depth-unit")
 
 
-def test_depth_and_colour_of_different_sizes(refused, capture):
+def test_depth_and_color_of_different_sizes(refused, capture):
     folder = capture()
     save(folder / COLOR, np.zeros((480, 640, 3), np.uint8))
     assert "640x480" in refused(folder, code="color-size")

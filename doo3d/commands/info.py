@@ -172,7 +172,7 @@ def _content(readable: Sequence[FrameSummary]) -> str:
     counts = {
         "depth": sum(frame.kind == "depth" for frame in readable),
         "points": sum(frame.kind == "cloud" for frame in readable),
-        "colour": sum(frame.color for frame in readable),
+        "color": sum(frame.color for frame in readable),
         "masks": sum(frame.mask for frame in readable),
         "poses": sum(frame.pose for frame in readable),
         "viewpoints": sum(frame.viewpoint for frame in readable),

@@ -127,11 +127,11 @@ def _list_redwood(path: Path, options: ReadOptions, notes: list[str]) -> list[Fi
     if folder is None:
         return files
     if times is None or others is None or not len(others):
-        color, missing = match_images(color, depth), f"{path}: has no colour image for {path / 'depth'}"
+        color, missing = match_images(color, depth), f"{path}: has no color image for {path / 'depth'}"
         return [each.with_color(color.get(each.name), f"{missing}/{each.name}") for each in files]
     images, pairs = list(color.values()), associate(times, others, options.tolerance)
     if not pairs:
-        apart = f"no depth and colour image are within {options.tolerance} s (--input-option tolerance=...)"
+        apart = f"no depth and color image are within {options.tolerance} s (--input-option tolerance=...)"
         raise InputError(f"{path}: by the times in the file names {apart}", code="times-apart")
     return [files[i]._replace(color=images[j]) for i, j in pairs]
 

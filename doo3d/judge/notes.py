@@ -17,7 +17,7 @@ HINTS = {
 }
 """Stage -> what to try where nothing is left after it. `doo3d tune` proposes settings for images only."""
 
-TUNED = {"colors": "; doo3d tune proposes colour ranges and shows them", "mask": ", or see with doo3d tune what the mask takes"}
+TUNED = {"colors": "; doo3d tune proposes color ranges and shows them", "mask": ", or see with doo3d tune what the mask takes"}
 LENGTH, PROPOSED = "lower fit.segment_length", "; doo3d tune proposes one"
 
 

@@ -18,7 +18,7 @@ WORDS = {
     "faint": "hardly differs in color from what lies beside it",
     "small_fragment": "short beside the longest object",
     "network_doubt": "the network doubts it",
-    "frame_doubt": "no chain of the frame is sure",
+    "frame_doubt": "doubts about the best chain of the frame",
 }
 """Kind of evidence -> words for it."""
 

@@ -65,7 +65,7 @@ def as_mode_data(data: Frame | Cloud | Image | Array, mode: str) -> Frame | Clou
             return data
         if isinstance(data, Cloud) or data.color is None:
             raise InputError(
-                "the config is for images (mode: 2d), and this has no colour image: use a 3-D config, such as default",
+                "the config is for images (mode: 2d), and this has no color image: use a 3-D config, such as default",
                 code="mode-needs-image",
             )
         return Image(data.color, data.name, data.timestamp)

@@ -16,7 +16,7 @@ MATRIX = [FOCAL, 0, 0, 0, FOCAL, 0, WIDTH / 2, HEIGHT / 2, 1]
 
 @lru_cache
 def rope(amplitude: float = 30.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One wavy rope of 5 mm radius, 0.5 m away, above a table: colour (BGR), depth in mm (uint16), mask (bool)."""
+    """One wavy rope of 5 mm radius, 0.5 m away, above a table: color (BGR), depth in mm (uint16), mask (bool)."""
     u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
     line_u = np.linspace(40, WIDTH - 40, 400)
     line_v = HEIGHT / 2 + amplitude * np.sin((line_u - 40) / 35)

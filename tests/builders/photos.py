@@ -36,7 +36,7 @@ def labelled(chains, shape=(HEIGHT, WIDTH)):
 
 
 def painted(labels):
-    """(H, W, 3) uint8 RGB: each cable in its colour on black."""
+    """(H, W, 3) uint8 RGB: each cable in its color on black."""
     return np.array([(0, 0, 0), *COLORS], np.uint8)[labels]
 
 

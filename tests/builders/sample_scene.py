@@ -46,7 +46,7 @@ def scene() -> Scene:
 
 
 def put(path: Path, image: np.ndarray) -> Path:
-    """Write an image, colour given as RGB."""
+    """Write an image, color given as RGB."""
     path.parent.mkdir(parents=True, exist_ok=True)
     image = image.astype(np.uint8) * 255 if image.dtype == bool else image
     image = image[..., ::-1] if image.ndim == 3 else image
@@ -60,7 +60,7 @@ def units(scale: float) -> np.ndarray:
 
 
 def check(loaded: FrameData, step: float, pinhole: tuple[float, ...] | None = None, color: float = 0) -> None:
-    """Assert that a frame is the scene: depth within half a step (m), colour within a mean difference, these intrinsics."""
+    """Assert that a frame is the scene: depth within half a step (m), color within a mean difference, these intrinsics."""
     assert isinstance(loaded.data, doo3d.Frame)
     assert np.abs(loaded.data.depth - scene().depth).max() <= step / 2 + 1e-6
     assert np.abs(loaded.data.color.astype(int) - scene().color).mean() <= color

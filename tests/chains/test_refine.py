@@ -172,7 +172,7 @@ def test_a_filled_gap_where_there_are_points(occluded, some):
     assert chain.occluded.any() == some
 
 
-def test_what_only_colour_saw_is_not_occluded():
+def test_what_only_color_saw_is_not_occluded():
     """The mask goes on where depth stops: seen, though there are no points."""
     frame, mask = frame_of(STRAIGHT, radius=0.004)
     depth = frame.depth.copy()

@@ -20,7 +20,7 @@ def test_summary_of_a_folder(doo3d, capture):
         "format": "folder: a folder of depth images",
         "frames": "3 frames, 000000 to 000002",
         "frames checked": "3, all can be read",
-        "content": "depth, colour, masks, no poses",
+        "content": "depth, color, masks, no poses",
         "image": "320x240",
         "camera": "fx 400.00  fy 400.00  cx 160.00  cy 120.00 px",
         "depth": "0.495 to 0.560 m, median 0.560 m; 0.0% of the pixels without depth",

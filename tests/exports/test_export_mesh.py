@@ -36,7 +36,7 @@ def test_a_closed_cylinder_per_segment(tmp_path, chain):
     np.testing.assert_allclose([body.volume for body in bodies], np.pi * RADIUS**2 * 0.01 * share, rtol=1e-4)
 
 
-def test_colours_are_the_chains_and_paler_where_occluded(tmp_path):
+def test_colors_are_the_chains_and_paler_where_occluded(tmp_path):
     frame = capture()[0]
     mesh = load(doo3d.export(frame, "ply", tmp_path / "mesh.ply")[0])
     shades, counts = np.unique(mesh.visual.vertex_colors[:, :3], axis=0, return_counts=True)

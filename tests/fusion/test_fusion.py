@@ -103,7 +103,7 @@ def test_the_world_may_lie_anywhere():
     assert there.chains[0].length == pytest.approx(here.chains[0].length, abs=0.011)
 
 
-def test_the_cloud_is_as_dense_as_one_frame_and_in_its_colours():
+def test_the_cloud_is_as_dense_as_one_frame_and_in_its_colors():
     cloud = fuse(frame_refs(), CONFIG)
     assert (cloud.coordinates, cloud.segmented) == ("world", True)
     assert cloud.colors is not None
@@ -261,7 +261,7 @@ def test_from_the_shell_without_poses(tmp_path, refused):
 
 @pytest.mark.slow
 def test_frames_are_told_from_the_rest_as_the_config_says():
-    """Without masks, by colour; the cloud itself is not segmented again."""
+    """Without masks, by color; the cloud itself is not segmented again."""
     config = load_config("default", {"segment.method": "plane"})
     bare = [frame_ref(shot_of(view, mask=None), str(k)) for k, view in enumerate(views("open", 1, 4))]
     assert isinstance(config, Config)

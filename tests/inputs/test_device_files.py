@@ -90,7 +90,7 @@ def test_bag_of_the_realsense_sdk_whose_color_is_too_late(doo3d):
     code, out, err = doo3d("info", DATA / "realsense_sdk.bag")
     assert code == 0, err
     assert "0.102 s, so depth is read alone" in out
-    assert "colour" not in out.partition("content")[2].partition("\n")[0]
+    assert "color" not in out.partition("content")[2].partition("\n")[0]
     assert len(open_capture(DATA / "realsense_sdk.bag").frames) == 2
     loaded = open_capture(DATA / "realsense_sdk.bag", options=ReadOptions(tolerance=0.2)).frames[0].load()
     assert loaded.data.color is not None

@@ -1,4 +1,4 @@
-"""Which strand is on top: by depth, by colour, from wherever the camera stood; and how sure that is."""
+"""Which strand is on top: by depth, by color, from wherever the camera stood; and how sure that is."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def over(angle=1.2, height=2 * RADIUS, middle=(0.01, 0.003)):
 
 
 def seen(*axes, depth=True):
-    """What a camera saw of cables, without colour."""
+    """What a camera saw of cables, without color."""
     frame, mask = frame_of(*axes, radius=RADIUS)
     return frame_scene(frame if depth else replace(frame, depth=np.zeros_like(frame.depth)), mask)
 
@@ -156,7 +156,7 @@ def flat(angle):
 @pytest.mark.parametrize("angles", [(0.1, 1.5), (0.4, -0.5), (2.0, 0.9)])
 @pytest.mark.parametrize("upper", [0, 1])
 def test_in_an_image_the_strand_goes_on_whose_sides_do(angles, upper):
-    """Both of one colour: only light and dark across a strand tell."""
+    """Both of one color: only light and dark across a strand tell."""
     lines = [flat(angle) for angle in angles]
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     (found,) = find_crossings(chains, ribbons(lines[1 - upper], lines[upper]))
@@ -166,7 +166,7 @@ def test_in_an_image_the_strand_goes_on_whose_sides_do(angles, upper):
 
 
 @pytest.mark.parametrize("upper", [0, 1])
-def test_in_an_image_the_strand_goes_on_whose_colour_does(upper):
+def test_in_an_image_the_strand_goes_on_whose_color_does(upper):
     lines = [flat(0.2), flat(1.4)]
     chains = [even(line(*ends), 5.0, 9.0) for ends in lines]
     image = ribbons(lines[1 - upper], lines[upper], shaded=False, colors=((60, 60, 200), (60, 170, 60)))

@@ -23,7 +23,7 @@ NAMES = ["1-mask", "2-voxels", "3-skeleton", "4-branches", "5-segments", "6-prun
 
 
 def read_ply(path):
-    """Points and colours, by Open3D."""
+    """Points and colors, by Open3D."""
     from doo3d.inputs.support.open3d import open3d
 
     cloud = open3d().io.read_point_cloud(str(path))

@@ -236,7 +236,7 @@ def test_assign_ids_leaves_its_arguments_alone():
     assert state.next_id == 1
 
 
-def test_the_colour_is_that_of_the_id():
+def test_the_color_is_that_of_the_id():
     picture = np.zeros((300, 700, 3), np.uint8)
     chain = wave(2, (0.8, 0.3))
     for number in (0, 3):

@@ -22,7 +22,7 @@ def test_near_is_red_far_is_blue_and_none_is_black():
     assert none.tolist() == [0, 0, 0]
 
 
-def test_colours_of_the_depth_are_those_of_the_whole_sheet():
+def test_colors_of_the_depth_are_those_of_the_whole_sheet():
     """Two flat frames, near and far: each has one end of the scale, and not both the middle."""
     picture = draw_sheet("t", [make_tile("a", frame(0.5)), make_tile("b", frame(1.5))])
     left, right = (picture[150, x] for x in (600, 1400))

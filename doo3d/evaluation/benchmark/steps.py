@@ -128,7 +128,7 @@ ABLATIONS: dict[str, Ablation] = {
         places={"doo3d.segment.strand_filter:_drawn_to_surface": _first}, made_for=DEPTH
     ),
     "strand filter: runs of readings": Ablation(places={"doo3d.segment.strand_filter:MAX_SLOPE": np.inf}, made_for=DEPTH),
-    "strand filter: what lies behind is told by what is beside": Ablation(
+    "strand filter: the background is recognized beside the strand": Ablation(
         places={"doo3d.segment.strand_filter:smooth_strand_depth": _nothing_beside}, made_for=DEPTH
     ),
     "strand filter: all pixels of a smoothed strand": Ablation(

@@ -108,7 +108,7 @@ def depth_of(message: Any, scale: float) -> Array:
     else:
         image = _rows(message, 1, DEPTH.get(encoding))[:, :, 0]
     if image.ndim != 2 or image.dtype == np.uint8:
-        sentence = f"a depth image is of {image.dtype} and shape {image.shape}: is it a coloured preview of the depth?"
+        sentence = f"a depth image is of {image.dtype} and shape {image.shape}: is it a colored preview of the depth?"
         raise InputError(sentence, code="depth-type")
     return to_metres(image, scale)
 
@@ -149,12 +149,12 @@ def color_of(message: Any) -> Array:
     if encoding == "compressed":
         image = _decompress(bytes(message.data))
         if image.dtype != np.uint8:
-            raise InputError(f"a compressed colour image is of {image.dtype}, expected 8 bits", code="color-type")
+            raise InputError(f"a compressed color image is of {image.dtype}, expected 8 bits", code="color-type")
         conversion = {2: cv2.COLOR_GRAY2RGB}.get(image.ndim, cv2.COLOR_BGR2RGB)
         return np.asarray(cv2.cvtColor(image[:, :, :3] if image.ndim == 3 else image, conversion))
     layout = _TO_RGB.get(encoding) or _TO_RGB.get(encoding.lower())
     if layout is None:
-        sentence = f"colour images of encoding {encoding!r} cannot be read; known are {', '.join(_TO_RGB)}"
+        sentence = f"color images of encoding {encoding!r} cannot be read; known are {', '.join(_TO_RGB)}"
         raise InputError(sentence, code="encoding-unsupported")
     channels, to_rgb = layout
     image = _rows(message, channels, np.uint8)

@@ -100,7 +100,7 @@ class BagCapture:
 
 def _topic_lines(index: Mapping[str, TopicIndex], streams: Streams) -> list[str]:
     """Return a line for each topic of a type that is read: name, type, number of messages, use."""
-    used = [(stream.topic_index, use) for stream, use in ((streams.depth, "depth"), (streams.color, "colour")) if stream]
+    used = [(stream.topic_index, use) for stream, use in ((streams.depth, "depth"), (streams.color, "color")) if stream]
     used += [(streams.cloud, "clouds")] if streams.cloud else []
     uses = {topic_index.topic.name: f", read as {use}" for topic_index, use in used}
     return [
@@ -235,5 +235,5 @@ def _no_frames(bag: Bag, faults: list[str], unread: str) -> InputError:
     if faults and not topics:
         return InputError(f"{bag.path}: nothing in it can be read: {faults[0]}", code="bag-damaged")
     listed = f"it has the topics {', '.join(topics) or '(none)'}"
-    sentence = unread or "has no depth images, no clouds and no colour images"
+    sentence = unread or "has no depth images, no clouds and no color images"
     return InputError(f"{bag.path}: {sentence}; {'; '.join([listed, *faults[:1]])}", code="frames-missing")

@@ -101,7 +101,7 @@ def test_without_what_is_beside_a_strand_its_depth_is_as_where_that_is_not_known
     beside = np.full(500, 1 / 1.65)
     unknown = smooth(np.zeros(0))
     assert np.abs(smooth(beside) - unknown).max() > 0.1
-    with replaced(ABLATIONS["strand filter: what lies behind is told by what is beside"].places):
+    with replaced(ABLATIONS["strand filter: the background is recognized beside the strand"].places):
         np.testing.assert_array_equal(smooth(beside), unknown)
 
 

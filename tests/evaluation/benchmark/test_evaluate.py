@@ -135,7 +135,7 @@ def test_no_captures_is_an_error(tmp_path):
 
 
 @pytest.mark.slow
-def test_colour_boxes_hold_the_cable_and_nothing_else():
+def test_color_boxes_hold_the_cable_and_nothing_else():
     for family, seed in (("crossing", 1), ("crossing", 3), ("open", 2), ("several", 6), ("straight", 0)):
         rendered = render(make_scene(family, seed, SMALL))
         box = _hsv_range(rendered.truths[0].color)

@@ -123,7 +123,7 @@ def test_seeds_that_are_only_counted_have_a_column_of_their_own():
     assert line.split()[:10] == ["one", "1/2", "50.0", "%", "1/1", "100.0", "%", "0/1", "0.0", "%"]
 
 
-def test_the_truth_has_the_colours_of_the_chains_that_lie_on_it():
+def test_the_truth_has_the_colors_of_the_chains_that_lie_on_it():
     cables = [found(AXIS + np.array([0, y, 0])).chains[0] for y in (0.0, 0.05, 0.1)]
     assert matching_order(cables, Detection((cables[2], cables[0]))) == (cables[2], cables[0], cables[1])
     assert matching_order(cables, Detection(())) == tuple(cables)

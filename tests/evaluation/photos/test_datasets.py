@@ -85,7 +85,7 @@ def test_labels_of_another_size_or_kind_are_refused(tmp_path):
         mbest(folder)[0].load()
 
 
-def test_hsv_mask_takes_the_cables_colours_and_drops_specks(tmp_path):
+def test_hsv_mask_takes_the_cables_colors_and_drops_specks(tmp_path):
     image = np.full((60, 60, 3), 10, np.uint8)
     for row, color in ((5, (230, 90, 120)), (20, (120, 200, 60)), (35, (40, 150, 150))):
         image[row : row + 8, 5:55] = color
@@ -104,7 +104,7 @@ def test_hsv_mask_takes_the_cables_colours_and_drops_specks(tmp_path):
 @pytest.mark.parametrize(
     ("below", "names"), [("", ("images", "labels", "masks")), ("data", ("test_imgs", "test_labels", "test_masks"))]
 )
-def test_cset_numbers_the_colours(tmp_path, below, names):
+def test_cset_numbers_the_colors(tmp_path, below, names):
     cset_folder(tmp_path / below, names)
     (ref,) = cset(tmp_path)
     photo = ref.load()

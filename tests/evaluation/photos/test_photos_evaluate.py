@@ -127,7 +127,7 @@ def test_the_worst_are_pictured(evaluate, tmp_path):
     assert cv2.imread(str(path)).shape[1] == 2 * WIDTH
     _, beside = benchmark.panels(chosen[0])
     assert tuple(beside[30, 100]) == (128, 128, 128)  # missed
-    assert tuple(beside[90, 100]) == (0, 204, 255)  # the colour of the first chain
+    assert tuple(beside[90, 100]) == (0, 204, 255)  # the color of the first chain
 
 
 @pytest.fixture

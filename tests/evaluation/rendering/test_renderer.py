@@ -69,7 +69,7 @@ def test_strand_under_another_is_hidden():
     assert np.abs(lower.axis[~lower.seen, 0]).max() < 1.5 * RADIUS
 
 
-def test_shiny_run_has_colour_but_no_depth():
+def test_shiny_run_has_color_but_no_depth():
     rendered = render(_straight(shiny=((0.09, 0.11),)), "none")
     assert rendered.frame.depth[90, 160] == 0
     assert rendered.mask[90, 160]

@@ -87,7 +87,7 @@ def test_storages(tmp_path, kind, packing):
 def test_topics_are_listed(tmp_path, kind):
     path = script(kind).write(tmp_path / named(kind))
     assert open_capture(path).topics == [
-        f"{COLOR} (sensor_msgs/msg/Image, 3 messages), read as colour",
+        f"{COLOR} (sensor_msgs/msg/Image, 3 messages), read as color",
         "/camera/depth/camera_info (sensor_msgs/msg/CameraInfo, 1 message)",
         f"{DEPTH} (sensor_msgs/msg/Image, 3 messages), read as depth",
     ]
@@ -153,7 +153,7 @@ def test_messages_of_other_types_are_skipped(tmp_path):
     refused(file, "frames-missing", "/camera/depth/image_raw (sensor_msgs/msg/Image, pro)")
 
 
-def test_depth_aligned_to_colour_is_preferred(tmp_path):
+def test_depth_aligned_to_color_is_preferred(tmp_path):
     made = script()
     made.image("/camera/aligned_depth_to_color/image_raw", SECOND, slope(100), "16UC1", frame="color_optical")
     made.info("/camera/aligned_depth_to_color/camera_info", SIZE, (22, 22, 8, 6), frame="color_optical")
@@ -177,11 +177,11 @@ def test_two_equal_cameras_are_ambiguous(tmp_path):
     assert len(frames(path, depth_topic="/right/depth/image_raw")) == 1
 
 
-def test_depth_is_paired_with_the_nearest_colour_or_kept_alone(tmp_path):
+def test_depth_is_paired_with_the_nearest_color_or_kept_alone(tmp_path):
     made = script(frames=0)
     for i in range(6):
         made.image(DEPTH, SECOND + i * FRAME, slope(i), "16UC1")
-    for i in (0, 2, 3):  # colour at half the rate of the depth, and a gap at the end
+    for i in (0, 2, 3):  # color at half the rate of the depth, and a gap at the end
         made.image(COLOR, SECOND + i * FRAME + 1_000_000, tint(i), "rgb8")
     read = frames(made.write(tmp_path / "a.bag"), tolerance=0.005)
     assert [None if frame.color is None else int(frame.color[0, 0, 2]) for frame in read] == [0, None, 2, 3, None, None]
@@ -246,7 +246,7 @@ def test_clouds_beside_images_are_read_on_request(tmp_path):
     assert cloud.viewpoint is None
 
 
-def test_bag_with_colour_only_has_images(tmp_path):
+def test_bag_with_color_only_has_images(tmp_path):
     made = BagScript("mcap")
     made.image(COLOR, SECOND, tint(), "bgr8")
     (image,) = frames(made.write(tmp_path / "bag"))

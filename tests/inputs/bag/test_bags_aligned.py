@@ -1,4 +1,4 @@
-"""Colour from another camera than the depth: size, position, distortion; camera poses from the transforms of the bag."""
+"""Color from another camera than the depth: size, position, distortion; camera poses from the transforms of the bag."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from doo3d.types import Camera
 DEPTH, COLOR = "/camera/depth/image_raw", "/camera/color/image_raw"
 D_SIZE, D_NUMBERS = (120, 90), (110.0, 110.0, 59.5, 44.5)
 C_SIZE, C_NUMBERS = (200, 150), (190.0, 190.0, 99.5, 74.5)
-MOVE = (0.05, 0.0, 0.0)  # of the colour camera, in the depth camera's frame
+MOVE = (0.05, 0.0, 0.0)  # of the color camera, in the depth camera's frame
 
 
 def stripes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the colour (..., 3) uint8 of the wall at (x, y) m; smooth, so that half a pixel changes little."""
+    """Return the color (..., 3) uint8 of the wall at (x, y) m; smooth, so that half a pixel changes little."""
     return np.stack([128 + 100 * np.sin(9 * x), 128 + 100 * np.sin(7 * y), 60 + 0 * x], axis=-1).astype(np.uint8)
 
 
@@ -51,16 +51,16 @@ def only(path: Path, **said):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_colour_of_another_camera_is_aligned_to_the_depth(tmp_path, kind):
+def test_color_of_another_camera_is_aligned_to_the_depth(tmp_path, kind):
     frame = only(scene(kind).write(tmp_path / ("a.bag" if kind == "ros1" else "a"))).data
     assert frame.camera.fx == D_NUMBERS[0]
     expected = wall(D_SIZE, D_NUMBERS).astype(int)
     inner = (slice(10, -10), slice(25, -10))
-    assert np.abs(frame.color[inner] - expected[inner]).max() <= 6  # a pixel of the colour image is 4 mm on the wall
+    assert np.abs(frame.color[inner] - expected[inner]).max() <= 6  # a pixel of the color image is 4 mm on the wall
     assert np.abs(wall(D_SIZE, D_NUMBERS, MOVE).astype(int)[inner] - expected[inner]).max() > 30  # unaligned
 
 
-def test_rotated_colour_camera(tmp_path):
+def test_rotated_color_camera(tmp_path):
     made = scene(color=np.rot90(wall(C_SIZE[::-1], (190, 190, 74.5, 99.5), (0, 0, 0)), 1))
     made.messages = made.messages[:4]
     made.tf("camera_link", "depth_optical", (0, 0, 0), static=True)
@@ -72,7 +72,7 @@ def test_rotated_colour_camera(tmp_path):
     assert np.abs(frame.color[inner] - expected[inner]).max() <= 6
 
 
-def test_surfaces_occluded_from_the_colour_camera_are_black(tmp_path):
+def test_surfaces_occluded_from_the_color_camera_are_black(tmp_path):
     depth = np.full(D_SIZE[::-1], 800, np.uint16)
     depth[:, 50:60] = 400  # a post before the wall
     fx, _, cx, _ = D_NUMBERS
@@ -89,7 +89,7 @@ def test_surfaces_occluded_from_the_colour_camera_are_black(tmp_path):
     assert (row[:49].sum(axis=1) == 0).sum() >= 5  # the post's shadow on the wall
 
 
-def test_pixels_without_depth_keep_their_colour(tmp_path):
+def test_pixels_without_depth_keep_their_color(tmp_path):
     depth = np.full(D_SIZE[::-1], 800, np.uint16)
     depth[40:50, 55:70] = 0
     frame = only(scene(depth=depth).write(tmp_path / "a.bag")).data
@@ -127,7 +127,7 @@ def bent(numbers, size, d, model) -> tuple[np.ndarray, np.ndarray]:
         ("Inverse Brown Conrady", (-0.15, 0.05, 0.002, -0.001, 0.0)),
     ],
 )
-def test_colour_and_depth_are_undistorted(tmp_path, model, d):
+def test_color_and_depth_are_undistorted(tmp_path, model, d):
     u, v = bent(D_NUMBERS, D_SIZE, d, model)
     fx, fy, cx, cy = D_NUMBERS
     color = stripes((u - cx) * 0.8 / fx, (v - cy) * 0.8 / fy)

@@ -128,7 +128,7 @@ def test_camera_info_of_another_size_or_invalid(tmp_path):
     refused(made.write(tmp_path / "c.bag"), "lens-unknown", "thin prism", "plumb_bob")
 
 
-def test_camera_info_of_colour_of_another_size(tmp_path):
+def test_camera_info_of_color_of_another_size(tmp_path):
     made = script()
     made.info("/camera/color/camera_info", (640, 480), NUMBERS)
     path = made.write(tmp_path / "a.bag")
@@ -204,7 +204,7 @@ def test_clocks_without_overlap(tmp_path):
     assert open_capture(path, options=ReadOptions(color_topic="none")).frames[0].load().data.color is None
 
 
-def test_colour_of_another_camera_without_intrinsics(tmp_path):
+def test_color_of_another_camera_without_intrinsics(tmp_path):
     made = script(color=False)
     made.image(COLOR, SECOND, np.zeros((30, 40, 3), np.uint8), "rgb8", frame="color_optical")
     path = made.write(tmp_path / "a.bag")

@@ -63,7 +63,7 @@ def test_missing_topic_from_the_shell(refused, tmp_path):
     assert "/depth/image" in refused(path, "--input-option", "depth_topic=/nowhere", "-o", "out", code="topic-missing")
 
 
-def test_image_mode_reads_the_colour(doo3d, tmp_path):
+def test_image_mode_reads_the_color(doo3d, tmp_path):
     photo = open_capture(CROSSING.parent / "photos" / "loop.jpg").frames[0].load()
     made = BagScript("ros1")
     made.image("/camera/image_raw", SECOND, photo.data.color, "rgb8")

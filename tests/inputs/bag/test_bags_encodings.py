@@ -1,4 +1,4 @@
-"""Images in bags: every encoding of depth and colour, raw and compressed."""
+"""Images in bags: every encoding of depth and color, raw and compressed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_big_endian_millimetres(tmp_path):
 
 
 def bayer(image: np.ndarray, pattern: str) -> np.ndarray:
-    """Return a Bayer image (H, W) of an image (H, W, 3) RGB; `pattern` has the colours of 2x2 pixels row by row."""
+    """Return a Bayer image (H, W) of an image (H, W, 3) RGB; `pattern` has the colors of 2x2 pixels row by row."""
     channels = np.array(["rgb".index(letter) for letter in pattern]).reshape(2, 2)
     where = np.tile(channels, (HEIGHT // 2, WIDTH // 2))
     return np.take_along_axis(image, where[..., None], axis=2)[..., 0]
@@ -43,7 +43,7 @@ ENCODINGS += [f"bayer_{pattern}8" for pattern in ("rggb", "bggr", "gbrg", "grbg"
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-def test_colour_encodings(tmp_path, encoding):
+def test_color_encodings(tmp_path, encoding):
     whole = tint(50)
     data = whole
     if encoding.startswith("bayer"):
@@ -68,7 +68,7 @@ def test_colour_encodings(tmp_path, encoding):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_compressed_colour_and_depth(tmp_path, kind):
+def test_compressed_color_and_depth(tmp_path, kind):
     made = script(kind, frames=0)
     made.packed(f"{DEPTH}/compressedDepth", SECOND, packed_depth(slope()), "16UC1; compressedDepth png")
     made.packed(f"{COLOR}/compressed", SECOND, png(tint(3)[:, :, ::-1]), "rgb8; png compressed bgr8")
@@ -86,7 +86,7 @@ def test_depth_as_16_bit_png_and_preview_of_depth(tmp_path):
         frames(made.write(tmp_path / "b.bag"), depth_topic="/preview/compressed", color_topic="none", camera=(20, 20, 8, 6))
 
 
-def test_compressed_colour_as_jpeg(tmp_path):
+def test_compressed_color_as_jpeg(tmp_path):
     made = script(frames=1, color=False)
     jpeg = cv2.imencode(".jpg", np.full((HEIGHT, WIDTH, 3), (30, 60, 200), np.uint8))[1].tobytes()
     made.packed(f"{COLOR}/compressed", SECOND, jpeg, "rgb8; jpeg compressed bgr8")

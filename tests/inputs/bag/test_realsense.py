@@ -36,7 +36,7 @@ def recording(unit: float | None = UNIT, extrinsics: bool = True, frames: int = 
             "/device_0/sensor_0/Infrared_1/image/data", stamp, color[:, :, 0], "8UC1", frame="1", time=i * SECOND // 30 + 3
         )
     if extrinsics:
-        # to the stream, from the group's reference, the depth camera: a point of the wall is 5 cm less to the right in colour
+        # to the stream, from the group's reference, the depth camera: a point of the wall is 5 cm less to the right in color
         there = made.transform([-step for step in MOVE], (0, 0, 0, 1))
         made.add(f"{DEPTH}/tf/0", "geometry_msgs/msg/Transform", 1, made.transform((0, 0, 0), (0, 0, 0, 1)))
         made.add(f"{COLOR}/tf/0", "geometry_msgs/msg/Transform", 1, there)
@@ -47,7 +47,7 @@ def write(made: BagScript, path: Path) -> Path:
     return made.write(path, extra=struct.pack("<f", UNIT))
 
 
-def test_depth_unit_and_colour_extrinsics_of_the_file(tmp_path):
+def test_depth_unit_and_color_extrinsics_of_the_file(tmp_path):
     opened = open_capture(write(recording(), tmp_path / "20240101_120000.bag"))
     assert opened.format == "bag"
     assert len(opened.frames) == 3

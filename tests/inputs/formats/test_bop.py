@@ -42,7 +42,7 @@ def make(tmp_path):
     return write
 
 
-def test_depth_colour_camera_and_pose(make):
+def test_depth_color_camera_and_pose(make):
     opened = open_capture(make())
     assert opened.format == "bop"
     assert [frame.name for frame in opened.frames] == ["000000", "000001", "000012"]

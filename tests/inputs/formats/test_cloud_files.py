@@ -46,7 +46,7 @@ def read(path: Path) -> Cloud:
 
 @pytest.mark.parametrize("options", [{}, {"write_ascii": True}, {"compressed": True}], ids=["binary", "ascii", "compressed"])
 @pytest.mark.parametrize("suffix", ["ply", "pcd"])
-def test_points_and_colours(tmp_path, points, colors, suffix, options):
+def test_points_and_colors(tmp_path, points, colors, suffix, options):
     cloud = read(write(tmp_path / f"a.{suffix}", points, colors, **options))
     assert cloud.name == "a"
     assert cloud.viewpoint is None
@@ -55,7 +55,7 @@ def test_points_and_colours(tmp_path, points, colors, suffix, options):
 
 
 @pytest.mark.parametrize("suffix", ["ply", "pcd"])
-def test_points_without_colours(tmp_path, points, suffix):
+def test_points_without_colors(tmp_path, points, suffix):
     assert read(write(tmp_path / f"a.{suffix}", points)).colors is None
 
 
@@ -83,7 +83,7 @@ def test_pcd_without_its_comment(tmp_path, points):
     assert len(read(path.rename(tmp_path / "scan")).points) == COUNT
 
 
-def test_xyz_with_colours_and_with_normals(tmp_path, points, colors):
+def test_xyz_with_colors_and_with_normals(tmp_path, points, colors):
     path = tmp_path / "a.xyz"
     np.savetxt(path, np.hstack([points, colors]))
     assert np.array_equal(read(path).colors, colors)

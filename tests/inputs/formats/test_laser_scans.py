@@ -46,7 +46,7 @@ def write_las(path: Path, points, colors=None, widen=257, step=0.0001, kind=2, v
 
 
 def write_e57(path: Path, *scans) -> Path:
-    """Write scans, each (points, colours or None, rotation w x y z, translation)."""
+    """Write scans, each (points, colors or None, rotation w x y z, translation)."""
     with pye57.E57(str(path), mode="w") as file:
         for points, colors, rotation, translation in scans:
             data = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T, strict=True))
@@ -72,14 +72,14 @@ def test_las_keeps_large_coordinates_to_its_resolution(tmp_path, points, colors,
 
 
 @pytest.mark.parametrize("widen", [1, 256, 257])
-def test_las_colours_of_every_writer(tmp_path, points, colors, widen):
+def test_las_colors_of_every_writer(tmp_path, points, colors, widen):
     (cloud,) = clouds(write_las(tmp_path / "a.las", points, colors, widen)).values()
     assert np.array_equal(cloud.colors, colors)
 
 
-def test_las_without_colours(tmp_path, points):
+def test_las_without_colors(tmp_path, points):
     write_las(tmp_path / "a.las", points, kind=0)
-    write_las(tmp_path / "b.las", points, kind=2)  # there is room for colours, all zero
+    write_las(tmp_path / "b.las", points, kind=2)  # there is room for colors, all zero
     assert all(cloud.colors is None for cloud in clouds(tmp_path).values())
 
 
@@ -143,7 +143,7 @@ def test_e57_in_spherical_coordinates_without_invalid_points(tmp_path, points):
 
 
 @pytest.mark.parametrize("limits", [None, {"Minimum": 0, "Maximum": 65535}])
-def test_e57_colours_of_16_bits(tmp_path, points, colors, limits):
+def test_e57_colors_of_16_bits(tmp_path, points, colors, limits):
     fields = {f"cartesian{axis}": (points[:, i].copy(), "FloatNode", ()) for i, axis in enumerate("XYZ")}
     for i, name in enumerate(("Red", "Green", "Blue")):
         fields[f"color{name}"] = (colors[:, i].astype(np.float64) * 257, "IntegerNode", (0, 0, 65535))

@@ -80,7 +80,7 @@ def test_only_one_frame_is_in_memory(tmp_path, monkeypatch):
     loaded_frames = [frame_ref.load() for frame_ref in open_capture(path).frames]
     assert len(loaded_frames) == 30
     assert max(largest) == 40 * 50 * 4
-    assert len(largest) == 61  # K, and of each frame depth and colour: nothing twice
+    assert len(largest) == 61  # K, and of each frame depth and color: nothing twice
 
 
 def test_camera_per_frame_and_one_mask_for_all(tmp_path):

@@ -23,7 +23,7 @@ def frame_of(folder: Path, index: int = 0) -> Frame:
     return data
 
 
-def test_frames_depth_colour_and_intrinsics(capture):
+def test_frames_depth_color_and_intrinsics(capture):
     opened = open_capture(capture(frames=3))
     assert opened.format == "folder"
     assert [frame_ref.name for frame_ref in opened.frames] == ["000000", "000001", "000002"]
@@ -65,7 +65,7 @@ def test_float_tiff_depth_is_metres(capture):
     assert read[0, 0] == 0
 
 
-def test_colour_may_be_missing(capture):
+def test_color_may_be_missing(capture):
     assert frame_of(capture(color=False)).color is None
 
 
@@ -76,7 +76,7 @@ def test_masks_come_with_the_frame(capture):
     assert 1000 < mask.sum() < 10000
 
 
-def test_mask_saved_as_colour_image(capture):
+def test_mask_saved_as_color_image(capture):
     folder = capture(mask=True)
     path = folder / "mask" / "000000.png"
     grey = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
@@ -108,7 +108,7 @@ def test_only_camera_or_only_unit_from_options(capture):
 
 
 @pytest.mark.parametrize("name", ["rgb", "image"])
-def test_other_names_for_colour(capture, name):
+def test_other_names_for_color(capture, name):
     folder = capture()
     (folder / "color").rename(folder / name)
     assert frame_of(folder).color is not None
@@ -229,7 +229,7 @@ def test_two_depth_images_of_one_name(capture):
 # --- what cannot be read: one frame ------------------------------------------------------------------------------------
 
 
-def test_depth_and_colour_of_different_sizes(capture):
+def test_depth_and_color_of_different_sizes(capture):
     folder = capture()
     put(folder / "color" / "000000.jpg", np.zeros((480, 640, 3), np.uint8))
     refused(folder, "color-size", "640x480", "320x240", "color=none", "intrinsic_depth.txt")
@@ -258,7 +258,7 @@ def test_depth_without_its_partner(capture, part):
     refused(folder, f"{part}-missing", "000001", index=1)
 
 
-def test_colour_without_its_depth_fails(capture):
+def test_color_without_its_depth_fails(capture):
     folder = capture(frames=3)
     (folder / "depth" / "000001.png").unlink()
     opened = open_capture(folder)

@@ -108,7 +108,7 @@ def test_alpha_is_ignored(tmp_path):
     assert np.array_equal(color_of(put(tmp_path / "rgba.png", clear)), picture())
 
 
-def test_palette_cmyk_and_colour_profile(tmp_path):
+def test_palette_cmyk_and_color_profile(tmp_path):
     pil = pytest.importorskip("PIL.Image")
     whole = pil.fromarray(picture())
     whole.quantize(8).save(tmp_path / "palette.png")
@@ -228,7 +228,7 @@ def test_external_masks(album, tmp_path, capture):
 # --- folders with depth ------------------------------------------------------------------------------------------------
 
 
-def test_colour_of_a_recorded_folder(capture):
+def test_color_of_a_recorded_folder(capture):
     folder = capture(frames=2, mask=True)
     put(folder / "preview.png", picture())
     assert open_capture(folder).format == "folder"
@@ -241,7 +241,7 @@ def test_colour_of_a_recorded_folder(capture):
     assert load(folder / "color" / "000001.jpg").mask.any()
 
 
-def test_colour_of_a_recorded_folder_is_not_rotated(capture):
+def test_color_of_a_recorded_folder_is_not_rotated(capture):
     folder = capture(mask=True)
     turn_jpeg(folder / "color" / "000000.jpg", 6)
     assert load(folder).data.color.shape == (240, 320, 3)
@@ -255,7 +255,7 @@ def test_depth_and_intrinsics_are_not_needed(capture):
     assert load(folder).mask.any()
 
 
-def test_recorded_folder_without_colour_is_still_a_folder(capture):
+def test_recorded_folder_without_color_is_still_a_folder(capture):
     assert open_capture(capture(color=False), images_only=True).format == "folder"
 
 

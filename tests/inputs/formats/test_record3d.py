@@ -19,7 +19,7 @@ from doo3d.inputs import ReadOptions, open_capture
 from doo3d.inputs.formats import record3d
 
 packing = pytest.importorskip("lzfse")
-SMALL = (320, 240)  # of the depth; the colour is twice as large
+SMALL = (320, 240)  # of the depth; the color is twice as large
 
 
 def refused(path, code, *parts, **how):
@@ -69,7 +69,7 @@ def make(tmp_path):
     return write
 
 
-def test_depth_colour_camera_pose_and_time(make):
+def test_depth_color_camera_pose_and_time(make):
     opened = open_capture(make())
     assert opened.format == "record3d"
     assert [(frame_ref.name, frame_ref.timestamp) for frame_ref in opened.frames] == [("0", 0.0), ("1", 1 / 30)]
@@ -88,7 +88,7 @@ def test_poses_are_converted_to_the_optical_frame(make):
     assert np.linalg.det(pose[:3, :3]) == pytest.approx(1)
 
 
-def test_colour_and_camera_are_scaled_to_the_depth(make):
+def test_color_and_camera_are_scaled_to_the_depth(make):
     loaded = open_capture(make(size=SMALL)).frames[0].load()
     camera, (fx, fy, cx, cy) = loaded.data.camera, scene().pinhole
     assert (camera.width, camera.height) == SMALL

@@ -24,7 +24,7 @@ def log(path, *poses):
 
 @pytest.fixture
 def scan(tmp_path):
-    """File names have number and microseconds; the colour of the second depth image is missing."""
+    """File names have number and microseconds; the color of the second depth image is missing."""
     folder = tmp_path / "scan"
     for name in ("0000001-000000000000", "0000002-000000033369", "0000003-000000066737"):
         put(folder / "depth" / f"{name}.png", units(1000))
@@ -54,7 +54,7 @@ def icl(tmp_path):
     return folder
 
 
-def test_names_with_times_pair_depth_and_colour(scan):
+def test_names_with_times_pair_depth_and_color(scan):
     log(scan / "scan.log", (1, POSE), (3, OTHER))
     opened = open_capture(scan, options=OWN)
     assert opened.format == "redwood"
@@ -82,7 +82,7 @@ def test_trajectory_is_preferred_among_logs(indoor):
     assert np.allclose(open_capture(indoor).frames[0].load().pose, POSE)
 
 
-def test_without_colour_and_without_trajectory(scan):
+def test_without_color_and_without_trajectory(scan):
     for file in (scan / "rgb").iterdir():
         file.unlink()
     (scan / "rgb").rmdir()
@@ -124,7 +124,7 @@ def test_folder_without_camera_is_not_guessed(capture):
 # --- what cannot be read -----------------------------------------------------------------------------------------------
 
 
-def test_one_colour_image_missing(indoor):
+def test_one_color_image_missing(indoor):
     (indoor / "image" / "000002.png").unlink()
     refused(indoor, "color-missing", "000002", index=1)
 

@@ -22,7 +22,7 @@ def listed(path: Path, times, folder: str) -> None:
 
 @pytest.fixture
 def sequence(tmp_path):
-    """Write four depth images, colour images 10 ms after the first three, and one more in between."""
+    """Write four depth images, color images 10 ms after the first three, and one more in between."""
     folder = tmp_path / "rgbd_dataset_freiburg1_cable"
     depth, color = ("100.000000", "100.033333", "100.066667", "100.2"), ("100.010000", "100.024000", "100.043333", "100.076667")
     listed(folder_of(folder) / "depth.txt", depth, "depth")
@@ -40,7 +40,7 @@ def folder_of(path: Path) -> Path:
     return path
 
 
-def test_depth_colour_camera_and_pose(sequence):
+def test_depth_color_camera_and_pose(sequence):
     opened = open_capture(sequence, options=OWN)
     assert opened.format == "tum"
     assert [frame_ref.name for frame_ref in opened.frames] == ["100.000000", "100.033333", "100.066667"]
@@ -64,7 +64,7 @@ def test_default_camera_of_the_benchmark(sequence):
     )
 
 
-def test_colour_is_paired_with_depth_by_time(sequence):
+def test_color_is_paired_with_depth_by_time(sequence):
     for i, file in enumerate(sorted((sequence / "rgb").iterdir())):
         put(file, np.full((480, 640, 3), 10 * i, np.uint8))
     loaded_frames = [frame_ref.load() for frame_ref in open_capture(sequence).frames]
@@ -91,7 +91,7 @@ def test_association_equals_that_of_all_pairs():
     assert associate(one, other, 0.03) == sorted(expected)
 
 
-def test_depth_without_colour(sequence):
+def test_depth_without_color(sequence):
     (sequence / "rgb.txt").unlink()
     frames = open_capture(sequence).frames
     assert len(frames) == 4

@@ -52,7 +52,7 @@ def test_pixels_farther_than_the_reference_are_not_the_object(tmp_path):
     assert not mask(frame(), config(path), 0).any()
 
 
-def test_colour(tmp_path):
+def test_color(tmp_path):
     path = write(tmp_path / "empty.png", np.full((30, 40, 3), (140, 120, 100), np.uint8))
     np.testing.assert_array_equal(mask(frame(), config(path), 0), OBJECT)
     np.testing.assert_array_equal(mask(frame(), config(path, color_difference=80), 0), False & OBJECT)
@@ -70,11 +70,11 @@ def test_references_that_do_not_fit_are_refused(tmp_path):
     grey = write(tmp_path / "grey.png", np.zeros((30, 40), np.uint8))
     with refuses("reference-type", "grey.png", "(30, 40)", "uint8"):
         mask(frame(), config(grey), 0)
-    colour = write(tmp_path / "colour.png", np.zeros((30, 40, 3), np.uint8))
+    color = write(tmp_path / "color.png", np.zeros((30, 40, 3), np.uint8))
     with refuses("method-needs-color"):
-        mask(frame(False), config(colour), 0)
+        mask(frame(False), config(color), 0)
     with refuses("method-needs-image"):
-        mask(Cloud(np.random.default_rng(0).random((9, 3))), config(colour), 0)
+        mask(Cloud(np.random.default_rng(0).random((9, 3))), config(color), 0)
 
 
 def test_a_reference_that_changed_on_disk_is_read_again(tmp_path):
@@ -110,7 +110,7 @@ def test_the_reference_of_photographs_is_turned_as_its_exif_says(tmp_path, orien
     np.testing.assert_array_equal(mask(Image(photo), config(path), 0), expected)
 
 
-def test_the_reference_of_frames_is_as_stored_like_their_colour(tmp_path):
+def test_the_reference_of_frames_is_as_stored_like_their_color(tmp_path):
     path = turned(write(tmp_path / "empty.jpg", halves()), 3)
     same = Frame(halves(), np.full((30, 40), 0.6, np.float32), CAMERA)
     assert not mask(same, config(path), 0).any()

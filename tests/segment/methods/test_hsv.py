@@ -1,4 +1,4 @@
-"""The object by its colour."""
+"""The object by its color."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WARM = ((170, 100, 100), (10, 255, 255))
 
 
 def picture(*colors):
-    """One row of each colour."""
+    """One row of each color."""
     return np.repeat(np.array(colors, np.uint8)[:, None], 32, axis=1)
 
 
@@ -73,6 +73,6 @@ def test_frame_and_cloud_alike():
 
 
 @pytest.mark.parametrize("data", [Frame(None, np.ones((32, 32), np.float32), CAMERA), Cloud(np.random.rand(9, 3))])  # noqa: NPY002
-def test_no_colour(data):
+def test_no_color(data):
     with refuses("method-needs-color", "hsv"):
         mask(data, SegmentConfig(method="hsv", ranges=ranges(WARM)), 0)

@@ -48,7 +48,7 @@ def iou(a, b):
 
 @pytest.fixture(scope="module")
 def lit():
-    """A scene of each colour, the lights in turn."""
+    """A scene of each color, the lights in turn."""
     lights = list(LIGHTS.values())
     return [rendered(color, lights[i % len(lights)]) for i, color in enumerate(COLORS)]
 
@@ -163,7 +163,7 @@ def test_bad_places(lit):
 
 
 def test_the_box_contains_the_colors_of_the_object_only():
-    """A strip of known colours on a ground of known ones: every pixel of the one, none of the other."""
+    """A strip of known colors on a ground of known ones: every pixel of the one, none of the other."""
     color = np.full((60, 200, 3), (120, 130, 140), np.uint8)
     mask = np.zeros((60, 200), dtype=bool)
     mask[28:33, 10:190] = True
