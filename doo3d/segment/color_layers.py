@@ -66,8 +66,8 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
 
     facts : the mask. color : (H, W, 3) uint8 RGB. radius : px, usual half-width of one strand.
     """
-    half_width = facts.axis[2]
-    if not radius or np.count_nonzero(half_width > WIDE * radius) < BORDER_RADII * radius / 2:
+    wide, least = facts.axis[2] > WIDE * radius, BORDER_RADII * radius / 2
+    if not radius or np.count_nonzero(wide) < least:
         return NO_NUMBERS
     if (step := int(radius / COARSE_RADIUS_PX)) > 1:  # most images have no layers, and a few pixels say so
         coarse = FrameFacts(np.ascontiguousarray(facts.mask[::step, ::step]))
@@ -77,24 +77,24 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     mask = facts.mask[box]
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
     distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
-    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5)
-    own, beside = image[mask], _chroma(image[(away > radius / 2 + 1) & (away <= 3 * radius)])
+    away = 2 * cv2.distanceTransform((~mask[::2, ::2]).view(np.uint8), cv2.DIST_L2, 5)
+    own, beside = image[mask], _chroma(image[::2, ::2][(away > radius / 2 + 1) & (away <= 3 * radius)])
     chroma = _chroma(own)
     known = (distance[mask] > EDGE_RADII * radius) | _is_own(chroma, beside)
     shade, weight = _shades(chroma, own[:, 0])
     number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS).astype(float))
-    if number.max() < 2:
-        return NO_NUMBERS
     seen, labels = np.zeros(mask.shape, np.uint8), np.zeros(mask.shape, np.uint8)
     seen[mask] = np.where(known, number[shade], 0)
-    small, large = (_disc(radii * radius) for radii in (OPENING_RADII, THIN_RADII))
+    reach = np.ones((2 * math.ceil(facts.axis[2].max()) + 1,) * 2, np.uint8)
+    mixed = cv2.dilate(seen, reach) > cv2.erode(np.where(seen > 0, seen, np.uint8(255)), reach)
+    rows, columns = (at[wide] - side.start for at, side in zip(facts.axis[:2], box, strict=True))
+    if np.count_nonzero(mixed[rows, columns]) < least:  # each wide stretch is of one color
+        return NO_NUMBERS
     for k in range(1, int(number.max()) + 1):
-        opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, small)
-        if not cv2.erode(opened, large).any():
-            continue  # the gaps between the turns of a coil
-        labels[long_parts(opened > 0, PART_RADII * radius, TIE_WIDTHS * 2 * distance)] = k
-    used = np.unique(labels[labels > 0])
-    labels = _spread(labels, mask)
+        opened = cv2.morphologyEx((seen == k).view(np.uint8), cv2.MORPH_OPEN, _disc(OPENING_RADII * radius))
+        if cv2.erode(opened, _disc(THIN_RADII * radius)).any():  # no gap between the turns of a coil
+            labels[long_parts(opened > 0, PART_RADII * radius, TIE_WIDTHS * 2 * distance)] = k
+    used, labels = np.unique(labels[labels > 0]), _spread(labels, mask)
     if not _are_cables(labels, used, image[..., 0], radius):
         return NO_NUMBERS
     layers = np.zeros(facts.mask.shape, np.uint8)
