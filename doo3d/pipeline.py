@@ -198,7 +198,7 @@ def detect(
         data, notes, base_pose = loaded.data, loaded.notes, loaded.base_pose if base_pose is None else base_pose
         mask = loaded.mask_for(config) if mask is None else mask
     detection, stages = detect_with_stages(data, config, mask)
-    detection = replace(detection, notes=(*notes, *detection.notes))
+    detection = replace(detection, notes=(*notes, *detection.notes)) if notes else detection
     if not (stages.is_given or all_chains):
         detection = detection.confident(config.output.min_confidence)
     return detection if base_pose is None else detection.transformed(base_pose)

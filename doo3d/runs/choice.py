@@ -149,6 +149,8 @@ def detect(
     ArgumentError (a TypeError) : an argument is of the wrong type.
     ConfigError : the settings cannot be used.
     """
+    if points is None and box is None:
+        return pipeline.detect(data, config, mask, pose)
     with options_of_python():
         choice = Choice.of(points, box)
     detection = pipeline.detect(data, config, mask, pose, choice is not None and bool(choice.wanted))

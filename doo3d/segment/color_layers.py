@@ -78,10 +78,9 @@ def color_layers(facts: FrameFacts, color: Array, radius: float) -> Array:
     image = cv2.cvtColor(cv2.GaussianBlur(np.ascontiguousarray(color[box]), (5, 5), 1.0), cv2.COLOR_RGB2YCrCb)
     distance = cv2.distanceTransform(mask.view(np.uint8), cv2.DIST_L2, 5)
     away = 2 * cv2.distanceTransform((~mask[::2, ::2]).view(np.uint8), cv2.DIST_L2, 5)
-    own, beside = image[mask], _chroma(image[::2, ::2][(away > radius / 2 + 1) & (away <= 3 * radius)])
-    chroma = _chroma(own)
+    chroma, beside = _chroma(image[mask]), _chroma(image[::2, ::2][(away > radius / 2 + 1) & (away <= 3 * radius)])
     known = (distance[mask] > EDGE_RADII * radius) | _is_own(chroma, beside)
-    shade, weight = _shades(chroma, own[:, 0])
+    shade, weight = _shades(chroma, image[..., 0][mask])
     number = _modes(np.bincount(shade[known], weight[known], HUE_BINS + GRAY_BINS).astype(float))
     seen, labels = np.zeros(mask.shape, np.uint8), np.zeros(mask.shape, np.uint8)
     seen[mask] = np.where(known, number[shade], 0)
@@ -142,8 +141,6 @@ def hue_modes(counts: Floats) -> Ints:
     Modes are merged across the highest saddle until all saddles are low. The last bin is beside the first.
     """
     height = gaussian_filter1d(counts, SMOOTHING, mode="wrap")
-    if not height.any():
-        return np.zeros(len(counts), dtype=int)
     cuts = np.flatnonzero((height < np.roll(height, 1)) & (height <= np.roll(height, -1)))
     while len(cuts) > 1:
         peak = np.maximum.reduceat(np.roll(height, -cuts[0]), cuts - cuts[0])
@@ -152,7 +149,7 @@ def hue_modes(counts: Floats) -> Ints:
             break
         cuts = np.delete(cuts, saddle.argmax())
     number = np.searchsorted(cuts, np.arange(len(counts)), side="right")
-    return np.where(number == 0, max(len(cuts), 1), number)
+    return np.asarray(np.where(number == 0, max(len(cuts), 1), number) * height.any())
 
 
 def _spread(labels: Array, mask: Bools) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from ..kernels import mask_parts
@@ -89,10 +90,12 @@ def long_parts(mask: Bools, length: float, least: Array = NO_NUMBERS) -> Bools:
 
     least : (h, w) px, for each part another least length: the largest value in it. Empty if there is none.
     """
-    parts = Parts.of(mask)
-    if not len(parts.pixels):
-        return np.zeros_like(mask)
-    places, first = np.column_stack(np.divmod(parts.pixels, mask.shape[1])), parts.starts[:-1]
-    extent = np.hypot(*(1 + np.maximum.reduceat(places, first) - np.minimum.reduceat(places, first)).T)
-    lengths = np.maximum(length, np.maximum.reduceat(least.ravel()[parts.pixels], first)) if least.size else length
-    return drawn(parts.pixels_of(np.flatnonzero(extent >= lengths)), mask.shape)
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    box, result = (slice(top, top + height), slice(left, left + width)), np.zeros_like(mask)
+    if width:
+        parts = Parts.of(np.ascontiguousarray(mask[box]))
+        places, first = np.column_stack(np.divmod(parts.pixels, width)), parts.starts[:-1]
+        extent = np.hypot(*(1 + np.maximum.reduceat(places, first) - np.minimum.reduceat(places, first)).T)
+        lengths = np.maximum(length, np.maximum.reduceat(least[box].ravel()[parts.pixels], first)) if least.size else length
+        result[box] = drawn(parts.pixels_of(np.flatnonzero(extent >= lengths)), (height, width))
+    return result
