@@ -158,37 +158,9 @@ def detect(
     pose: ArrayLike | None = None,
     all_chains: bool = False,
 ) -> Detection:
-    """Return the deformable linear objects in one frame, cloud or image as chains.
+    """Return the chains of one frame, cloud or image; parameters, result and errors are those of `doo3d.detect`.
 
-    Parameters
-    ----------
-    data
-        a Frame or a Cloud. With a config whose `mode` is 2d: an Image, an array (H, W, 3) uint8 RGB, or a Frame with color. Or a
-        frame of a capture, `capture[0]`, which is read with its mask and its camera's pose in the base frame.
-    config
-        the settings: a Config, the name of a preset, the path of a YAML file, or settings by dotted key over the defaults, such
-        as {"merge.chains": 1}; None for the preset "default".
-    mask
-        the caller's own segmentation, True on the object, instead of the config's: (H, W) bool for a Frame or an image, (N,)
-        bool for a Cloud made of N points, counting those with NaN. None segments as the config says.
-    pose
-        pose of the camera (of the cloud's frame) in the robot's base frame, m: 4x4, p_base = pose @ p_camera, or the seven
-        numbers x y z qx qy qz qw. The detection is then in the base frame. None leaves it in the camera's.
-    all_chains
-        True returns all chains, also those whose confidence is below `output.min_confidence`.
-
-    Returns
-    -------
-    Detection with the chains, longest first. If neither the object (by a mask, a color) nor the number of chains is given, those
-    whose confidence is below `output.min_confidence` are not among them: `doubtful` has those that may be cables. Joints are in
-    m, in the camera's optical frame (x right, y down, z forward) or in the frame of the cloud, or in the base frame of `pose`; in
-    2-D in px. If nothing is found, there are no chains, and `notes` say where the object was lost.
-
-    Raises
-    ------
-    InputError : the data cannot be used; the message says what is wrong, where, and what to do.
-    ArgumentError (a TypeError) : an argument is of the wrong type.
-    ConfigError : the settings cannot be used.
+    all_chains : True returns all chains, also those whose confidence is below `output.min_confidence`.
     """
     base_pose = None if pose is None else as_pose(pose)
     config = as_config(config)

@@ -6,7 +6,7 @@ from builders.paths import ROOT
 
 from doo3d.evaluation.benchmark.source_size import file_size, method_files
 
-MOST = {"all": 45_025, "method": 17_177, "C++": 7_455, "tests": 33_077}
+MOST = {"all": 45_021, "method": 17_177, "C++": 7_455, "tests": 33_077}
 """Lines without docstrings, comments and empty ones. Lower one when lines go; what is new needs something old to go."""
 
 

@@ -7,7 +7,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
-from scipy.spatial.transform import Rotation
 
 from ..types import Detection, Floats
 from .base import BodyExport, ChainBodies, colors
@@ -17,11 +16,11 @@ from .mjcf_scene import Scene, scene_of
 from .overlaps import CONTACT_FREE_RADII, Body, overlapping_bodies
 from .trees import Grown, grown
 from .usd import new_stage, sphere_arrays
-from .usd_physics import place
+from .usd_physics import begin_physics, define_ground
 
 MIN_SEGMENTS = 2  # of a cable: a curve of fewer than three points does not bend, and Newton skips it
 SHEAR_CORRECTION = 0.9  # k of k G A for a solid circle, in OpenUSD's proposal of deformable bodies and in Newton
-MATERIAL, GROUND = "/doo3d/material", "/doo3d/ground"
+MATERIAL = "/doo3d/material"
 
 
 class Cable(NamedTuple):
@@ -80,21 +79,12 @@ class UsdCable(BodyExport):
         """
         scene = self.scene(frames[0])
         pxr, stage = new_stage(path, scene.frames, "UsdPhysics", "UsdShade", "Sdf", "Vt")
-        geometry, physics = pxr["UsdGeom"], pxr["UsdPhysics"]
-        physics.SetStageKilogramsPerUnit(stage, 1.0)
         if scene.pose is not None:
             stage.GetRootLayer().customLayerData = {"doo3d:pose": pxr["Gf"].Matrix4d(scene.pose.T.tolist())}
-        world = physics.Scene.Define(stage, "/doo3d/physics")
-        magnitude = float(np.linalg.norm(scene.gravity))
-        world.CreateGravityDirectionAttr(pxr["Gf"].Vec3f(*(scene.gravity / magnitude).tolist()))
-        world.CreateGravityMagnitudeAttr(magnitude)
+        begin_physics(pxr, stage, scene.gravity)
         self._material(pxr, stage)
         if scene.ground is not None:
-            plane = geometry.Plane.Define(stage, GROUND)
-            plane.CreateAxisAttr(geometry.Tokens.z)
-            place(pxr, plane, scene.ground[0], Rotation.align_vectors([scene.ground[1]], [(0.0, 0.0, 1.0)])[0])
-            physics.CollisionAPI.Apply(plane.GetPrim())
-            _bind(pxr, stage, plane.GetPrim())
+            _bind(pxr, stage, define_ground(pxr, stage, *scene.ground))
         tree = grown(scene.frames[0])
         cables = self.cables(scene.frames[0], tree)
         for cable in cables:

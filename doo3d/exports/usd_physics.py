@@ -54,21 +54,13 @@ class UsdPhysics(BodyExport):
         """
         detection = frames[0]
         pxr, stage = new_stage(path, [detection], "UsdPhysics")
-        geometry, physics = pxr["UsdGeom"], pxr["UsdPhysics"]
-        physics.SetStageKilogramsPerUnit(stage, 1.0)
         turn = np.eye(3) if is_z_up(detection) else np.diag((1.0, -1.0, -1.0))
         tree = grown(detection)
         gravity, chains = gravity_of(detection), self.bodies_of(tree.detection)
-        scene = physics.Scene.Define(stage, "/doo3d/physics")
-        magnitude = float(np.linalg.norm(gravity))
-        scene.CreateGravityDirectionAttr(pxr["Gf"].Vec3f(*(turn @ gravity / magnitude).tolist()))  # in the world of the stage
-        scene.CreateGravityMagnitudeAttr(magnitude)
+        begin_physics(pxr, stage, turn @ gravity)
         if self.ground:
             at, up = ground_of(detection, gravity, [(bodies.chain, self.radius_of(bodies.chain)) for bodies in chains])
-            plane = geometry.Plane.Define(stage, "/doo3d/ground")
-            plane.CreateAxisAttr(geometry.Tokens.z)
-            place(pxr, plane, at, Rotation.align_vectors([up], [(0.0, 0.0, 1.0)])[0])
-            physics.CollisionAPI.Apply(plane.GetPrim())
+            define_ground(pxr, stage, at, up)
         shapes = [bodies.chain for bodies in chains]
         apart: dict[str, list[str]] = {}
         for pair in overlapping_bodies(shapes, list(map(self.radius_of, shapes)), tree.junctions):
@@ -192,6 +184,30 @@ class UsdPhysics(BodyExport):
 
 def _path(bodies: ChainBodies, segment: int) -> str:
     return f"/doo3d/{bodies.name}/segment{segment}"
+
+
+def begin_physics(pxr: dict[str, Any], stage: Any, gravity: Floats) -> None:
+    """Set the unit of mass of a stage, kg, and define its scene of UsdPhysics with a gravity.
+
+    pxr : modules of OpenUSD. stage : the stage. gravity : (3,) m/s², in the world of the stage.
+    """
+    physics, magnitude = pxr["UsdPhysics"], float(np.linalg.norm(gravity))
+    physics.SetStageKilogramsPerUnit(stage, 1.0)
+    scene = physics.Scene.Define(stage, "/doo3d/physics")
+    scene.CreateGravityDirectionAttr(pxr["Gf"].Vec3f(*(gravity / magnitude).tolist()))
+    scene.CreateGravityMagnitudeAttr(magnitude)
+
+
+def define_ground(pxr: dict[str, Any], stage: Any, at: Floats, normal: Floats) -> Any:
+    """Return the prim of a new ground plane with which bodies collide.
+
+    pxr : modules of OpenUSD. stage : the stage. at : (3,) m, a point of the plane. normal : (3,).
+    """
+    plane = pxr["UsdGeom"].Plane.Define(stage, "/doo3d/ground")
+    plane.CreateAxisAttr(pxr["UsdGeom"].Tokens.z)
+    place(pxr, plane, at, Rotation.align_vectors([normal], [(0.0, 0.0, 1.0)])[0])
+    pxr["UsdPhysics"].CollisionAPI.Apply(plane.GetPrim())
+    return plane.GetPrim()
 
 
 def place(pxr: dict[str, Any], prim: Any, position: Floats, rotation: Rotation) -> None:

@@ -96,10 +96,12 @@ class Choice:
 
     def _holds(self, strands: Sequence[ImageStrand], view: View) -> bool:
         """Return whether the box holds more than half of the visible length of an object; True without a box."""
+        if not self.box:
+            return True
         points = np.concatenate([strand.points[~strand.is_hidden] for strand in strands])
         points = points[((points > -0.5) & (points < (view.width - 0.5, view.height - 0.5))).all(axis=1)]
-        inside = ((points >= self.box[:2]) & (points <= self.box[2:])).all(axis=1) if self.box else np.ones(len(points))
-        return not self.box or bool(2 * inside.sum() > len(points))
+        inside = ((points >= self.box[:2]) & (points <= self.box[2:])).all(axis=1)
+        return bool(2 * inside.sum() > len(points))
 
 
 def detect(
@@ -167,11 +169,11 @@ def keep(detection: Detection, chains: Sequence[int]) -> Detection:
     """Return `detection.kept(chains)`, without the pixels of the other chains in the mask of the view."""
     if len(chains) == len(detection.chains):
         return detection
-    view = detection.view
-    if view is not None and view.mask is not None:
-        labels = detection.instance_labels()
-        view = view.without((labels > 0) & ~np.isin(labels, np.add(chains, 1)))
-    return detection.kept(chains, view=view)
+    kept = detection.kept(chains)
+    if kept.view is None or kept.view.mask is None:
+        return kept
+    labels = detection.instance_labels()
+    return replace(kept, view=kept.view.without((labels > 0) & ~np.isin(labels, np.add(chains, 1))))
 
 
 def _hits(strands: Sequence[ImageStrand], point: Sequence[float], reach: float) -> tuple[set[int], float]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...types import Floats
+from ...types import Bools, Floats
 from ..scenes.model import Truth
 from .distances import sample_chain
 from .observed import Observed
@@ -51,7 +51,7 @@ def _mean(values: Floats) -> float:
     return float(values.mean()) if len(values) and np.isfinite(values).all() else float("nan")
 
 
-def _seen_nodes(truth: Truth) -> Floats:
+def _seen_nodes(truth: Truth) -> Bools:
     """Return which of a cable's 50 nodes the camera sees, (50,) bool."""
     from ..sequences.nodes import true_nodes
 
